@@ -1,0 +1,67 @@
+// What every pass may know: the camera, the light, the scene.
+// The struct stands in src/frame.rs too; a test compares the two field by field.
+
+struct Frame {
+    view_proj: mat4x4f,
+    inverse_view_proj: mat4x4f,
+    eye: vec3f,
+    near: f32,
+    forward: vec3f,
+    far: f32,
+    bounds_min: vec3f,
+    seed: u32,
+    bounds_max: vec3f,
+    split: f32,
+    // A directional light's unit vector towards it, else its position.
+    light_position: vec3f,
+    light_kind: u32,
+    // The direction in which a spot, hemisphere or area light shines; unit length.
+    light_axis: vec3f,
+    light_range: f32,
+    light_color: vec3f,
+    // Cosine of a spot's outer angle.
+    light_cosine: f32,
+    light_half_u: vec3f,
+    view: u32,
+    light_half_v: vec3f,
+    map: u32,
+    size: vec2u,
+    // Rows that this dispatch covers: first and count.
+    band: vec2u,
+}
+
+const directional = 0u;
+const spot = 1u;
+const omni = 2u;
+const hemisphere = 3u;
+const rect_area = 4u;
+
+@group(0) @binding(0) var<uniform> frame: Frame;
+
+struct LightSample {
+    // Towards the light, not normalised: its length is the distance (1 for a directional light).
+    to_light: vec3f,
+    // Irradiance on a surface that faces the light.
+    irradiance: vec3f,
+    // Whether the light shines this way at all, before anything is in the way.
+    reached: bool,
+}
+
+// The light as seen from a world position; an area light from its centre.
+fn light_at(position: vec3f) -> LightSample {
+    if frame.light_kind == directional {
+        return LightSample(frame.light_position, frame.light_color, true);
+    }
+    let to_light = frame.light_position - position;
+    let distance2 = max(dot(to_light, to_light), 1e-12);
+    let cosine = dot(-to_light, frame.light_axis) * inverseSqrt(distance2);
+    var reached = distance2 <= frame.light_range * frame.light_range;
+    var falloff = 1.0;
+    if frame.light_kind == spot {
+        reached = reached && cosine >= frame.light_cosine;
+    } else if frame.light_kind == hemisphere || frame.light_kind == rect_area {
+        reached = reached && cosine > 0.0;
+        falloff = max(cosine, 0.0);
+    }
+    return LightSample(to_light, frame.light_color * falloff / distance2, reached);
+}

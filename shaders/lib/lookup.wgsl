@@ -1,0 +1,99 @@
+//!include lib/light_view.wgsl
+//!include lib/resolve.wgsl
+// A receiver's place in a shadow map, with every bias applied.
+
+@group(1) @binding(12) var<uniform> map: MapParams;
+@group(1) @binding(13) var shadow_map: texture_depth_2d;
+
+struct Receiver {
+    // Position in the map, texels.
+    texel: vec2f,
+    // Stored depth to compare with: lit where it is not below the map's (depth is reversed).
+    depth: f32,
+    // Change of `depth` per texel along the receiver's plane; zero unless asked for.
+    gradient: vec2f,
+    // How far all biases move the comparison towards the light, in texels.
+    moved: f32,
+}
+
+// `radius`: how far the filter reaches from the centre of its texel, texels.
+fn receive(s: Surface, radius: f32) -> Receiver {
+    let v = light_view;
+    let to_light = normalize(light_at(s.position).to_light);
+    let cosine = clamp(dot(s.normal, to_light), 1e-4, 1.0);
+    let sine = sqrt(max(1.0 - cosine * cosine, 0.0));
+    let slope = min(sine / cosine, map.slope_limit);
+    let straight = dot(v.axis, vec4f(s.position, 1.0));
+    let texel = v.texel * select(1.0, straight, v.perspective != 0u);
+
+    let position = s.position + s.normal * (map.normal_offset * texel * sine);
+    let clip = light_clip(v, position);
+    let z = dot(v.axis, vec4f(position, 1.0));
+    // A wider filter compares with farther texels of a sloping receiver, unless its plane is followed.
+    let reach = select(2.0 * radius + 1.0, 1.0, map.receiver_plane != 0u);
+    let biased = z - map.bias - map.slope_bias * slope * texel * reach;
+    let scale = 0.5 * v.resolution;
+    var r: Receiver;
+    r.texel = scale * vec2f(1.0 + clip.x / clip.w, 1.0 - clip.y / clip.w);
+    // Cleared texels hold 0: what lies beyond the far plane is compared as if on it.
+    r.depth = max(stored_depth(v, biased), 0.0);
+    r.moved = (straight - biased) / texel;
+    if map.receiver_plane != 0u {
+        r.gradient = plane_gradient(s.normal, clip, scale);
+        // No steeper than the slope limit.
+        let steepest = map.slope_limit * texel * abs(stored_depth(v, z) - stored_depth(v, z - texel)) / texel;
+        let length = length(r.gradient);
+        if length > steepest {
+            r.gradient *= steepest / length;
+        }
+    }
+    return r;
+}
+
+// Stored depth is an affine function of map position along a plane, perspective or not: solve for it
+// from two tangents.
+fn plane_gradient(normal: vec3f, clip: vec4f, scale: f32) -> vec2f {
+    let v = light_view;
+    let other = select(vec3f(1.0, 0.0, 0.0), vec3f(0.0, 1.0, 0.0), abs(normal.x) > 0.5);
+    let t0 = normalize(cross(normal, other));
+    let t1 = cross(normal, t0);
+    let a = along(t0, clip, scale);
+    let b = along(t1, clip, scale);
+    let determinant = a.x * b.y - a.y * b.x;
+    if abs(determinant) < 1e-12 * scale * scale {
+        return vec2f(0.0);
+    }
+    return vec2f(a.z * b.y - b.z * a.y, b.z * a.x - a.z * b.x) / determinant;
+}
+
+// Texels and stored depth gained per metre along a tangent.
+fn along(t: vec3f, clip: vec4f, scale: f32) -> vec3f {
+    let v = light_view;
+    let d = vec4f(dot(v.row_x.xyz, t), dot(v.row_y.xyz, t), dot(v.row_z.xyz, t), dot(v.row_w.xyz, t));
+    let ndc = (d.xyz * clip.w - clip.xyz * d.w) / (clip.w * clip.w);
+    return vec3f(ndc.x * scale, -ndc.y * scale, ndc.z);
+}
+
+fn outside_map(texel: vec2f) -> bool {
+    return any(texel < vec2f(0.0)) || any(texel >= vec2f(light_view.resolution));
+}
+
+// One nearest sample; lit outside the map, where nothing can cast.
+fn compare(texel: vec2f, depth: f32) -> f32 {
+    if outside_map(texel) {
+        return 1.0;
+    }
+    return select(0.0, 1.0, depth >= textureLoad(shadow_map, vec2u(texel), 0));
+}
+
+// The maps that every technique with one shadow map shows; numbered as `MAPS` in Rust.
+fn inspect_lookup(s: Surface, r: Receiver) -> f32 {
+    if !s.valid || outside_map(r.texel) {
+        return -1.0;
+    }
+    if frame.map == 1u {
+        let cell = vec2u(r.texel);
+        return f32((cell.x + cell.y) & 1u);
+    }
+    return select(-1.0, r.moved, faces_light(s));
+}

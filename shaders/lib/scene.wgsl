@@ -1,0 +1,75 @@
+// The scene's geometry and materials, shared by raster and rays.
+
+struct Vertex {
+    position: vec3f,
+    // Octahedral, 2 × 16 bit.
+    normal: u32,
+    uv: vec2f,
+    material: u32,
+    padding: u32,
+}
+
+struct Material {
+    base_color: vec4f,
+    // Layer + 1; 0: no texture.
+    texture: u32,
+    // Below it there is no surface; negative: opaque.
+    cutoff: f32,
+    double_sided: u32,
+    // Per axis 0 repeat, 1 mirror, 2 clamp: x + 4 y.
+    wrap: u32,
+}
+
+@group(0) @binding(1) var<storage, read> vertices: array<Vertex>;
+// Three vertex indices and the surface id, which exact duplicates share.
+@group(0) @binding(2) var<storage, read> triangles: array<vec4u>;
+@group(0) @binding(3) var<storage, read> materials: array<Material>;
+@group(0) @binding(4) var textures: texture_2d_array<f32>;
+@group(0) @binding(5) var texture_sampler: sampler;
+
+fn octahedral_decode(bits: u32) -> vec3f {
+    let e = unpack2x16snorm(bits);
+    var n = vec3f(e, 1.0 - abs(e.x) - abs(e.y));
+    let t = max(-n.z, 0.0);
+    n.x += select(t, -t, n.x >= 0.0);
+    n.y += select(t, -t, n.y >= 0.0);
+    return normalize(n);
+}
+
+fn octahedral_encode(n: vec3f) -> u32 {
+    let p = n.xy / (abs(n.x) + abs(n.y) + abs(n.z));
+    let folded = (1.0 - abs(p.yx)) * select(vec2f(-1.0), vec2f(1.0), p >= vec2f(0.0));
+    return pack2x16snorm(select(folded, p, n.z >= 0.0));
+}
+
+fn wrapped(x: f32, mode: u32, inset: f32) -> f32 {
+    if mode == 0u {
+        return x;
+    }
+    let mirrored = abs(x - 2.0 * floor(0.5 * x + 0.5));
+    return clamp(select(mirrored, x, mode == 2u), inset, 1.0 - inset);
+}
+
+fn material_uv(m: Material, uv: vec2f) -> vec2f {
+    let inset = 0.5 / f32(textureDimensions(textures).x);
+    return vec2f(wrapped(uv.x, m.wrap & 3u, inset), wrapped(uv.y, m.wrap >> 2u, inset));
+}
+
+// Whether a masked material has a surface at these texture coordinates: the one rule for raster and rays.
+fn masked_out(m: Material, uv: vec2f) -> bool {
+    if m.cutoff < 0.0 {
+        return false;
+    }
+    var alpha = m.base_color.a;
+    if m.texture > 0u {
+        alpha *= textureSampleLevel(textures, texture_sampler, material_uv(m, uv), m.texture - 1u, 0.0).a;
+    }
+    return alpha < m.cutoff;
+}
+
+fn hash(x: u32) -> u32 {
+    // PCG output function (O'Neill 2014).
+    let state = x * 747796405u + 2891336453u;
+    let word = ((state >> ((state >> 28u) + 4u)) ^ state) * 277803737u;
+    return (word >> 22u) ^ word;
+}

@@ -1,0 +1,17 @@
+//!include lib/frame.wgsl
+//!include lib/gbuffer.wgsl
+// Which pixels count: 0 background, 1 turned away from the light, 2 facing it.
+
+@group(1) @binding(0) var mask: texture_storage_2d<r32uint, write>;
+
+@compute @workgroup_size(8, 8)
+fn classify(@builtin(global_invocation_id) id: vec3u) {
+    if id.x < frame.size.x && id.y < frame.size.y {
+        let s = load_surface(id.xy);
+        var class = 0u;
+        if s.valid {
+            class = select(1u, 2u, faces_light(s));
+        }
+        textureStore(mask, id.xy, vec4u(class));
+    }
+}

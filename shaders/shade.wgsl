@@ -1,0 +1,186 @@
+//!include lib/frame.wgsl
+//!include lib/gbuffer.wgsl
+// The picture: shading, the common views, and a technique's own maps.
+
+struct View {
+    range: vec2f,
+    // 0 none, 1 texture, 2 ramp, 3 cells.
+    shown: u32,
+    padding: u32,
+}
+
+@group(1) @binding(0) var<uniform> view: View;
+@group(1) @binding(1) var visibility: texture_2d<f32>;
+@group(1) @binding(2) var truth: texture_2d<f32>;
+@group(1) @binding(3) var map: texture_2d<f32>;
+@group(1) @binding(4) var shown: texture_2d<f32>;
+@group(1) @binding(5) var output: texture_storage_2d<rgba8unorm, write>;
+
+// The common views, numbered as `VIEWS` in Rust.
+const shaded = 0u;
+const split_view = 1u;
+const visibility_view = 2u;
+const truth_view = 3u;
+const error_view = 4u;
+const facing_view = 5u;
+const normals_view = 6u;
+const albedo_view = 7u;
+const depth_view = 8u;
+const light_depth_view = 9u;
+const position_view = 10u;
+const triangles_view = 11u;
+const technique_map = 12u;
+
+fn view_ray(pixel: vec2u) -> vec3f {
+    let ndc = (vec2f(pixel) + 0.5) / vec2f(frame.size) * 2.0 - 1.0;
+    let p = frame.inverse_view_proj * vec4f(ndc.x, -ndc.y, 0.5, 1.0);
+    return normalize(p.xyz / p.w - frame.eye);
+}
+
+fn sky(direction: vec3f) -> vec3f {
+    let up = saturate(direction.y);
+    return mix(vec3f(0.78, 0.83, 0.88), vec3f(0.36, 0.52, 0.74), pow(up, 0.6));
+}
+
+// Light of the sky and what the ground throws back: no shadow technique touches it.
+fn ambient(normal: vec3f) -> vec3f {
+    return mix(vec3f(0.16, 0.15, 0.14), vec3f(0.24, 0.28, 0.34), 0.5 + 0.5 * normal.y);
+}
+
+fn lit(s: Surface, v: f32) -> vec3f {
+    let light = light_at(s.position);
+    let cosine = max(dot(s.shading_normal, normalize(light.to_light)), 0.0);
+    let direct = select(0.0, v, light.reached && faces_light(s)) * cosine * light.irradiance;
+    // Bright parts are bent below white; dark ones stay as they are.
+    let c = s.albedo * (ambient(s.shading_normal) + direct);
+    return c * (1.0 + c * 0.15) / (1.0 + c * 0.45);
+}
+
+// Dark blue over green to yellow: steps of equal lightness, readable by the colour-blind.
+fn ramp(x: f32) -> vec3f {
+    let t = saturate(x);
+    let a = vec3f(0.27, 0.00, 0.33);
+    let b = vec3f(0.19, 0.41, 0.56);
+    let c = vec3f(0.21, 0.72, 0.47);
+    let d = vec3f(0.99, 0.91, 0.14);
+    if t < 0.333 {
+        return mix(a, b, t * 3.0);
+    }
+    return select(mix(c, d, t * 3.0 - 2.0), mix(b, c, t * 3.0 - 1.0), t < 0.667);
+}
+
+fn random_color(x: u32) -> vec3f {
+    let h = hash(x + 1u);
+    return vec3f(vec3u(h, h >> 10u, h >> 20u) & vec3u(1023u)) / 1023.0;
+}
+
+// Distance from the light in the scene's extent along it, 0 near to 1 far.
+fn light_depth(position: vec3f) -> f32 {
+    if frame.light_kind != directional {
+        let diagonal = length(frame.bounds_max - frame.bounds_min);
+        return distance(position, frame.light_position) / min(frame.light_range, diagonal);
+    }
+    let center = 0.5 * (frame.bounds_min + frame.bounds_max);
+    let reach = 0.5 * dot(frame.bounds_max - frame.bounds_min, abs(frame.light_axis));
+    return 0.5 + 0.5 * dot(position - center, frame.light_axis) / reach;
+}
+
+// A map fitted into the picture, near (stored 1) bright, on a quiet background.
+fn map_picture(pixel: vec2u) -> vec3f {
+    let size = vec2f(textureDimensions(shown));
+    let scale = max(size.x / f32(frame.size.x), size.y / f32(frame.size.y));
+    let texel = (vec2f(pixel) + 0.5 - 0.5 * vec2f(frame.size)) * scale + 0.5 * size;
+    if any(texel < vec2f(0.0)) || any(texel >= size) {
+        return vec3f(0.12);
+    }
+    return vec3f(textureLoad(shown, vec2u(texel), 0).x);
+}
+
+fn dimmed(s: Surface) -> vec3f {
+    let gray = dot(linear_to_srgb(lit(s, textureLoad(visibility, s.pixel, 0).x)), vec3f(0.3, 0.6, 0.1));
+    return vec3f(0.15 + 0.4 * gray);
+}
+
+// Colour of a pixel, sRGB-encoded.
+fn color_of(pixel: vec2u) -> vec3f {
+    let s = load_surface(pixel);
+    let v = textureLoad(visibility, pixel, 0).x;
+    if frame.view == technique_map && view.shown == 1u {
+        return map_picture(pixel);
+    }
+    if frame.view == technique_map {
+        let x = textureLoad(map, pixel, 0).x;
+        if x >= 0.0 && view.shown == 2u {
+            return ramp((x - view.range.x) / (view.range.y - view.range.x));
+        }
+        if x >= 0.0 && view.shown == 3u && s.valid {
+            let tint = select(vec3f(0.95, 0.75, 0.35), vec3f(0.25, 0.45, 0.75), x > 0.5);
+            return mix(linear_to_srgb(lit(s, v)), tint, 0.45);
+        }
+    }
+    if !s.valid {
+        // Only pictures have a sky; data have a plain background.
+        let data = frame.view != shaded && frame.view != split_view;
+        return select(linear_to_srgb(sky(view_ray(pixel))), vec3f(0.22, 0.24, 0.27), data);
+    }
+    switch frame.view {
+        case split_view: {
+            let line = frame.split * f32(frame.size.x);
+            let x = f32(pixel.x) + 0.5;
+            if abs(x - line) < 1.0 {
+                return vec3f(1.0);
+            }
+            return linear_to_srgb(lit(s, select(textureLoad(truth, pixel, 0).x, v, x < line)));
+        }
+        case visibility_view: {
+            return vec3f(v);
+        }
+        case truth_view: {
+            return vec3f(textureLoad(truth, pixel, 0).x);
+        }
+        case error_view: {
+            let t = textureLoad(truth, pixel, 0).x;
+            let off = abs(v - t);
+            if !faces_light(s) || off < 1.0 / 255.0 {
+                return dimmed(s);
+            }
+            let hue = select(vec3f(0.95, 0.12, 0.10), vec3f(0.10, 0.25, 1.00), v > t);
+            return mix(dimmed(s), hue, 0.35 + 0.65 * off);
+        }
+        case facing_view: {
+            let cosine = dot(s.normal, normalize(light_at(s.position).to_light));
+            return select(vec3f(0.35), mix(vec3f(0.10, 0.30, 0.18), vec3f(0.55, 0.88, 0.55), cosine), cosine > 0.0);
+        }
+        case normals_view: {
+            return 0.5 + 0.5 * s.shading_normal;
+        }
+        case albedo_view: {
+            return linear_to_srgb(s.albedo);
+        }
+        case depth_view: {
+            // Logarithmic from the nearest to the farthest corner of the scene, so that near things differ too.
+            let low = max(frame.near, 1e-3);
+            let reach = length(max(abs(frame.eye - frame.bounds_min), abs(frame.eye - frame.bounds_max)));
+            return vec3f(saturate(log(s.depth / low) / log(max(min(frame.far, reach), 2.0 * low) / low)));
+        }
+        case light_depth_view: {
+            return vec3f(saturate(light_depth(s.position)));
+        }
+        case position_view: {
+            return fract(s.position);
+        }
+        case triangles_view: {
+            return random_color(s.triangle);
+        }
+        default: {
+            return linear_to_srgb(lit(s, v));
+        }
+    }
+}
+
+@compute @workgroup_size(8, 8)
+fn shade(@builtin(global_invocation_id) id: vec3u) {
+    if id.x < frame.size.x && id.y < frame.size.y {
+        textureStore(output, id.xy, vec4f(saturate(color_of(id.xy)), 1.0));
+    }
+}

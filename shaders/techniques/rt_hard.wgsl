@@ -1,0 +1,44 @@
+//!include lib/frame.wgsl
+//!include lib/gbuffer.wgsl
+//!include lib/trace.wgsl
+// One shadow ray a pixel that faces the light: exact hard visibility at the G-buffer sample.
+
+@group(1) @binding(0) var<uniform> params: RtParams;
+@group(1) @binding(1) var visibility_out: texture_storage_2d<r32float, write>;
+@group(1) @binding(2) var map_out: texture_storage_2d<r32float, write>;
+
+fn shadow_ray(s: Surface, light: LightSample) -> Ray {
+    let far = select(1.0, 3.4e38, frame.light_kind == directional);
+    let size = max(abs(s.position), vec3f(1.0));
+    let reach = length(light.to_light);
+    let start = params.epsilon * max(size.x, max(size.y, size.z)) / reach;
+    return Ray(s.position, light.to_light, start, far, triangles[s.triangle].w, params.two_sided != 0u, params.max_visits);
+}
+
+fn visible(pixel: vec2u) -> Hit {
+    let s = load_surface(pixel);
+    if !s.valid {
+        return Hit(false, 0u);
+    }
+    let light = light_at(s.position);
+    if !light.reached || dot(s.normal, light.to_light) <= 0.0 {
+        return Hit(true, 0u);
+    }
+    return trace(shadow_ray(s, light));
+}
+
+@compute @workgroup_size(8, 8)
+fn resolve(@builtin(global_invocation_id) id: vec3u) {
+    let pixel = vec2u(id.x, id.y + frame.band.x);
+    if pixel.x < frame.size.x && pixel.y < frame.size.y && id.y < frame.band.y {
+        textureStore(visibility_out, pixel, vec4f(select(1.0, 0.0, visible(pixel).blocked)));
+    }
+}
+
+// Map: nodes visited by each pixel's ray.
+@compute @workgroup_size(8, 8)
+fn inspect(@builtin(global_invocation_id) id: vec3u) {
+    if id.x < frame.size.x && id.y < frame.size.y {
+        textureStore(map_out, id.xy, vec4f(f32(visible(id.xy).visits)));
+    }
+}

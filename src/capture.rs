@@ -1,0 +1,114 @@
+//! Pictures to files, with the set-up inside, and the set-up out of them again.
+
+use crate::frame::{Ask, Renderer, Truth};
+use crate::setup::Setup;
+use crate::view;
+use anyhow::{Context, Result, bail, ensure};
+use std::fs::File;
+use std::io::{BufReader, BufWriter};
+use std::path::Path;
+
+/// Keyword of the PNG text chunk (iTXt) that holds the set-up as TOML.
+const KEYWORD: &str = "shadowscope-setup";
+
+/// Renders a set-up at its size and writes it: .png the view with the set-up inside, .exr the raw 32-bit
+/// floats of the views visibility, truth, depth (one channel), position and normals (three).
+///
+/// # Errors
+/// A light that the technique does not serve, another file ending, or what the file system says.
+pub fn capture(renderer: &mut Renderer, setup: &Setup, path: &Path) -> Result<()> {
+    let truth = if view::needs_truth(&setup.view) { Truth::All } else { Truth::Off };
+    renderer.render(setup, Ask { size: setup.size, truth, timed: false, picture: true })?;
+    let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
+    match extension.as_str() {
+        "png" => write_png(path, setup.size, &renderer.read_picture()?, Some(&setup.to_toml()?)),
+        "exr" => write_exr(renderer, setup, path),
+        _ => bail!("{}: a capture's file name ends in .png or .exr", path.display()),
+    }
+}
+
+/// Writes four bytes a pixel, rows from the top, as PNG, with a set-up as an iTXt chunk if given.
+pub fn write_png(path: &Path, size: [u32; 2], rgba: &[u8], setup: Option<&str>) -> Result<()> {
+    let doing = || format!("{} cannot be written", path.display());
+    if let Some(folder) = path.parent() {
+        std::fs::create_dir_all(folder).with_context(doing)?;
+    }
+    let mut encoder = png::Encoder::new(BufWriter::new(File::create(path).with_context(doing)?), size[0], size[1]);
+    encoder.set_color(png::ColorType::Rgba);
+    encoder.set_depth(png::BitDepth::Eight);
+    encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
+    if let Some(text) = setup {
+        encoder.add_itxt_chunk(KEYWORD.into(), text.into()).with_context(doing)?;
+    }
+    let mut writer = encoder.write_header().with_context(doing)?;
+    writer.write_image_data(rgba).with_context(doing)?;
+    writer.finish().with_context(doing)
+}
+
+/// Reads the set-up inside a captured PNG.
+///
+/// # Errors
+/// No file, no PNG, or a PNG without a set-up.
+pub fn read_setup(path: &Path) -> Result<String> {
+    let name = path.display();
+    let file = File::open(path).with_context(|| format!("{name} cannot be read"))?;
+    let mut decoder = png::Decoder::new(BufReader::new(file));
+    let not_png = || format!("{name} is not a PNG file that can be read");
+    decoder.read_header_info().with_context(not_png)?;
+    let reader = decoder.read_info().with_context(not_png)?;
+    let chunks = &reader.info().utf8_text;
+    let Some(chunk) = chunks.iter().find(|c| c.keyword == KEYWORD) else {
+        bail!("{name} holds no set-up; only pictures captured by shadowscope do");
+    };
+    chunk.get_text().with_context(|| format!("the set-up inside {name} cannot be read"))
+}
+
+fn write_exr(renderer: &Renderer, setup: &Setup, path: &Path) -> Result<()> {
+    use exr::prelude::*;
+    let [w, h] = setup.size.map(|s| s as usize);
+    let doing = || format!("{} cannot be written", path.display());
+    let one = |name: &str, values: Vec<f32>| {
+        let channel = AnyChannel::new(name, FlatSamples::F32(values));
+        AnyChannels::sort(smallvec::smallvec![channel])
+    };
+    let three = |values: Vec<[f32; 3]>| {
+        let channel = |name: &str, i: usize| AnyChannel::new(name, FlatSamples::F32(values.iter().map(|v| v[i]).collect()));
+        AnyChannels::sort(smallvec::smallvec![channel("R", 0), channel("G", 1), channel("B", 2)])
+    };
+    let channels = match setup.view.as_str() {
+        "visibility" => one("Y", renderer.read_visibility()?),
+        "truth" => one("Y", renderer.read_truth()?),
+        "depth" => one("Y", renderer.read_position()?.iter().map(|p| p[3]).collect()),
+        "position" => three(renderer.read_position()?.iter().map(|p| [p[0], p[1], p[2]]).collect()),
+        "normals" => three(renderer.read_surface()?.iter().map(|s| octahedral_decode(s[1])).collect()),
+        other => bail!(
+            "{}: the view {other} has no raw values; .exr takes visibility, truth, depth, position and normals",
+            path.display()
+        ),
+    };
+    if let Some(folder) = path.parent() {
+        std::fs::create_dir_all(folder).with_context(doing)?;
+    }
+    let mut attributes = LayerAttributes::named(setup.view.as_str());
+    attributes.comments = Text::new_or_none(setup.to_toml()?);
+    let layer = Layer::new((w, h), attributes, Encoding::SMALL_LOSSLESS, channels);
+    Image::from_layer(layer).write().to_file(path).with_context(doing)
+}
+
+/// Unpacks a unit vector as `octahedral_decode` of the shaders does.
+pub fn octahedral_decode(bits: u32) -> [f32; 3] {
+    let unpack = |b: u32| (b as u16 as i16 as f32 / 32767.0).max(-1.0);
+    let (x, y) = (unpack(bits), unpack(bits >> 16));
+    let z = 1.0 - x.abs() - y.abs();
+    let t = (-z).max(0.0);
+    let x = x + if x >= 0.0 { -t } else { t };
+    let y = y + if y >= 0.0 { -t } else { t };
+    glam::Vec3::new(x, y, z).normalize().to_array()
+}
+
+/// Reads `WxH`.
+pub fn parse_size(text: &str) -> Result<[u32; 2]> {
+    let sides: Vec<u32> = text.split('x').filter_map(|s| s.trim().parse().ok()).collect();
+    ensure!(sides.len() == 2 && text.split('x').count() == 2, "--size {text}: write it as WIDTHxHEIGHT, such as 1920x1080");
+    Ok([sides[0], sides[1]])
+}

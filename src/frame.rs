@@ -1,0 +1,526 @@
+//! A frame from top to bottom: set-up in, visibility, truth and picture out.
+//!
+//! Window, command line and tests all come through [`Renderer::render`].
+
+use crate::gpu::{Gpu, Pass, Raster, Recorder, Slot, Timer, bytes};
+use crate::light::Light;
+use crate::params::{Group, Values};
+use crate::scene::Scene;
+use crate::scene::geometry::{Geometry, SceneGpu};
+use crate::setup::Setup;
+use crate::techniques::{self, Info, Technique};
+use crate::view;
+use anyhow::{Context, Result, bail, ensure};
+use bytemuck::{Pod, Zeroable};
+use glam::{Mat4, Vec3};
+use std::collections::HashMap;
+use std::sync::Arc;
+use std::time::Instant;
+use wgpu::TextureFormat as Format;
+
+/// What every pass may know, as `Frame` in `shaders/lib/frame.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub struct FrameUniform {
+    pub view_proj: Mat4,
+    pub inverse_view_proj: Mat4,
+    pub eye: Vec3,
+    pub near: f32,
+    pub forward: Vec3,
+    pub far: f32,
+    pub bounds_min: Vec3,
+    pub seed: u32,
+    pub bounds_max: Vec3,
+    pub split: f32,
+    pub light_position: Vec3,
+    pub light_kind: u32,
+    pub light_axis: Vec3,
+    pub light_range: f32,
+    pub light_color: Vec3,
+    pub light_cosine: f32,
+    pub light_half_u: Vec3,
+    pub view: u32,
+    pub light_half_v: Vec3,
+    pub map: u32,
+    pub size: [u32; 2],
+    pub band: [u32; 2],
+}
+
+impl FrameUniform {
+    fn new(setup: &Setup, info: &Info, size: [u32; 2], bounds: [Vec3; 2]) -> FrameUniform {
+        let camera = setup.camera;
+        let view_proj = camera.projection(size[0] as f32 / size[1] as f32) * camera.view();
+        let light = setup.light;
+        let (cosine, half_u, half_v) = match light {
+            Light::Spot { outer_angle, .. } => (outer_angle.to_radians().cos(), Vec3::ZERO, Vec3::ZERO),
+            Light::RectArea { half_u, half_v, .. } => (0.0, half_u, half_v),
+            _ => (0.0, Vec3::ZERO, Vec3::ZERO),
+        };
+        FrameUniform {
+            view_proj,
+            inverse_view_proj: view_proj.inverse(),
+            eye: camera.position,
+            near: camera.near,
+            forward: camera.forward(),
+            far: camera.far,
+            bounds_min: bounds[0],
+            seed: setup.seed,
+            bounds_max: bounds[1],
+            split: setup.split,
+            light_position: light.position(),
+            light_kind: light.index() as u32,
+            light_axis: light.axis(),
+            light_range: light.range().min(f32::MAX),
+            light_color: light.color(),
+            light_cosine: cosine,
+            light_half_u: half_u,
+            // A technique's own map is drawn with the number behind the last common view.
+            view: view::index(&setup.view).unwrap_or(view::VIEWS.len()) as u32,
+            light_half_v: half_v,
+            map: info.maps.iter().position(|m| m.id == setup.view).unwrap_or(0) as u32,
+            size,
+            band: [0, size[1]],
+        }
+    }
+}
+
+/// How a technique's own map is drawn.
+#[derive(Clone)]
+enum Shown {
+    /// A map as the light sees it, fitted into the picture.
+    Texture(wgpu::TextureView),
+    /// Values of `map_out`, from dark at `range[0]` to bright at `range[1]`.
+    Ramp([f32; 2]),
+    /// Values of `map_out`: 0 and 1 as a chequerboard over the scene.
+    Cells,
+}
+
+/// What a technique is given: the G-buffer, the scene and the light, through the names its shaders use.
+pub struct Frame<'a> {
+    recorder: Recorder<'a>,
+    pub setup: &'a Setup,
+    /// The values of the technique's parameters.
+    pub values: &'a Values,
+    pub scene: &'a SceneGpu,
+    /// Width and height, pixels.
+    pub size: [u32; 2],
+    shown: Option<Shown>,
+    held: u64,
+}
+
+impl<'a> std::ops::Deref for Frame<'a> {
+    type Target = Recorder<'a>;
+    fn deref(&self) -> &Recorder<'a> {
+        &self.recorder
+    }
+}
+impl std::ops::DerefMut for Frame<'_> {
+    fn deref_mut(&mut self) -> &mut Self::Target {
+        &mut self.recorder
+    }
+}
+
+impl Frame<'_> {
+    /// Counts bytes of GPU memory that the technique holds.
+    pub fn held(&mut self, bytes: u64) {
+        self.held += bytes;
+    }
+
+    /// Whether one of the technique's own maps is asked for, so that `inspect` must run.
+    pub fn wants_any_map(&self) -> bool {
+        view::index(&self.setup.view).is_none()
+    }
+
+    /// Shows a texture where the map `id` is asked for.
+    pub fn show_texture(&mut self, id: &str, texture: &wgpu::TextureView) {
+        if self.setup.view == id {
+            self.shown = Some(Shown::Texture(texture.clone()));
+        }
+    }
+
+    /// Shows `map_out` as a colour ramp over `range`, where the map `id` is asked for. Negative values show the scene.
+    pub fn show_ramp(&mut self, id: &str, range: [f32; 2]) {
+        if self.setup.view == id {
+            self.shown = Some(Shown::Ramp(range));
+        }
+    }
+
+    /// Shows `map_out` as a chequerboard over the scene, where the map `id` is asked for.
+    pub fn show_cells(&mut self, id: &str) {
+        if self.setup.view == id {
+            self.shown = Some(Shown::Cells);
+        }
+    }
+}
+
+/// Screen-space textures of one size.
+#[derive(Default)]
+struct Targets {
+    position: Slot,
+    surface: Slot,
+    depth: Slot,
+    visibility: Slot,
+    truth: Slot,
+    map: Slot,
+    mask: Slot,
+    output: Slot,
+}
+
+/// How far the truth is to be traced in a frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Truth {
+    /// Not at all.
+    Off,
+    /// Some more pixels of it, as many as given.
+    Some(u32),
+    /// All that is missing.
+    All,
+}
+
+/// What a frame is asked for.
+#[derive(Clone, Copy, Debug)]
+pub struct Ask {
+    /// Pixels to render at; the set-up's size unless a window wants another.
+    pub size: [u32; 2],
+    pub truth: Truth,
+    /// Time every pass.
+    pub timed: bool,
+    /// Draw the view into [`Renderer::output`].
+    pub picture: bool,
+}
+
+/// What a frame tells of itself.
+#[derive(Clone, Debug, Default)]
+pub struct Told {
+    /// CPU milliseconds that the technique took to record its passes.
+    pub cpu_ms: f64,
+    /// Bytes of GPU memory that the technique holds.
+    pub gpu_bytes: u64,
+    /// Share of the truth that is traced, 0 to 1.
+    pub truth_done: f32,
+    /// CPU milliseconds for moving the animated geometry and refitting the BVH, if that happened.
+    pub animated_ms: Option<f64>,
+}
+
+#[repr(C)]
+#[derive(Clone, Copy, Pod, Zeroable)]
+struct ViewUniform {
+    range: [f32; 2],
+    /// 0 none, 1 texture, 2 ramp, 3 cells.
+    shown: u32,
+    padding: u32,
+}
+
+/// Renders set-ups of one scene on one device.
+pub struct Renderer {
+    pub gpu: Arc<Gpu>,
+    scene: Arc<Scene>,
+    geometry: Geometry,
+    scene_gpu: SceneGpu,
+    clock: (u32, f32),
+    targets: Targets,
+    technique: Option<(&'static Info, Box<dyn Technique>)>,
+    params: HashMap<&'static str, (Vec<u32>, wgpu::Buffer)>,
+    truth_params: wgpu::Buffer,
+    truth_key: Option<String>,
+    truth_rows: u32,
+    pub timer: Timer,
+    frame_buffer: wgpu::Buffer,
+    truth_buffer: wgpu::Buffer,
+    view_buffer: wgpu::Buffer,
+    gbuffer: Pass,
+    truth: Pass,
+    classify: Pass,
+    draw: Pass,
+    revision: u64,
+}
+
+const SAMPLED: wgpu::TextureUsages = wgpu::TextureUsages::TEXTURE_BINDING.union(wgpu::TextureUsages::COPY_SRC);
+const DRAWN: wgpu::TextureUsages = SAMPLED.union(wgpu::TextureUsages::RENDER_ATTACHMENT);
+const STORED: wgpu::TextureUsages = SAMPLED.union(wgpu::TextureUsages::STORAGE_BINDING);
+
+impl Renderer {
+    /// Uploads a scene and makes the passes that every frame has.
+    ///
+    /// # Errors
+    /// A scene larger than the adapter takes, or a shader that does not compile.
+    pub fn new(gpu: Arc<Gpu>, scene: Arc<Scene>) -> Result<Renderer> {
+        let geometry = Geometry::new(&scene, 0, 0.0)?;
+        Renderer::with_geometry(gpu, scene, geometry)
+    }
+
+    /// As [`Renderer::new`], with geometry that was made elsewhere (by a loading thread).
+    pub fn with_geometry(gpu: Arc<Gpu>, scene: Arc<Scene>, geometry: Geometry) -> Result<Renderer> {
+        let scene_gpu = SceneGpu::new(&gpu, &scene, &geometry)?;
+        let uniform = |label, size: usize| gpu.buffer(label, &vec![0; size], wgpu::BufferUsages::UNIFORM);
+        let gbuffer = Raster {
+            vertex: "vertex",
+            fragment: Some("fragment"),
+            targets: &[Format::Rgba32Float, Format::Rgba32Uint],
+            depth: Some(wgpu::DepthStencilState {
+                format: Format::Depth32Float,
+                depth_write_enabled: Some(true),
+                depth_compare: Some(wgpu::CompareFunction::Greater),
+                stencil: Default::default(),
+                bias: Default::default(),
+            }),
+            cull: None,
+        };
+        let truth_words = techniques::TRUTH.params[0].words(&Values::new());
+        let made = Renderer {
+            timer: Timer::new(&gpu),
+            frame_buffer: uniform("frame", size_of::<FrameUniform>()),
+            truth_buffer: uniform("frame of the truth", size_of::<FrameUniform>()),
+            view_buffer: uniform("view", size_of::<ViewUniform>()),
+            truth_params: gpu.buffer("truth", bytemuck::cast_slice(&truth_words), wgpu::BufferUsages::UNIFORM),
+            gbuffer: Pass::render(&gpu, "G-buffer", "gbuffer.wgsl", gbuffer, &[])?,
+            truth: Pass::compute(&gpu, "truth", "techniques/rt_hard.wgsl", "resolve", techniques::TRUTH.params)?,
+            classify: Pass::compute(&gpu, "mask", "mask.wgsl", "classify", &[])?,
+            draw: Pass::compute(&gpu, "shading", "shade.wgsl", "shade", &[])?,
+            gpu,
+            scene,
+            geometry,
+            scene_gpu,
+            clock: (0, 0.0),
+            targets: Targets::default(),
+            technique: None,
+            params: HashMap::new(),
+            truth_key: None,
+            truth_rows: 0,
+            revision: 0,
+        };
+        made.gpu.check()?;
+        Ok(made)
+    }
+
+    pub fn scene(&self) -> &Arc<Scene> {
+        &self.scene
+    }
+
+    pub fn geometry(&self) -> &Geometry {
+        &self.geometry
+    }
+
+    /// Renders one frame.
+    ///
+    /// # Errors
+    /// A light that the technique does not serve, a picture larger than the adapter takes, or what the device reports.
+    pub fn render(&mut self, setup: &Setup, ask: Ask) -> Result<Told> {
+        let info = techniques::find_or_say(&setup.technique)?;
+        if let Some(reason) = info.refuses(&setup.light) {
+            bail!(reason);
+        }
+        let limit = self.gpu.device.limits().max_texture_dimension_2d;
+        let [width, height] = ask.size;
+        ensure!(width.max(height) <= limit, "{width} × {height} pixels are more than {} takes ({limit})", self.gpu.info.name);
+        let mut told = Told { animated_ms: self.advance(setup), ..Told::default() };
+        self.make(info)?;
+
+        let gpu = &*self.gpu;
+        let t = &mut self.targets;
+        let position = t.position.get(gpu, "position", ask.size, Format::Rgba32Float, DRAWN);
+        let surface = t.surface.get(gpu, "surface", ask.size, Format::Rgba32Uint, DRAWN);
+        let depth = t.depth.get(gpu, "depth", ask.size, Format::Depth32Float, DRAWN);
+        let visibility = t.visibility.get(gpu, "visibility", ask.size, Format::R32Float, STORED);
+        let truth = t.truth.get(gpu, "truth", ask.size, Format::R32Float, STORED);
+        let map = t.map.get(gpu, "technique's map", ask.size, Format::R32Float, STORED);
+        let output = t.output.get(gpu, "picture", ask.size, Format::Rgba8Unorm, STORED);
+
+        let mut uniform = FrameUniform::new(setup, info, ask.size, self.scene_gpu.bounds);
+        gpu.queue.write_buffer(&self.frame_buffer, 0, bytemuck::bytes_of(&uniform));
+        let values = setup.values();
+        for group in info.params {
+            upload(gpu, &mut self.params, group, &values);
+        }
+
+        let mut recorder = Recorder::new(gpu, &mut self.timer, ask.timed, ask.size);
+        let scene = &self.scene_gpu;
+        for (name, buffer) in [
+            ("frame", &self.frame_buffer),
+            ("vertices", &scene.vertices),
+            ("triangles", &scene.triangles),
+            ("materials", &scene.materials),
+            ("nodes", &scene.nodes),
+            ("corners", &scene.corners),
+            ("view", &self.view_buffer),
+        ] {
+            recorder.set(name, buffer);
+        }
+        for (name, view) in [
+            ("textures", &scene.textures),
+            ("g_position", &position),
+            ("g_surface", &surface),
+            ("visibility_out", &visibility),
+            ("visibility", &visibility),
+            ("truth", &truth),
+            ("map_out", &map),
+            ("map", &map),
+            ("output", &output),
+        ] {
+            recorder.set(name, view);
+        }
+        recorder.set("texture_sampler", &scene.sampler);
+        for (name, (_, buffer)) in &self.params {
+            recorder.set(name, buffer);
+        }
+
+        let count = scene.triangle_count * 3;
+        recorder.run(&self.gbuffer).draw(&[&position, &surface], Some((&depth, 0.0)), true, |p| p.draw(0..count, 0..1));
+
+        let mut f = Frame { recorder, setup, values: &values, scene, size: ask.size, shown: None, held: 0 };
+        let start = Instant::now();
+        let waited = f.waited();
+        if let Some((_, technique)) = &mut self.technique {
+            technique.render(&mut f)?;
+        }
+        told.cpu_ms = start.elapsed().as_secs_f64() * 1e3 - (f.waited() - waited);
+        told.gpu_bytes = f.held;
+        let Frame { mut recorder, shown, .. } = f;
+
+        // The truth goes on from the row where it stood, while nothing that it depends on changes.
+        let key = format!("{:?}", (self.revision, setup.camera, setup.light, ask.size));
+        let serves = techniques::TRUTH.refuses(&setup.light).is_none();
+        if ask.truth != Truth::Off && serves {
+            if self.truth_key.as_ref() != Some(&key) {
+                self.truth_key = Some(key);
+                self.truth_rows = 0;
+            }
+            let rows = match ask.truth {
+                Truth::Some(pixels) => (pixels / width).max(8),
+                _ => height,
+            };
+            let rows = rows.min(height - self.truth_rows);
+            if rows > 0 {
+                uniform.band = [self.truth_rows, rows];
+                gpu.queue.write_buffer(&self.truth_buffer, 0, bytemuck::bytes_of(&uniform));
+                recorder
+                    .run(&self.truth)
+                    .bind("frame", &self.truth_buffer)
+                    .bind("params", &self.truth_params)
+                    .bind("visibility_out", &truth)
+                    .dispatch(width.div_ceil(8), rows.div_ceil(8), 1);
+                self.truth_rows += rows;
+            }
+            told.truth_done = self.truth_rows as f32 / height as f32;
+        }
+
+        if ask.picture {
+            let (mode, range, texture) = match &shown {
+                None => (0, [0.0, 1.0], &map),
+                Some(Shown::Texture(t)) => (1, [0.0, 1.0], t),
+                Some(Shown::Ramp(range)) => (2, *range, &map),
+                Some(Shown::Cells) => (3, [0.0, 1.0], &map),
+            };
+            let view = ViewUniform { range, shown: mode, padding: 0 };
+            gpu.queue.write_buffer(&self.view_buffer, 0, bytemuck::bytes_of(&view));
+            recorder.run(&self.draw).bind("shown", texture).per_pixel();
+        }
+        recorder.finish()?;
+        gpu.check()?;
+        Ok(told)
+    }
+
+    /// Moves the animated geometry to the set-up's clock; the milliseconds that took, if it moved.
+    fn advance(&mut self, setup: &Setup) -> Option<f64> {
+        let clock = (setup.animation, setup.time);
+        if self.clock == clock || self.scene.animations.is_empty() {
+            return None;
+        }
+        let start = Instant::now();
+        self.geometry.update(&self.scene, setup.animation as usize, setup.time);
+        self.scene_gpu.update(&self.gpu, &self.scene, &self.geometry);
+        self.clock = clock;
+        self.revision += 1;
+        Some(start.elapsed().as_secs_f64() * 1e3)
+    }
+
+    /// Makes the technique, if another was in use.
+    fn make(&mut self, info: &'static Info) -> Result<()> {
+        if self.technique.as_ref().is_none_or(|(held, _)| held.id != info.id) {
+            self.technique = None;
+            self.params.clear();
+            let made = (info.make)(&self.gpu).with_context(|| format!("{} cannot be made", info.title))?;
+            self.technique = Some((info, made));
+        }
+        Ok(())
+    }
+
+    /// The picture of the last frame, sRGB-encoded, as a texture view.
+    pub fn output(&self) -> Option<&wgpu::Texture> {
+        self.targets.output.texture()
+    }
+
+    /// Reads the picture back: four bytes a pixel, rows from the top.
+    pub fn read_picture(&self) -> Result<Vec<u8>> {
+        self.read(&self.targets.output)
+    }
+
+    /// Reads the technique's visibility back, a number a pixel.
+    pub fn read_visibility(&self) -> Result<Vec<f32>> {
+        Ok(bytemuck::pod_collect_to_vec(&self.read(&self.targets.visibility)?))
+    }
+
+    /// Reads the truth back, a number a pixel.
+    pub fn read_truth(&self) -> Result<Vec<f32>> {
+        Ok(bytemuck::pod_collect_to_vec(&self.read(&self.targets.truth)?))
+    }
+
+    /// Classes of the last frame's pixels, as [`crate::measure::metrics`] names them.
+    pub fn read_mask(&mut self) -> Result<Vec<u32>> {
+        let held = |slot: &Slot| slot.texture().cloned().context("no frame has been rendered yet");
+        let (position, surface) = (held(&self.targets.position)?, held(&self.targets.surface)?);
+        let size = [position.width(), position.height()];
+        let mask = self.targets.mask.get(&self.gpu, "mask", size, Format::R32Uint, STORED);
+        let mut recorder = Recorder::new(&self.gpu, &mut self.timer, false, size);
+        recorder
+            .run(&self.classify)
+            .bind("frame", &self.frame_buffer)
+            .bind("g_position", &position.create_view(&Default::default()))
+            .bind("g_surface", &surface.create_view(&Default::default()))
+            .bind("mask", &mask)
+            .per_pixel();
+        recorder.finish()?;
+        Ok(bytemuck::pod_collect_to_vec(&self.read(&self.targets.mask)?))
+    }
+
+    /// Takes in the pass times that have arrived; with `wait`, all of them.
+    pub fn collect_times(&mut self, wait: bool) -> Result<()> {
+        self.timer.collect(&self.gpu, wait)
+    }
+
+    /// Reads world positions back; w is the depth along the camera's axis, 0 for background.
+    pub fn read_position(&self) -> Result<Vec<[f32; 4]>> {
+        Ok(bytemuck::pod_collect_to_vec(&self.read(&self.targets.position)?))
+    }
+
+    /// Reads the G-buffer's surface words back: geometric normal, shading normal, albedo, triangle.
+    pub fn read_surface(&self) -> Result<Vec<[u32; 4]>> {
+        Ok(bytemuck::pod_collect_to_vec(&self.read(&self.targets.surface)?))
+    }
+
+    fn read(&self, slot: &Slot) -> Result<Vec<u8>> {
+        self.gpu.read_texture(slot.texture().context("no frame has been rendered yet")?)
+    }
+
+    /// Bytes of GPU memory held by the screen-space targets.
+    pub fn target_bytes(&self) -> u64 {
+        let t = &self.targets;
+        let all = [&t.position, &t.surface, &t.depth, &t.visibility, &t.truth, &t.map, &t.output];
+        all.iter().filter_map(|s| s.texture()).map(bytes).sum()
+    }
+}
+
+fn upload(gpu: &Gpu, held: &mut HashMap<&'static str, (Vec<u32>, wgpu::Buffer)>, group: &Group, values: &Values) {
+    let words = group.words(values);
+    match held.get_mut(group.name) {
+        Some((old, _)) if *old == words => {}
+        Some((old, buffer)) => {
+            gpu.queue.write_buffer(buffer, 0, bytemuck::cast_slice(&words));
+            *old = words;
+        }
+        None => {
+            let buffer = gpu.buffer(group.name, bytemuck::cast_slice(&words), wgpu::BufferUsages::UNIFORM);
+            held.insert(group.name, (words, buffer));
+        }
+    }
+}

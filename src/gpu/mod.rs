@@ -1,0 +1,220 @@
+//! The device, and passes made from WGSL whose resources are bound by name.
+
+mod pass;
+mod shader;
+
+pub use pass::{Pass, Raster, Recorder, Resource, Run, Timer, TimerMode};
+pub use shader::Shaders;
+
+use anyhow::{Context, Result, anyhow};
+use std::sync::{Arc, Mutex};
+
+/// The adapter in use and what it can do.
+pub struct Gpu {
+    pub device: wgpu::Device,
+    pub queue: wgpu::Queue,
+    pub info: wgpu::AdapterInfo,
+    pub features: wgpu::Features,
+    pub shaders: Shaders,
+    error: Arc<Mutex<Option<String>>>,
+}
+
+/// What we use where an adapter has it; nothing of it is required.
+const WANTED: wgpu::Features = wgpu::Features::TIMESTAMP_QUERY;
+
+/// The instance that windows and the command line share.
+pub fn instance() -> wgpu::Instance {
+    wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle())
+}
+
+/// Every adapter of the system, the best first.
+pub fn adapters(instance: &wgpu::Instance) -> Vec<wgpu::Adapter> {
+    let mut all = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::all()));
+    all.sort_by_key(|a| match a.get_info().device_type {
+        wgpu::DeviceType::DiscreteGpu => 0,
+        wgpu::DeviceType::IntegratedGpu => 1,
+        wgpu::DeviceType::VirtualGpu => 2,
+        wgpu::DeviceType::Other => 3,
+        wgpu::DeviceType::Cpu => 4,
+    });
+    all
+}
+
+impl Gpu {
+    /// Opens the best adapter, or the first whose name contains `name`, for use without a window.
+    ///
+    /// # Errors
+    /// No adapter, none of that name, or a driver that refuses a device.
+    pub fn new(name: Option<&str>) -> Result<Gpu> {
+        Gpu::on(&instance(), None, name)
+    }
+
+    /// Opens an adapter that can draw on `surface`.
+    pub fn on(instance: &wgpu::Instance, surface: Option<&wgpu::Surface>, name: Option<&str>) -> Result<Gpu> {
+        let all = adapters(instance);
+        let names = || all.iter().map(|a| a.get_info().name).collect::<Vec<_>>().join(", ");
+        if all.is_empty() {
+            return Err(anyhow!("no graphics adapter was found; install a Vulkan driver (on Debian or Ubuntu: ./setup.sh)"));
+        }
+        let fits = |a: &&wgpu::Adapter| {
+            name.is_none_or(|n| a.get_info().name.to_lowercase().contains(&n.to_lowercase()))
+                && surface.is_none_or(|s| a.is_surface_supported(s))
+        };
+        let adapter = all.iter().find(fits).with_context(|| match name {
+            Some(n) => format!("no adapter is called {n}; there are: {}", names()),
+            None => format!("none of the adapters can draw in this window: {}", names()),
+        })?;
+        let info = adapter.get_info();
+        let features = adapter.features() & WANTED;
+        let error = Arc::new(Mutex::new(None));
+        let (device, queue) = pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor {
+            label: Some("shadowscope"),
+            required_features: features,
+            required_limits: adapter.limits(),
+            ..Default::default()
+        }))
+        .with_context(|| format!("{} refused to open", info.name))?;
+        let slot = error.clone();
+        device.on_uncaptured_error(Arc::new(move |e: wgpu::Error| {
+            if let Ok(mut slot) = slot.lock() {
+                slot.get_or_insert_with(|| e.to_string());
+            }
+        }));
+        Ok(Gpu { device, queue, info, features, shaders: Shaders::default(), error })
+    }
+
+    /// Whether the adapter is a program on the CPU, whose timings say nothing of a GPU's.
+    pub fn software(&self) -> bool {
+        self.info.device_type == wgpu::DeviceType::Cpu
+    }
+
+    /// Fails with the first error that the device reported since the last call.
+    pub fn check(&self) -> Result<()> {
+        match self.error.lock().ok().and_then(|mut e| e.take()) {
+            Some(message) => Err(anyhow!("the graphics device reports: {}", message.replace('\n', " "))),
+            None => Ok(()),
+        }
+    }
+
+    /// Waits until the device has done all that was submitted.
+    pub fn wait(&self) -> Result<()> {
+        self.device.poll(wgpu::PollType::wait_indefinitely()).context("the graphics device stopped answering")?;
+        Ok(())
+    }
+
+    /// A buffer with the given contents.
+    pub fn buffer(&self, label: &str, contents: &[u8], usage: wgpu::BufferUsages) -> wgpu::Buffer {
+        let buffer = self.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some(label),
+            size: (contents.len().next_multiple_of(16) as u64).max(16),
+            usage: usage | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        self.queue.write_buffer(&buffer, 0, contents);
+        buffer
+    }
+
+    /// Reads a buffer back, waiting for the device. It needs the usage `COPY_SRC`.
+    pub fn read_buffer(&self, buffer: &wgpu::Buffer) -> Result<Vec<u8>> {
+        let staging = self.staging(buffer.size());
+        let mut encoder = self.device.create_command_encoder(&Default::default());
+        encoder.copy_buffer_to_buffer(buffer, 0, &staging, 0, buffer.size());
+        self.queue.submit([encoder.finish()]);
+        self.read_staging(&staging)
+    }
+
+    /// Reads a 2D texture back, rows from the top without padding. It needs the usage `COPY_SRC`.
+    pub fn read_texture(&self, texture: &wgpu::Texture) -> Result<Vec<u8>> {
+        let texel = texture.format().block_copy_size(None).context("this texture format cannot be read back")?;
+        let row = (texture.width() * texel) as usize;
+        let padded = row.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT as usize);
+        let staging = self.staging((padded * texture.height() as usize) as u64);
+        let mut encoder = self.device.create_command_encoder(&Default::default());
+        encoder.copy_texture_to_buffer(
+            texture.as_image_copy(),
+            wgpu::TexelCopyBufferInfo {
+                buffer: &staging,
+                layout: wgpu::TexelCopyBufferLayout {
+                    offset: 0,
+                    bytes_per_row: Some(padded as u32),
+                    rows_per_image: None,
+                },
+            },
+            texture.size(),
+        );
+        self.queue.submit([encoder.finish()]);
+        let bytes = self.read_staging(&staging)?;
+        Ok(bytes.chunks_exact(padded).flat_map(|r| &r[..row]).copied().collect())
+    }
+
+    fn staging(&self, size: u64) -> wgpu::Buffer {
+        self.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("read-back"),
+            size,
+            usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
+            mapped_at_creation: false,
+        })
+    }
+
+    fn read_staging(&self, staging: &wgpu::Buffer) -> Result<Vec<u8>> {
+        staging.map_async(wgpu::MapMode::Read, .., |_| {});
+        self.wait()?;
+        self.check()?;
+        let bytes = staging.get_mapped_range(..).map_err(|e| anyhow!("reading back from the device failed: {e}"))?;
+        Ok(bytes.to_vec())
+    }
+}
+
+/// A texture with a view of all of it, remade when its description changes.
+#[derive(Default)]
+pub struct Slot {
+    made: Option<(wgpu::Texture, wgpu::TextureView)>,
+}
+
+impl Slot {
+    /// The view of a texture of this description, made anew if the held one differs.
+    pub fn get(
+        &mut self,
+        gpu: &Gpu,
+        label: &str,
+        size: [u32; 2],
+        format: wgpu::TextureFormat,
+        usage: wgpu::TextureUsages,
+    ) -> wgpu::TextureView {
+        if let Some((t, v)) = &self.made
+            && t.format() == format
+            && [t.width(), t.height()] == size
+            && t.usage() == usage
+        {
+            return v.clone();
+        }
+        let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
+            label: Some(label),
+            size: wgpu::Extent3d { width: size[0], height: size[1], depth_or_array_layers: 1 },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format,
+            usage,
+            view_formats: &[],
+        });
+        let view = texture.create_view(&Default::default());
+        self.made = Some((texture, view.clone()));
+        view
+    }
+
+    /// The texture, once made.
+    pub fn texture(&self) -> Option<&wgpu::Texture> {
+        self.made.as_ref().map(|(t, _)| t)
+    }
+}
+
+/// Bytes that a texture takes, all mips and layers (24-bit depth counted as 32).
+pub fn bytes(texture: &wgpu::Texture) -> u64 {
+    let texel = match texture.format() {
+        wgpu::TextureFormat::Depth24Plus => 4,
+        other => other.block_copy_size(None).unwrap_or(4) as u64,
+    };
+    let level = |i: u32| (texture.width() >> i).max(1) as u64 * (texture.height() >> i).max(1) as u64;
+    (0..texture.mip_level_count()).map(level).sum::<u64>() * texture.depth_or_array_layers() as u64 * texel
+}

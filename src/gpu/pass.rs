@@ -1,0 +1,444 @@
+//! Passes: a pipeline whose resources are bound by their WGSL names, recorded and timed.
+
+use super::shader::Binding;
+use super::{Gpu, Shaders};
+use crate::params::Group;
+use anyhow::{Context, Result, anyhow};
+use std::cell::RefCell;
+use std::collections::HashMap;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+/// Anything a shader can bind.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Resource {
+    Buffer(wgpu::Buffer),
+    Texture(wgpu::TextureView),
+    Sampler(wgpu::Sampler),
+}
+
+impl From<&wgpu::Buffer> for Resource {
+    fn from(b: &wgpu::Buffer) -> Self {
+        Resource::Buffer(b.clone())
+    }
+}
+impl From<&wgpu::TextureView> for Resource {
+    fn from(t: &wgpu::TextureView) -> Self {
+        Resource::Texture(t.clone())
+    }
+}
+impl From<&wgpu::Sampler> for Resource {
+    fn from(s: &wgpu::Sampler) -> Self {
+        Resource::Sampler(s.clone())
+    }
+}
+
+enum Pipeline {
+    Compute(wgpu::ComputePipeline),
+    Render(wgpu::RenderPipeline),
+}
+
+/// A pipeline with what it binds. Bind groups are kept until a resource changes.
+pub struct Pass {
+    name: &'static str,
+    pipeline: Pipeline,
+    layouts: Vec<wgpu::BindGroupLayout>,
+    bindings: Vec<Binding>,
+    bound: RefCell<Option<(Vec<Resource>, Vec<wgpu::BindGroup>)>>,
+}
+
+/// What a render pipeline needs beside its shader. Geometry is pulled from storage buffers.
+#[derive(Clone, Default)]
+pub struct Raster<'a> {
+    pub vertex: &'a str,
+    /// None: depth only.
+    pub fragment: Option<&'a str>,
+    pub targets: &'a [wgpu::TextureFormat],
+    pub depth: Option<wgpu::DepthStencilState>,
+    pub cull: Option<wgpu::Face>,
+}
+
+impl Pass {
+    /// A compute pass from a shader's entry point. `groups` are the parameter structs the shader uses.
+    pub fn compute(gpu: &Gpu, name: &'static str, file: &str, entry: &str, groups: &[Group]) -> Result<Pass> {
+        let (module, layout, layouts, bindings) = prepare(gpu, file, &[entry], groups)?;
+        let pipeline = gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+            label: Some(name),
+            layout: Some(&layout),
+            module: &module,
+            entry_point: Some(entry),
+            compilation_options: Default::default(),
+            cache: None,
+        });
+        Ok(Pass { name, pipeline: Pipeline::Compute(pipeline), layouts, bindings, bound: RefCell::default() })
+    }
+
+    /// A render pass of triangles.
+    pub fn render(gpu: &Gpu, name: &'static str, file: &str, raster: Raster, groups: &[Group]) -> Result<Pass> {
+        let entries: Vec<&str> = [Some(raster.vertex), raster.fragment].into_iter().flatten().collect();
+        let (module, layout, layouts, bindings) = prepare(gpu, file, &entries, groups)?;
+        let targets: Vec<_> = raster.targets.iter().map(|f| Some(wgpu::ColorTargetState::from(*f))).collect();
+        let pipeline = gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+            label: Some(name),
+            layout: Some(&layout),
+            vertex: wgpu::VertexState {
+                module: &module,
+                entry_point: Some(raster.vertex),
+                compilation_options: Default::default(),
+                buffers: &[],
+            },
+            primitive: wgpu::PrimitiveState { cull_mode: raster.cull, ..Default::default() },
+            depth_stencil: raster.depth,
+            multisample: Default::default(),
+            fragment: raster.fragment.map(|entry| wgpu::FragmentState {
+                module: &module,
+                entry_point: Some(entry),
+                compilation_options: Default::default(),
+                targets: &targets,
+            }),
+            multiview_mask: None,
+            cache: None,
+        });
+        Ok(Pass { name, pipeline: Pipeline::Render(pipeline), layouts, bindings, bound: RefCell::default() })
+    }
+
+    /// Makes the bind groups, or takes those of the last call if nothing changed.
+    fn bind(&self, gpu: &Gpu, find: impl Fn(&Binding) -> Option<Resource>) -> Result<Vec<wgpu::BindGroup>> {
+        let mut resources = Vec::with_capacity(self.bindings.len());
+        for b in &self.bindings {
+            resources.push(find(b).with_context(|| format!("pass {}: nothing is bound to {}", self.name, b.name))?);
+        }
+        let mut bound = self.bound.borrow_mut();
+        if let Some((held, groups)) = &*bound
+            && *held == resources
+        {
+            return Ok(groups.clone());
+        }
+        let mut groups = Vec::new();
+        for (group, layout) in self.layouts.iter().enumerate() {
+            let mut entries = Vec::new();
+            for (b, r) in self.bindings.iter().zip(&resources).filter(|(b, _)| b.group == group as u32) {
+                let resource = match r {
+                    Resource::Buffer(b) => b.as_entire_binding(),
+                    Resource::Texture(t) => wgpu::BindingResource::TextureView(t),
+                    Resource::Sampler(s) => wgpu::BindingResource::Sampler(s),
+                };
+                entries.push(wgpu::BindGroupEntry { binding: b.entry.binding, resource });
+            }
+            groups.push(gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+                label: Some(self.name),
+                layout,
+                entries: &entries,
+            }));
+        }
+        *bound = Some((resources, groups.clone()));
+        Ok(groups)
+    }
+}
+
+type Prepared = (wgpu::ShaderModule, wgpu::PipelineLayout, Vec<wgpu::BindGroupLayout>, Vec<Binding>);
+
+fn prepare(gpu: &Gpu, file: &str, entries: &[&str], groups: &[Group]) -> Result<Prepared> {
+    let program = Shaders::load(&gpu.shaders, file, groups)?;
+    let bindings = program.bindings(entries).with_context(|| file.to_string())?;
+    let module = gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
+        label: Some(file),
+        source: wgpu::ShaderSource::Wgsl(program.source.into()),
+    });
+    let count = bindings.iter().map(|b| b.group + 1).max().unwrap_or(0);
+    let layouts: Vec<_> = (0..count)
+        .map(|g| {
+            let entries: Vec<_> = bindings.iter().filter(|b| b.group == g).map(|b| b.entry).collect();
+            gpu.device
+                .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some(file), entries: &entries })
+        })
+        .collect();
+    let refs: Vec<_> = layouts.iter().map(Some).collect();
+    let layout = gpu.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+        label: Some(file),
+        bind_group_layouts: &refs,
+        immediate_size: 0,
+    });
+    Ok((module, layout, layouts, bindings))
+}
+
+/// How passes are timed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TimerMode {
+    Off,
+    /// GPU timestamps at the start and end of each pass.
+    Stamps,
+    /// Each pass submitted alone and waited for: wall-clock time, for software adapters and those without timestamps.
+    Wall,
+}
+
+/// Times of passes, by name, in milliseconds.
+pub struct Timer {
+    mode: TimerMode,
+    queries: Option<(wgpu::QuerySet, wgpu::Buffer)>,
+    names: Vec<&'static str>,
+    wall: Vec<f64>,
+    pending: Vec<(wgpu::Buffer, Vec<&'static str>, Arc<AtomicBool>)>,
+    /// The last complete frame.
+    pub latest: Vec<(&'static str, f64)>,
+}
+
+const MAX_PASSES: u32 = 128;
+
+impl Timer {
+    /// The way that the adapter allows: timestamps, or wall clock (lavapipe's compute timestamps are wrong
+    /// once a render pass has run).
+    pub fn new(gpu: &Gpu) -> Timer {
+        let stamps = gpu.features.contains(wgpu::Features::TIMESTAMP_QUERY) && !gpu.software();
+        let mode = if stamps { TimerMode::Stamps } else { TimerMode::Wall };
+        let queries = stamps.then(|| {
+            let set = gpu.device.create_query_set(&wgpu::QuerySetDescriptor {
+                label: Some("pass times"),
+                ty: wgpu::QueryType::Timestamp,
+                count: MAX_PASSES * 2,
+            });
+            let buffer = gpu.device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("pass times"),
+                size: MAX_PASSES as u64 * 16,
+                usage: wgpu::BufferUsages::QUERY_RESOLVE | wgpu::BufferUsages::COPY_SRC,
+                mapped_at_creation: false,
+            });
+            (set, buffer)
+        });
+        Timer { mode, queries, names: Vec::new(), wall: Vec::new(), pending: Vec::new(), latest: Vec::new() }
+    }
+
+    pub fn mode(&self) -> TimerMode {
+        self.mode
+    }
+
+    /// Takes in the frames whose times have arrived; with `wait`, all of them.
+    pub fn collect(&mut self, gpu: &Gpu, wait: bool) -> Result<()> {
+        if wait {
+            gpu.wait()?;
+        }
+        while let Some((buffer, names, ready)) = self.pending.first() {
+            if !ready.load(Ordering::Acquire) {
+                break;
+            }
+            let bytes = buffer.get_mapped_range(..).map_err(|e| anyhow!("reading the pass times failed: {e}"))?;
+            let stamps: &[u64] = bytemuck::cast_slice(&bytes);
+            let to_ms = gpu.queue.get_timestamp_period() as f64 * 1e-6;
+            let times = names.iter().zip(stamps.chunks_exact(2));
+            self.latest = times.map(|(n, s)| (*n, s[1].saturating_sub(s[0]) as f64 * to_ms)).collect();
+            drop(bytes);
+            self.pending.remove(0);
+        }
+        Ok(())
+    }
+}
+
+/// Records passes into command buffers and times them.
+pub struct Recorder<'a> {
+    pub gpu: &'a Gpu,
+    resources: HashMap<&'static str, Resource>,
+    encoder: wgpu::CommandEncoder,
+    timer: &'a mut Timer,
+    timed: bool,
+    /// What [`Run::per_pixel`] covers.
+    pixels: [u32; 2],
+    error: Option<anyhow::Error>,
+}
+
+impl<'a> Recorder<'a> {
+    pub fn new(gpu: &'a Gpu, timer: &'a mut Timer, timed: bool, pixels: [u32; 2]) -> Recorder<'a> {
+        timer.names.clear();
+        timer.wall.clear();
+        let encoder = gpu.device.create_command_encoder(&Default::default());
+        Recorder { gpu, resources: HashMap::new(), encoder, timer, timed, pixels, error: None }
+    }
+
+    /// Makes a resource known to all passes that follow, by its WGSL name or its parameter group's name.
+    pub fn set(&mut self, name: &'static str, resource: impl Into<Resource>) {
+        self.resources.insert(name, resource.into());
+    }
+
+    /// Starts a pass.
+    pub fn run<'r>(&'r mut self, pass: &'r Pass) -> Run<'r, 'a> {
+        Run { recorder: self, pass, extra: Vec::new() }
+    }
+
+    /// Zeroes a buffer.
+    pub fn clear(&mut self, buffer: &wgpu::Buffer) {
+        self.encoder.clear_buffer(buffer, 0, None);
+    }
+
+    /// Milliseconds spent so far in waiting for passes (wall-clock timing only).
+    pub fn waited(&self) -> f64 {
+        self.timer.wall.iter().sum()
+    }
+
+    /// Submits what is recorded. Times arrive in [`Timer::latest`], at once if measured by wall clock.
+    pub fn finish(mut self) -> Result<()> {
+        if let Some(error) = self.error {
+            return Err(error);
+        }
+        let timer = self.timer;
+        match (&timer.queries, timer.mode) {
+            (Some((set, resolved)), TimerMode::Stamps) if self.timed && !timer.names.is_empty() => {
+                let count = timer.names.len() as u32 * 2;
+                let size = count as u64 * 8;
+                let staging = self.gpu.device.create_buffer(&wgpu::BufferDescriptor {
+                    label: Some("pass times"),
+                    size,
+                    usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
+                    mapped_at_creation: false,
+                });
+                self.encoder.resolve_query_set(set, 0..count, resolved, 0);
+                self.encoder.copy_buffer_to_buffer(resolved, 0, &staging, 0, size);
+                self.gpu.queue.submit([self.encoder.finish()]);
+                let ready = Arc::new(AtomicBool::new(false));
+                let flag = ready.clone();
+                staging.map_async(wgpu::MapMode::Read, .., move |r| flag.store(r.is_ok(), Ordering::Release));
+                timer.pending.push((staging, std::mem::take(&mut timer.names), ready));
+            }
+            _ => {
+                self.gpu.queue.submit([self.encoder.finish()]);
+                if self.timed && timer.mode == TimerMode::Wall {
+                    timer.latest = timer.names.iter().copied().zip(timer.wall.iter().copied()).collect();
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// One pass being put together.
+pub struct Run<'r, 'a> {
+    recorder: &'r mut Recorder<'a>,
+    pass: &'r Pass,
+    extra: Vec<(&'static str, Resource)>,
+}
+
+impl Run<'_, '_> {
+    /// Binds a resource to the WGSL name `name`, for this pass only.
+    pub fn bind(mut self, name: &'static str, resource: impl Into<Resource>) -> Self {
+        self.extra.push((name, resource.into()));
+        self
+    }
+
+    /// Runs a compute pass with a thread a pixel, in workgroups of 8 × 8.
+    pub fn per_pixel(self) {
+        let [w, h] = self.recorder.pixels;
+        self.dispatch(w.div_ceil(8), h.div_ceil(8), 1);
+    }
+
+    /// Runs a compute pass of that many workgroups.
+    pub fn dispatch(self, x: u32, y: u32, z: u32) {
+        self.record(|encoder, pass, groups, first| {
+            let Pipeline::Compute(pipeline) = &pass.pipeline else { return };
+            let mut p = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+                label: Some(pass.name),
+                timestamp_writes: first.map(|(query_set, i)| wgpu::ComputePassTimestampWrites {
+                    query_set,
+                    beginning_of_pass_write_index: Some(i),
+                    end_of_pass_write_index: Some(i + 1),
+                }),
+            });
+            p.set_pipeline(pipeline);
+            for (i, group) in groups.iter().enumerate() {
+                p.set_bind_group(i as u32, group, &[]);
+            }
+            p.dispatch_workgroups(x, y, z);
+        });
+    }
+
+    /// Runs a render pass onto the colour views (cleared to zero) and the depth view (cleared to the
+    /// given value, or kept). `draw` issues the draws.
+    pub fn draw(
+        self,
+        colors: &[&wgpu::TextureView],
+        depth: Option<(&wgpu::TextureView, f32)>,
+        clear: bool,
+        draw: impl FnOnce(&mut wgpu::RenderPass),
+    ) {
+        let load = |value| if clear { wgpu::LoadOp::Clear(value) } else { wgpu::LoadOp::Load };
+        self.record(|encoder, pass, groups, first| {
+            let Pipeline::Render(pipeline) = &pass.pipeline else { return };
+            let attachments: Vec<_> = colors
+                .iter()
+                .map(|view| {
+                    Some(wgpu::RenderPassColorAttachment {
+                        view,
+                        depth_slice: None,
+                        resolve_target: None,
+                        ops: wgpu::Operations {
+                            load: if clear { wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT) } else { wgpu::LoadOp::Load },
+                            store: wgpu::StoreOp::Store,
+                        },
+                    })
+                })
+                .collect();
+            let mut p = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+                label: Some(pass.name),
+                color_attachments: &attachments,
+                depth_stencil_attachment: depth.map(|(view, value)| wgpu::RenderPassDepthStencilAttachment {
+                    view,
+                    depth_ops: Some(wgpu::Operations { load: load(value), store: wgpu::StoreOp::Store }),
+                    stencil_ops: None,
+                }),
+                timestamp_writes: first.map(|(query_set, i)| wgpu::RenderPassTimestampWrites {
+                    query_set,
+                    beginning_of_pass_write_index: Some(i),
+                    end_of_pass_write_index: Some(i + 1),
+                }),
+                occlusion_query_set: None,
+                multiview_mask: None,
+            });
+            p.set_pipeline(pipeline);
+            for (i, group) in groups.iter().enumerate() {
+                p.set_bind_group(i as u32, group, &[]);
+            }
+            draw(&mut p);
+        });
+    }
+
+    fn record(
+        self,
+        write: impl FnOnce(&mut wgpu::CommandEncoder, &Pass, &[wgpu::BindGroup], Option<(&wgpu::QuerySet, u32)>),
+    ) {
+        let Run { recorder, pass, extra } = self;
+        if recorder.error.is_some() {
+            return;
+        }
+        let find = |b: &Binding| {
+            let own = extra.iter().find(|(n, _)| *n == b.name).map(|(_, r)| r);
+            let known = recorder.resources.get(b.name.as_str());
+            own.or(known).or_else(|| recorder.resources.get(b.type_name.as_str())).cloned()
+        };
+        let groups = match pass.bind(recorder.gpu, find) {
+            Ok(groups) => groups,
+            Err(e) => {
+                recorder.error = Some(e);
+                return;
+            }
+        };
+        let timer = &mut *recorder.timer;
+        let timed = recorder.timed && (timer.names.len() as u32) < MAX_PASSES;
+        let first = match &timer.queries {
+            Some((set, _)) if timed => Some((set, timer.names.len() as u32 * 2)),
+            _ => None,
+        };
+        let wall = timed && timer.mode == TimerMode::Wall;
+        write(&mut recorder.encoder, pass, &groups, first);
+        if timed {
+            timer.names.push(pass.name);
+        }
+        if wall {
+            let encoder = recorder.gpu.device.create_command_encoder(&Default::default());
+            let full = std::mem::replace(&mut recorder.encoder, encoder);
+            let start = Instant::now();
+            recorder.gpu.queue.submit([full.finish()]);
+            if let Err(e) = recorder.gpu.wait() {
+                recorder.error = Some(e);
+            }
+            timer.wall.push(start.elapsed().as_secs_f64() * 1e3);
+        }
+    }
+}

@@ -1,0 +1,221 @@
+//! WGSL: found, put together from includes, checked by naga, and reflected.
+
+use crate::params::Group;
+use anyhow::{Context, Result, anyhow, bail};
+use include_dir::{Dir, include_dir};
+use std::path::PathBuf;
+use wgpu::naga;
+
+static EMBEDDED: Dir = include_dir!("$CARGO_MANIFEST_DIR/shaders");
+
+/// Where shader text comes from: the binary, or the folder named by `SHADOWSCOPE_SHADERS`.
+pub struct Shaders {
+    folder: Option<PathBuf>,
+}
+
+impl Default for Shaders {
+    fn default() -> Self {
+        Shaders { folder: std::env::var_os("SHADOWSCOPE_SHADERS").map(PathBuf::from) }
+    }
+}
+
+/// A module put together and checked, with what it binds.
+pub struct Program {
+    pub source: String,
+    pub module: naga::Module,
+    pub info: naga::valid::ModuleInfo,
+}
+
+/// One resource of a pass as WGSL declares it.
+pub struct Binding {
+    pub group: u32,
+    pub name: String,
+    /// The declared type's name; a parameter group is bound by it.
+    pub type_name: String,
+    pub entry: wgpu::BindGroupLayoutEntry,
+}
+
+/// Every shader file of the binary, relative to `shaders/`.
+pub fn files() -> Vec<String> {
+    fn walk(dir: &Dir, out: &mut Vec<String>) {
+        out.extend(dir.files().map(|f| f.path().to_string_lossy().replace('\\', "/")));
+        dir.dirs().for_each(|d| walk(d, out));
+    }
+    let mut out = Vec::new();
+    walk(&EMBEDDED, &mut out);
+    out.sort();
+    out
+}
+
+impl Shaders {
+    /// The newest change of any file, where shaders are read from a folder.
+    pub fn changed(&self) -> Option<std::time::SystemTime> {
+        let folder = self.folder.as_ref()?;
+        files().iter().filter_map(|f| folder.join(f).metadata().ok()?.modified().ok()).max()
+    }
+
+    fn read(&self, file: &str) -> Result<String> {
+        match &self.folder {
+            Some(folder) => {
+                let path = folder.join(file);
+                std::fs::read_to_string(&path).with_context(|| format!("shader {} cannot be read", path.display()))
+            }
+            None => match EMBEDDED.get_file(file).and_then(|f| f.contents_utf8()) {
+                Some(text) => Ok(text.into()),
+                None => bail!("there is no shader {file}"),
+            },
+        }
+    }
+
+    /// Puts a file, what it includes (`//!include lib/frame.wgsl`, each once) and the parameter
+    /// structs together, and checks the whole.
+    ///
+    /// # Errors
+    /// What naga finds, with the file and line it was written on.
+    pub fn load(&self, file: &str, groups: &[Group]) -> Result<Program> {
+        let mut lines = Vec::new();
+        for group in groups {
+            let text = group.wgsl();
+            lines.extend(text.lines().map(|l| (format!("params {}", group.name), 0, l.to_string())));
+        }
+        self.include(file, &mut Vec::new(), &mut lines)?;
+        let source: String = lines.iter().flat_map(|(_, _, l)| [l.as_str(), "\n"]).collect();
+        let place = |offset: Option<naga::SourceLocation>| match offset.and_then(|l| lines.get(l.line_number as usize - 1)) {
+            Some((file, line, text)) => format!("{file}:{line}: {}", text.trim()),
+            None => file.to_string(),
+        };
+        let module = naga::front::wgsl::parse_str(&source)
+            .map_err(|e| anyhow!("{}: {}", place(e.location(&source)), e.message()))?;
+        let mut validator =
+            naga::valid::Validator::new(naga::valid::ValidationFlags::all(), naga::valid::Capabilities::default());
+        let info = validator.validate(&module).map_err(|e| {
+            let detail = std::iter::successors(Some(e.as_inner() as &dyn std::error::Error), |e| e.source());
+            let detail: Vec<String> = detail.map(|e| e.to_string()).collect();
+            anyhow!("{}: {}", place(e.location(&source)), detail.join(": "))
+        })?;
+        Ok(Program { source, module, info })
+    }
+
+    fn include(&self, file: &str, seen: &mut Vec<String>, lines: &mut Vec<(String, usize, String)>) -> Result<()> {
+        if seen.iter().any(|s| s == file) {
+            return Ok(());
+        }
+        seen.push(file.into());
+        for (i, line) in self.read(file)?.lines().enumerate() {
+            match line.strip_prefix("//!include ") {
+                Some(other) => self.include(other.trim(), seen, lines).with_context(|| format!("{file}:{}", i + 1))?,
+                None => lines.push((file.into(), i + 1, line.into())),
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Program {
+    /// What the named entry points bind, in group and binding order.
+    pub fn bindings(&self, entry_points: &[&str]) -> Result<Vec<Binding>> {
+        let mut found: Vec<Binding> = Vec::new();
+        let mut sampled = Vec::new();
+        for name in entry_points {
+            let Some(i) = self.module.entry_points.iter().position(|e| e.name == *name) else {
+                bail!("the shader has no entry point {name}");
+            };
+            sampled.extend(self.info.get_entry_point(i).sampling_set.iter().map(|k| k.image));
+        }
+        for name in entry_points {
+            let i = self.module.entry_points.iter().position(|e| e.name == *name).unwrap_or(0);
+            let stage = match self.module.entry_points[i].stage {
+                naga::ShaderStage::Vertex => wgpu::ShaderStages::VERTEX,
+                naga::ShaderStage::Fragment => wgpu::ShaderStages::FRAGMENT,
+                _ => wgpu::ShaderStages::COMPUTE,
+            };
+            for (handle, global) in self.module.global_variables.iter() {
+                let Some(at) = &global.binding else { continue };
+                if self.info.get_entry_point(i)[handle].is_empty() {
+                    continue;
+                }
+                if let Some(b) = found.iter_mut().find(|b| b.group == at.group && b.entry.binding == at.binding) {
+                    b.entry.visibility |= stage;
+                    continue;
+                }
+                let ty = &self.module.types[global.ty];
+                found.push(Binding {
+                    group: at.group,
+                    name: global.name.clone().unwrap_or_default(),
+                    type_name: ty.name.clone().unwrap_or_default(),
+                    entry: wgpu::BindGroupLayoutEntry {
+                        binding: at.binding,
+                        visibility: stage,
+                        ty: binding_type(global.space, &ty.inner, sampled.contains(&handle))?,
+                        count: None,
+                    },
+                });
+            }
+        }
+        found.sort_by_key(|b| (b.group, b.entry.binding));
+        Ok(found)
+    }
+}
+
+fn binding_type(space: naga::AddressSpace, ty: &naga::TypeInner, sampled: bool) -> Result<wgpu::BindingType> {
+    let buffer = |ty| wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None };
+    Ok(match (space, ty) {
+        (naga::AddressSpace::Uniform, _) => buffer(wgpu::BufferBindingType::Uniform),
+        (naga::AddressSpace::Storage { access }, _) => {
+            buffer(wgpu::BufferBindingType::Storage { read_only: !access.contains(naga::StorageAccess::STORE) })
+        }
+        (_, naga::TypeInner::Sampler { comparison }) => wgpu::BindingType::Sampler(if *comparison {
+            wgpu::SamplerBindingType::Comparison
+        } else {
+            wgpu::SamplerBindingType::Filtering
+        }),
+        (_, naga::TypeInner::Image { dim, arrayed, class }) => {
+            let view_dimension = match (dim, arrayed) {
+                (naga::ImageDimension::D2, false) => wgpu::TextureViewDimension::D2,
+                (naga::ImageDimension::D2, true) => wgpu::TextureViewDimension::D2Array,
+                (naga::ImageDimension::Cube, false) => wgpu::TextureViewDimension::Cube,
+                _ => bail!("a texture of this dimension cannot be bound"),
+            };
+            match class {
+                naga::ImageClass::Sampled { kind, multi } => wgpu::BindingType::Texture {
+                    sample_type: match kind {
+                        naga::ScalarKind::Uint => wgpu::TextureSampleType::Uint,
+                        naga::ScalarKind::Sint => wgpu::TextureSampleType::Sint,
+                        _ => wgpu::TextureSampleType::Float { filterable: sampled },
+                    },
+                    view_dimension,
+                    multisampled: *multi,
+                },
+                naga::ImageClass::Depth { multi } => wgpu::BindingType::Texture {
+                    sample_type: wgpu::TextureSampleType::Depth,
+                    view_dimension,
+                    multisampled: *multi,
+                },
+                naga::ImageClass::Storage { format, access } => wgpu::BindingType::StorageTexture {
+                    access: if *access == naga::StorageAccess::STORE {
+                        wgpu::StorageTextureAccess::WriteOnly
+                    } else if *access == naga::StorageAccess::LOAD {
+                        wgpu::StorageTextureAccess::ReadOnly
+                    } else {
+                        wgpu::StorageTextureAccess::ReadWrite
+                    },
+                    format: storage_format(*format)?,
+                    view_dimension,
+                },
+                naga::ImageClass::External => bail!("external textures cannot be bound"),
+            }
+        }
+        _ => bail!("a global of this kind cannot be bound"),
+    })
+}
+
+fn storage_format(format: naga::StorageFormat) -> Result<wgpu::TextureFormat> {
+    Ok(match format {
+        naga::StorageFormat::R32Float => wgpu::TextureFormat::R32Float,
+        naga::StorageFormat::R32Uint => wgpu::TextureFormat::R32Uint,
+        naga::StorageFormat::Rgba8Unorm => wgpu::TextureFormat::Rgba8Unorm,
+        naga::StorageFormat::Rgba16Float => wgpu::TextureFormat::Rgba16Float,
+        naga::StorageFormat::Rgba32Float => wgpu::TextureFormat::Rgba32Float,
+        other => bail!("storage textures of format {other:?} are not used here"),
+    })
+}

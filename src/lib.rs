@@ -1,0 +1,22 @@
+//! Shadowscope: shadow techniques side by side with the exact shadow.
+//!
+//! The map of the house, in the order of the data:
+//! [`setup`] (what to draw) → [`scene`] (glTF and built-in scenes, flattened) → [`frame`] (G-buffer,
+//! technique, truth, picture) → [`measure`] (errors and times) → [`cli`] and [`ui`].
+//! Underneath: [`gpu`] (device, passes bound by name), [`params`] (declared once), [`light`],
+//! [`shadow_map`] (depth maps and fits), [`techniques`] (a file each), [`view`] (ways to look), [`capture`] (files).
+
+pub mod capture;
+pub mod cli;
+pub mod frame;
+pub mod gpu;
+pub mod light;
+pub mod measure;
+pub mod params;
+pub mod scene;
+pub mod setup;
+pub mod shadow_map;
+pub mod techniques;
+pub mod tour;
+pub mod ui;
+pub mod view;

@@ -1,0 +1,194 @@
+//! Light kinds: what a set-up stores and what the frame needs of them.
+
+use bytemuck::{Pod, Zeroable};
+use glam::{Vec3, Vec4};
+use serde::{Deserialize, Serialize};
+
+/// One light. Positions in metres (world space), angles in degrees, colours linear RGB.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
+pub enum Light {
+    /// Parallel rays, like the sun.
+    Directional {
+        /// Vector towards the light (any length but zero).
+        to_light: Vec3,
+        /// Irradiance on a surface that faces the light, relative to white.
+        #[serde(default = "white")]
+        color: Vec3,
+    },
+    /// A cone of light from a point.
+    Spot {
+        position: Vec3,
+        /// Direction in which the light travels along the cone's axis.
+        direction: Vec3,
+        /// Angle between the axis and the cone's edge, degrees, below 89.
+        outer_angle: f32,
+        /// Distance in metres beyond which the light no longer reaches.
+        range: f32,
+        /// Intensity per steradian: irradiance is `color / distance²`.
+        #[serde(default = "white")]
+        color: Vec3,
+    },
+    /// A point that shines in all directions.
+    Omni {
+        position: Vec3,
+        range: f32,
+        #[serde(default = "white")]
+        color: Vec3,
+    },
+    /// A point that shines into the half space around `direction`.
+    Hemisphere {
+        position: Vec3,
+        direction: Vec3,
+        range: f32,
+        #[serde(default = "white")]
+        color: Vec3,
+    },
+    /// A rectangle that shines from its front, the side of `half_u × half_v`.
+    RectArea {
+        center: Vec3,
+        /// Half the rectangle's width as a vector, metres.
+        half_u: Vec3,
+        /// Half the rectangle's height as a vector, metres.
+        half_v: Vec3,
+        range: f32,
+        #[serde(default = "white")]
+        color: Vec3,
+    },
+}
+
+fn white() -> Vec3 {
+    Vec3::ONE
+}
+
+/// The light kinds' names, in the shaders' order.
+pub const KINDS: [&str; 5] = ["directional", "spot", "omni", "hemisphere", "rect-area"];
+
+impl Light {
+    /// Its place in [`KINDS`].
+    pub fn index(&self) -> usize {
+        match self {
+            Light::Directional { .. } => 0,
+            Light::Spot { .. } => 1,
+            Light::Omni { .. } => 2,
+            Light::Hemisphere { .. } => 3,
+            Light::RectArea { .. } => 4,
+        }
+    }
+
+    /// The kind's name as set-ups write it.
+    pub fn kind(&self) -> &'static str {
+        KINDS[self.index()]
+    }
+
+    /// Position in world space, or the unit vector towards a directional light.
+    pub fn position(&self) -> Vec3 {
+        match *self {
+            Light::Directional { to_light, .. } => to_light.normalize_or(Vec3::Y),
+            Light::Spot { position, .. } | Light::Omni { position, .. } | Light::Hemisphere { position, .. } => position,
+            Light::RectArea { center, .. } => center,
+        }
+    }
+
+    /// Unit vector along which the light shines; an omni light's is downwards.
+    pub fn axis(&self) -> Vec3 {
+        match *self {
+            Light::Directional { to_light, .. } => -to_light.normalize_or(Vec3::Y),
+            Light::Spot { direction, .. } | Light::Hemisphere { direction, .. } => direction.normalize_or(Vec3::NEG_Y),
+            Light::Omni { .. } => Vec3::NEG_Y,
+            Light::RectArea { half_u, half_v, .. } => half_u.cross(half_v).normalize_or(Vec3::NEG_Y),
+        }
+    }
+
+    pub fn color(&self) -> Vec3 {
+        match *self {
+            Light::Directional { color, .. }
+            | Light::Spot { color, .. }
+            | Light::Omni { color, .. }
+            | Light::Hemisphere { color, .. }
+            | Light::RectArea { color, .. } => color,
+        }
+    }
+
+    /// Distance beyond which it no longer reaches, metres; infinite for a directional light.
+    pub fn range(&self) -> f32 {
+        match *self {
+            Light::Directional { .. } => f32::INFINITY,
+            Light::Spot { range, .. }
+            | Light::Omni { range, .. }
+            | Light::Hemisphere { range, .. }
+            | Light::RectArea { range, .. } => range,
+        }
+    }
+}
+
+/// A light's view, as `LightView` in `shaders/lib/light_view.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct LightView {
+    pub row_x: Vec4,
+    pub row_y: Vec4,
+    pub row_z: Vec4,
+    pub row_w: Vec4,
+    pub axis: Vec4,
+    pub near: f32,
+    pub far: f32,
+    pub perspective: u32,
+    pub texel: f32,
+    pub resolution: f32,
+    pub margin: f32,
+    pub padding: [f32; 2],
+}
+
+impl LightView {
+    /// The view of a directional or spot light that sees the whole scene: the box around the scene's
+    /// bounds, or the cone. `margin` texels stay free when a fit narrows it.
+    ///
+    /// Other kinds have no single view: None.
+    pub fn whole(light: &Light, bounds: [Vec3; 2], resolution: u32, margin: f32) -> Option<LightView> {
+        let axis = light.axis();
+        let up = if axis.y.abs() > 0.9999 { Vec3::NEG_Z } else { Vec3::Y };
+        let right = axis.cross(up).normalize();
+        let up = right.cross(axis);
+        let r = resolution as f32;
+        let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+        for i in 0..8 {
+            let corner = Vec3::from_array([0, 1, 2].map(|a| bounds[i >> a & 1][a]));
+            let p = Vec3::new(right.dot(corner), up.dot(corner), axis.dot(corner));
+            low = low.min(p);
+            high = high.max(p);
+        }
+        let mut view = LightView { resolution: r, margin, ..LightView::zeroed() };
+        match *light {
+            Light::Directional { .. } => {
+                let size = (high - low).max(Vec3::splat(1e-4));
+                let mid = (low + high) / 2.0;
+                view.row_x = (right * 2.0 / size.x).extend(-2.0 * mid.x / size.x);
+                view.row_y = (up * 2.0 / size.y).extend(-2.0 * mid.y / size.y);
+                view.row_w = Vec4::W;
+                // A thousandth to spare, so that nothing lies on the near plane.
+                view.near = 0.0;
+                view.far = size.z * 1.002;
+                view.axis = axis.extend(size.z * 0.001 - low.z);
+                view.row_z = (Vec4::W * view.far - view.axis) / view.far;
+                view.texel = size.x.max(size.y) / r;
+            }
+            Light::Spot { position, outer_angle, range, .. } => {
+                let tangent = outer_angle.to_radians().tan();
+                let row = |v: Vec3, scale: f32| (v / scale).extend(-v.dot(position) / scale);
+                view.row_x = row(right, tangent);
+                view.row_y = row(up, tangent);
+                view.axis = row(axis, 1.0);
+                view.row_w = view.axis;
+                // No receiver is farther than the scene's farthest corner.
+                view.far = range.min(high.z - axis.dot(position)).max(range * 1e-3);
+                view.near = view.far * 1e-3;
+                view.row_z = (Vec4::W * view.far - view.axis) * (view.near / (view.far - view.near));
+                view.perspective = 1;
+                view.texel = 2.0 * tangent / r;
+            }
+            _ => return None,
+        }
+        Some(view)
+    }
+}

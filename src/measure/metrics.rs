@@ -1,0 +1,195 @@
+//! Errors of a visibility buffer against the truth.
+
+use rayon::prelude::*;
+
+/// Background: no surface.
+pub const BACKGROUND: u32 = 0;
+/// A surface turned away from the light (n·l ≤ 0): dark whatever the technique does.
+pub const AWAY: u32 = 1;
+/// A surface that faces the light.
+pub const FACING: u32 = 2;
+
+/// Distances of wrong pixels from the true shadow boundary, pixels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Boundary {
+    pub median: f32,
+    pub p95: f32,
+    pub max: f32,
+}
+
+/// Pixel counts after Morais 2015, section 5. A visibility of at least one half counts as lit.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Errors {
+    /// Pixels that face the light: the four counts below add up to it.
+    pub facing: usize,
+    pub lit_correct: usize,
+    /// Called lit, but in shadow.
+    pub lit_incorrect: usize,
+    pub shadow_correct: usize,
+    /// Called shadow, but lit.
+    pub shadow_incorrect: usize,
+    /// Pixels that face away from the light.
+    pub away: usize,
+    pub background: usize,
+    /// Root mean square of visibility minus truth over the pixels that face the light.
+    pub rmse: f64,
+    /// None: no wrong pixel, or no true boundary in the picture.
+    pub boundary: Option<Boundary>,
+}
+
+impl Errors {
+    /// Wrong pixels as a share of those that face the light, 0 to 1.
+    pub fn share(&self) -> f64 {
+        (self.lit_incorrect + self.shadow_incorrect) as f64 / self.facing.max(1) as f64
+    }
+}
+
+/// Compares visibility with truth, both a number a pixel in rows of `width`; `mask` holds
+/// [`BACKGROUND`], [`AWAY`] or [`FACING`].
+pub fn errors(visibility: &[f32], truth: &[f32], mask: &[u32], width: usize) -> Errors {
+    let mut e = Errors::default();
+    let mut squares = 0.0f64;
+    let mut wrong = Vec::new();
+    for (i, m) in mask.iter().enumerate() {
+        match *m {
+            BACKGROUND => e.background += 1,
+            AWAY => e.away += 1,
+            _ => {
+                e.facing += 1;
+                squares += ((visibility[i] - truth[i]) as f64).powi(2);
+                match (visibility[i] >= 0.5, truth[i] >= 0.5) {
+                    (true, true) => e.lit_correct += 1,
+                    (true, false) => e.lit_incorrect += 1,
+                    (false, false) => e.shadow_correct += 1,
+                    (false, true) => e.shadow_incorrect += 1,
+                }
+                if (visibility[i] >= 0.5) != (truth[i] >= 0.5) {
+                    wrong.push(i);
+                }
+            }
+        }
+    }
+    e.rmse = (squares / e.facing.max(1) as f64).sqrt();
+    if !wrong.is_empty() {
+        let distance = distance_to(&boundary(truth, mask, width), width);
+        let mut far: Vec<f32> = wrong.iter().map(|i| distance[*i]).filter(|d| d.is_finite()).collect();
+        far.sort_by(f32::total_cmp);
+        if let Some(max) = far.last() {
+            e.boundary = Some(Boundary { median: quantile(&far, 0.5), p95: quantile(&far, 0.95), max: *max });
+        }
+    }
+    e
+}
+
+/// A quantile of ascending values, by the nearest rank.
+fn quantile(sorted: &[f32], q: f64) -> f32 {
+    sorted[((sorted.len() - 1) as f64 * q).round() as usize]
+}
+
+/// The pixels on the true boundary: those that face the light and have a neighbour (left, right, above,
+/// below) that faces it too but has the other label.
+fn boundary(truth: &[f32], mask: &[u32], width: usize) -> Vec<bool> {
+    let label = |i: usize| (mask[i] == FACING).then(|| truth[i] >= 0.5);
+    let height = truth.len() / width;
+    let differs = |a: Option<bool>, j: usize| matches!((a, label(j)), (Some(a), Some(b)) if a != b);
+    (0..truth.len())
+        .into_par_iter()
+        .map(|i| {
+            let (x, y, a) = (i % width, i / width, label(i));
+            (x > 0 && differs(a, i - 1))
+                || (x + 1 < width && differs(a, i + 1))
+                || (y > 0 && differs(a, i - width))
+                || (y + 1 < height && differs(a, i + width))
+        })
+        .collect()
+}
+
+/// Euclidean distance of every pixel from the nearest marked one, pixels; infinite if none is marked.
+/// Exact, by lower envelopes of parabolas, columns then rows (Felzenszwalb, Huttenlocher 2012).
+fn distance_to(marked: &[bool], width: usize) -> Vec<f32> {
+    let height = marked.len() / width;
+    let columns: Vec<Vec<f64>> = (0..width)
+        .into_par_iter()
+        .map(|x| envelope((0..height).map(|y| if marked[y * width + x] { 0.0 } else { f64::INFINITY })))
+        .collect();
+    (0..height)
+        .into_par_iter()
+        .flat_map_iter(|y| envelope((0..width).map(|x| columns[x][y])).into_iter().map(|d| d.sqrt() as f32))
+        .collect()
+}
+
+/// For each place x the minimum over all q of f(q) + (x - q)².
+fn envelope(f: impl ExactSizeIterator<Item = f64>) -> Vec<f64> {
+    let n = f.len();
+    // Parabolas of the envelope: where they stand, how high, and from where on they are lowest.
+    let mut hull: Vec<(f64, f64, f64)> = Vec::new();
+    for (q, height) in f.enumerate().filter(|(_, h)| h.is_finite()) {
+        let q = q as f64;
+        let mut from = f64::NEG_INFINITY;
+        while let Some((p, h, start)) = hull.last() {
+            from = ((height + q * q) - (h + p * p)) / (2.0 * (q - p));
+            if from > *start {
+                break;
+            }
+            hull.pop();
+            from = f64::NEG_INFINITY;
+        }
+        hull.push((q, height, from));
+    }
+    let mut out = vec![f64::INFINITY; n];
+    let mut k = 0;
+    for (x, out) in out.iter_mut().enumerate() {
+        let x = x as f64;
+        while k + 1 < hull.len() && hull[k + 1].2 <= x {
+            k += 1;
+        }
+        if let Some((q, height, _)) = hull.get(k) {
+            *out = height + (x - q) * (x - q);
+        }
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn distances_equal_brute_force() {
+        let (w, h) = (23, 17);
+        let mut seed = 7u32;
+        let mut marked = vec![false; w * h];
+        for m in &mut marked {
+            seed = seed.wrapping_mul(747796405).wrapping_add(2891336453);
+            *m = seed >> 24 < 12;
+        }
+        let fast = distance_to(&marked, w);
+        for i in 0..w * h {
+            let near = (0..w * h).filter(|j| marked[*j]).map(|j| {
+                let (dx, dy) = ((i % w).abs_diff(j % w), (i / w).abs_diff(j / w));
+                ((dx * dx + dy * dy) as f32).sqrt()
+            });
+            let exact = near.fold(f32::INFINITY, f32::min);
+            assert!((fast[i] - exact).abs() < 1e-4, "pixel {i}: {} instead of {exact}", fast[i]);
+        }
+        assert!(distance_to(&[false; 4], 2).iter().all(|d| d.is_infinite()));
+    }
+
+    #[test]
+    fn counts_and_boundary_of_a_shifted_edge() {
+        // The true shadow covers x < 10; the technique's x < 13: three columns of each row are wrong.
+        let (w, h) = (32, 8);
+        let edge = |at: usize| (0..w * h).map(|i| if i % w < at { 0.0 } else { 1.0 }).collect::<Vec<f32>>();
+        let mut mask = vec![FACING; w * h];
+        mask[0] = AWAY;
+        mask[31] = BACKGROUND;
+        let e = errors(&edge(13), &edge(10), &mask, w);
+        assert_eq!((e.facing, e.away, e.background), (w * h - 2, 1, 1));
+        assert_eq!((e.shadow_incorrect, e.lit_incorrect), (3 * h, 0));
+        assert_eq!(e.shadow_correct, 10 * h - 1);
+        assert_eq!(e.lit_correct, 19 * h - 1);
+        assert!((e.rmse - (24.0f64 / 254.0).sqrt()).abs() < 1e-9);
+        assert_eq!(e.boundary, Some(Boundary { median: 1.0, p95: 2.0, max: 2.0 }));
+        assert_eq!(errors(&edge(10), &edge(10), &mask, w).boundary, None);
+    }
+}

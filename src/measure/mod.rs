@@ -1,0 +1,40 @@
+//! How wrong a technique is, and what it costs.
+
+pub mod metrics;
+mod table;
+mod timing;
+
+pub use metrics::Errors;
+pub use table::{csv, json, text};
+pub use timing::{Quartiles, Times};
+
+use crate::frame::{Ask, Renderer, Truth};
+use crate::params::Values;
+use crate::setup::Setup;
+use anyhow::Result;
+
+/// What was measured of one technique.
+#[derive(Clone, Debug)]
+pub struct Row {
+    pub technique: String,
+    /// All its parameters.
+    pub params: Values,
+    pub errors: Errors,
+    pub times: Times,
+    /// Bytes of GPU memory that the technique holds.
+    pub gpu_bytes: u64,
+}
+
+/// The errors of the set-up's technique against the truth, at the set-up's full size.
+pub fn errors(renderer: &mut Renderer, setup: &Setup) -> Result<Errors> {
+    renderer.render(setup, Ask { size: setup.size, truth: Truth::All, timed: false, picture: false })?;
+    let mask = renderer.read_mask()?;
+    Ok(metrics::errors(&renderer.read_visibility()?, &renderer.read_truth()?, &mask, setup.size[0] as usize))
+}
+
+/// Measures the set-up's technique: errors and times. `tick` is told the share done.
+pub fn measure(renderer: &mut Renderer, setup: &Setup, tick: impl Fn(f32)) -> Result<Row> {
+    let errors = errors(renderer, setup)?;
+    let (times, gpu_bytes) = timing::time(renderer, setup, tick)?;
+    Ok(Row { technique: setup.technique.clone(), params: setup.values(), errors, times, gpu_bytes })
+}

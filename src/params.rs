@@ -1,0 +1,221 @@
+//! [`params!`](crate::params!): the one declaration of every parameter.
+//!
+//! A declaration gives the Rust struct, the default, the range, the unit, the tooltip, the set-up's
+//! TOML key, the `--set` key, the WGSL struct and its upload.
+
+use anyhow::{Result, bail};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// A parameter's value as a set-up stores it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum Value {
+    Bool(bool),
+    Int(i64),
+    Float(f64),
+    Text(String),
+}
+
+impl std::fmt::Display for Value {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        match self {
+            Value::Bool(v) => v.fmt(f),
+            Value::Int(v) => v.fmt(f),
+            Value::Float(v) => v.fmt(f),
+            Value::Text(v) => v.fmt(f),
+        }
+    }
+}
+
+/// The values of one technique, by parameter name.
+pub type Values = BTreeMap<String, Value>;
+
+/// What a parameter may be.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Kind {
+    Flag { default: bool },
+    /// Allowed are `min`, `min + step`, … up to `max`.
+    Int { default: i64, min: i64, max: i64, step: i64 },
+    Float { default: f64, min: f64, max: f64 },
+    Choice { default: &'static str, options: &'static [&'static str] },
+}
+
+/// One declared parameter.
+#[derive(Clone, Copy, Debug)]
+pub struct Spec {
+    pub name: &'static str,
+    /// What it does, in a student's words.
+    pub doc: &'static str,
+    /// Unit of the value; empty for a pure number.
+    pub unit: &'static str,
+    pub kind: Kind,
+}
+
+/// A declared group of parameters, which is also a WGSL struct of the same name.
+#[derive(Clone, Copy, Debug)]
+pub struct Group {
+    pub name: &'static str,
+    pub specs: &'static [Spec],
+}
+
+/// Implemented by [`params!`](crate::params!).
+pub trait Params: Sized {
+    const GROUP: Group;
+    /// Reads the group's values; what is absent takes its default.
+    fn read(values: &Values) -> Self;
+}
+
+impl Spec {
+    pub fn default(&self) -> Value {
+        match self.kind {
+            Kind::Flag { default } => Value::Bool(default),
+            Kind::Int { default, .. } => Value::Int(default),
+            Kind::Float { default, .. } => Value::Float(default),
+            Kind::Choice { default, .. } => Value::Text(default.into()),
+        }
+    }
+
+    /// The values allowed, in words: `64 to 8192 texels`.
+    pub fn range(&self) -> String {
+        let unit = if self.unit.is_empty() { String::new() } else { format!(" {}", self.unit) };
+        match self.kind {
+            Kind::Flag { .. } => "true or false".into(),
+            Kind::Int { min, max, step: 1, .. } => format!("a whole number from {min} to {max}{unit}"),
+            Kind::Int { min, max, step, .. } => format!("{min} to {max}{unit} in steps of {step}"),
+            Kind::Float { min, max, .. } => format!("a number from {min} to {max}{unit}"),
+            Kind::Choice { options, .. } => format!("one of {}", options.join(", ")),
+        }
+    }
+
+    /// Takes a value of the right type and range, or says what is wrong with it.
+    pub fn check(&self, key: &str, value: &Value) -> Result<Value> {
+        let checked = match (self.kind, value) {
+            (Kind::Flag { .. }, Value::Bool(_)) => Some(value.clone()),
+            (Kind::Int { min, max, step, .. }, Value::Int(v)) if (min..=max).contains(v) && (v - min) % step == 0 => {
+                Some(value.clone())
+            }
+            (Kind::Float { min, max, .. }, Value::Float(v)) if (min..=max).contains(v) => Some(value.clone()),
+            (Kind::Float { min, max, .. }, Value::Int(v)) if (min..=max).contains(&(*v as f64)) => {
+                Some(Value::Float(*v as f64))
+            }
+            (Kind::Choice { options, .. }, Value::Text(v)) if options.contains(&v.as_str()) => Some(value.clone()),
+            _ => None,
+        };
+        match checked {
+            Some(v) => Ok(v),
+            None => bail!("{key} = {value} is not allowed; it takes {}", self.range()),
+        }
+    }
+
+    /// Reads a value written on the command line.
+    pub fn parse(&self, key: &str, text: &str) -> Result<Value> {
+        let value = match self.kind {
+            Kind::Flag { .. } => text.parse().map(Value::Bool).ok(),
+            Kind::Int { .. } => text.parse().map(Value::Int).ok(),
+            Kind::Float { .. } => text.parse().map(Value::Float).ok(),
+            Kind::Choice { .. } => None,
+        };
+        self.check(key, &value.unwrap_or_else(|| Value::Text(text.into())))
+    }
+
+    /// The 32-bit word that the WGSL struct holds for a value.
+    fn word(&self, values: &Values) -> u32 {
+        let value = values.get(self.name).cloned().unwrap_or_else(|| self.default());
+        match (self.kind, value) {
+            (_, Value::Bool(v)) => v as u32,
+            (_, Value::Int(v)) => v as u32,
+            (_, Value::Float(v)) => (v as f32).to_bits(),
+            (Kind::Choice { options, .. }, Value::Text(v)) => options.iter().position(|o| *o == v).unwrap_or(0) as u32,
+            (_, Value::Text(_)) => 0,
+        }
+    }
+}
+
+impl Group {
+    /// The group's values as uploaded: a 32-bit word each, in declared order, padded to 16 bytes.
+    pub fn words(&self, values: &Values) -> Vec<u32> {
+        let mut words: Vec<u32> = self.specs.iter().map(|s| s.word(values)).collect();
+        words.resize(words.len().next_multiple_of(4), 0);
+        words
+    }
+
+    /// The WGSL struct, and a constant for each option of a choice: `fit_receivers`.
+    pub fn wgsl(&self) -> String {
+        let mut fields = String::new();
+        let mut constants = String::new();
+        for s in self.specs {
+            let ty = if matches!(s.kind, Kind::Float { .. }) { "f32" } else { "u32" };
+            fields += &format!("    {}: {ty},\n", s.name);
+            if let Kind::Choice { options, .. } = s.kind {
+                for (i, o) in options.iter().enumerate() {
+                    constants += &format!("const {}_{} = {i}u;\n", s.name, o.replace('-', "_"));
+                }
+            }
+        }
+        format!("struct {} {{\n{fields}}}\n{constants}", self.name)
+    }
+}
+
+/// Declares a group of parameters.
+///
+/// ```
+/// shadowscope::params! {
+///     /// Where a map looks.
+///     pub struct Demo {
+///         /// Side of the map.
+///         resolution: int(1024, 64..=8192, "texels"),
+///         /// Added to the depth.
+///         bias: float(0.002, 0.0..=0.1, "m"),
+///         /// Which faces are left out.
+///         cull: choice("none", ["none", "front"]),
+///         /// Turn the pattern at every pixel.
+///         rotate: flag(false),
+///     }
+/// }
+/// ```
+#[macro_export]
+macro_rules! params {
+    ($(#[$meta:meta])* pub struct $Name:ident {
+        $( $(#[doc = $doc:literal])+ $field:ident : $kind:ident $args:tt ),* $(,)?
+    }) => {
+        $(#[$meta])*
+        #[derive(Clone, Debug, PartialEq)]
+        pub struct $Name { $( $(#[doc = $doc])+ pub $field: $crate::params!(@type $kind) ),* }
+
+        impl $crate::params::Params for $Name {
+            const GROUP: $crate::params::Group = $crate::params::Group {
+                name: stringify!($Name),
+                specs: &[ $( $crate::params!(@spec stringify!($field), concat!($($doc),+), $kind $args) ),* ],
+            };
+            fn read(values: &$crate::params::Values) -> Self {
+                let mut specs = Self::GROUP.specs.iter();
+                $( let $field = specs.next().map(|s| values.get(s.name).cloned().unwrap_or_else(|| s.default())); )*
+                $Name { $( $field: $crate::params!(@read $kind $field) ),* }
+            }
+        }
+    };
+    (@type flag) => { bool };
+    (@type int) => { u32 };
+    (@type float) => { f32 };
+    (@type choice) => { String };
+    (@spec $name:expr, $doc:expr, flag($default:expr)) => {
+        $crate::params::Spec { name: $name, doc: $doc, unit: "", kind: $crate::params::Kind::Flag { default: $default } }
+    };
+    (@spec $name:expr, $doc:expr, int($default:expr, $min:literal ..= $max:literal, $unit:expr)) => {
+        $crate::params!(@spec $name, $doc, int($default, $min ..= $max, $unit, 1))
+    };
+    (@spec $name:expr, $doc:expr, int($default:expr, $min:literal ..= $max:literal, $unit:expr, $step:expr)) => {
+        $crate::params::Spec { name: $name, doc: $doc, unit: $unit, kind: $crate::params::Kind::Int { default: $default, min: $min, max: $max, step: $step } }
+    };
+    (@spec $name:expr, $doc:expr, float($default:expr, $min:literal ..= $max:literal, $unit:expr)) => {
+        $crate::params::Spec { name: $name, doc: $doc, unit: $unit, kind: $crate::params::Kind::Float { default: $default, min: $min, max: $max } }
+    };
+    (@spec $name:expr, $doc:expr, choice($default:expr, $options:expr)) => {
+        $crate::params::Spec { name: $name, doc: $doc, unit: "", kind: $crate::params::Kind::Choice { default: $default, options: &$options } }
+    };
+    (@read flag $v:ident) => { matches!($v, Some($crate::params::Value::Bool(true))) };
+    (@read int $v:ident) => { if let Some($crate::params::Value::Int(v)) = $v { v as u32 } else { 0 } };
+    (@read float $v:ident) => { if let Some($crate::params::Value::Float(v)) = $v { v as f32 } else { 0.0 } };
+    (@read choice $v:ident) => { if let Some($crate::params::Value::Text(v)) = $v { v } else { String::new() } };
+}

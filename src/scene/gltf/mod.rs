@@ -1,0 +1,399 @@
+//! Loads glTF 2.0 files, .gltf and .glb.
+//!
+//! The `gltf` crate gives the types of the JSON; the buffers are read by our own bounds-checked
+//! code, as the crate's readers panic on malformed files.
+
+mod accessors;
+mod animation;
+mod hierarchy;
+mod material;
+mod mesh;
+pub mod presets;
+mod punctual;
+mod uri;
+
+use super::{Local, Node, Scene};
+use ::gltf::json::{self, Index, Root};
+use accessors::Accessors;
+use anyhow::{Result, anyhow, bail};
+use glam::{Mat4, Quat, Vec3};
+use hierarchy::{Hierarchy, label};
+use mesh::Meshes;
+use serde_json::{Map, Value};
+use std::path::Path;
+
+/// About what fits into a graphics card's buffers; sharing and instancing let a small file ask for
+/// more than any memory holds.
+const MAX_TRIANGLES: u64 = 30_000_000;
+
+/// What we understand beyond plain glTF, apart from the ignored KHR_materials_*.
+const SUPPORTED: [&str; 6] = [
+    "KHR_lights_punctual",
+    "KHR_materials_pbrSpecularGlossiness",
+    "KHR_mesh_quantization",
+    "KHR_texture_transform",
+    "EXT_mesh_gpu_instancing",
+    "EXT_texture_webp",
+];
+
+/// Loads the default scene of a glTF file. Errors are one sentence that names the file.
+pub fn load(path: &Path) -> Result<Scene> {
+    read(path).map_err(|cause| {
+        let message = format!("cannot load {}: {cause:#}", path.display());
+        anyhow!(message.replace(['\n', '\r'], " "))
+    })
+}
+
+fn read(path: &Path) -> Result<Scene> {
+    let data = std::fs::read(path).map_err(|error| anyhow!("{}; check the path", unreadable(&error)))?;
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let (text, bin) = split(&data)?;
+    let root = parse(text)?;
+    let mut scene = Scene {
+        name: path.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
+        notes: check_extensions(&root)?,
+        ..Scene::default()
+    };
+    let hierarchy = Hierarchy::new(&root)?;
+    let accessors = Accessors::new(&root, bin, folder)?;
+    let mut meshes = Meshes::new(&root, &accessors);
+
+    let mut scene_nodes = vec![None; root.nodes.len()];
+    let mut skinned = Vec::new();
+    for (place, &index) in hierarchy.scene.iter().enumerate() {
+        scene_nodes[index] = Some(place as u32);
+        let node = &root.nodes[index];
+        let owner = label(&root, index);
+        let mut placed = Node {
+            parent: hierarchy.parents[index].and_then(|parent| scene_nodes[parent]),
+            local: hierarchy.locals[index],
+            meshes: Vec::new(),
+            instances: instances(node, &accessors, &owner)?.unwrap_or_default(),
+        };
+        let joints = joints(&root, &hierarchy, &accessors, node, &owner)?;
+        let list = meshes.of_node(node, joints.as_deref(), &owner)?;
+        match joints {
+            // The joints alone place a skinned mesh.
+            Some(_) => skinned.push(list),
+            None => placed.meshes = list,
+        }
+        scene.nodes.push(placed);
+    }
+    for meshes in skinned {
+        let local = Local::Trs { translation: Vec3::ZERO, rotation: Quat::IDENTITY, scale: Vec3::ONE };
+        scene.nodes.push(Node { parent: None, local, meshes, instances: Vec::new() });
+    }
+
+    // A mesh with more vertices than it uses takes as much memory as if it used them.
+    let weight = |mesh: &u32| {
+        let mesh = &meshes.list[*mesh as usize];
+        mesh.indices.len().max(mesh.positions.len()) as u64 / 3
+    };
+    let per_node = scene.nodes.iter().map(|node| {
+        let once: u64 = node.meshes.iter().map(weight).sum();
+        once.saturating_mul(node.instances.len().max(1) as u64)
+    });
+    match per_node.fold(0, u64::saturating_add) {
+        0 => bail!("it holds no triangles to draw; choose a file with a triangle mesh in its default scene"),
+        drawn if drawn > MAX_TRIANGLES => return Err(too_many(drawn)),
+        _ => {}
+    }
+
+    let (textures, reduced) = meshes.materials.textures(&accessors, folder)?;
+    scene.textures = textures;
+    let (animations, skipped) = animation::read(&root, &accessors, &scene_nodes, &scene.nodes)?;
+    scene.animations = animations;
+    scene.notes.extend(notes(&root, &meshes, reduced, &skipped));
+    scene.materials = std::mem::take(&mut meshes.materials.list);
+    scene.meshes = std::mem::take(&mut meshes.list);
+    let Some(bounds) = presets::bounds(&scene) else {
+        return Err(broken("its triangles leave the range of 32-bit floats".into()));
+    };
+    punctual::add(&root, &hierarchy, bounds, &mut scene)?;
+    presets::add(&mut scene, bounds);
+    Ok(scene)
+}
+
+fn too_many(triangles: u64) -> anyhow::Error {
+    anyhow!("it holds {triangles} triangles, more than the {MAX_TRIANGLES} that can be drawn; simplify it first")
+}
+
+/// The JSON of a glTF file and a .glb's binary chunk.
+fn split(data: &[u8]) -> Result<(&[u8], Option<&[u8]>)> {
+    let Some(rest) = data.strip_prefix(b"glTF") else {
+        let text = data.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(data);
+        if text.trim_ascii_start().first() != Some(&b'{') {
+            bail!(
+                "it is not a glTF file, as it starts neither with \"glTF\" nor with JSON; choose a .gltf or .glb file"
+            );
+        }
+        return Ok((text, None));
+    };
+    let word = |at: usize| rest.get(at..at + 4).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]));
+    let cut = || anyhow!("the .glb file ends early, after {} bytes; download or export it again", data.len());
+    let version = word(0).ok_or_else(cut)?;
+    if version != 2 {
+        bail!("it is a .glb file of version {version}; convert it to version 2");
+    }
+    let length = word(4).ok_or_else(cut)? as usize;
+    // From here on `rest` is what follows the header of twelve bytes.
+    let mut rest = data.get(12..length).ok_or_else(cut)?;
+    let mut text = None;
+    while let Some((header, after)) = rest.split_first_chunk::<8>() {
+        let [a, b, c, d, kind @ ..] = *header;
+        let (chunk, after) = after.split_at_checked(u32::from_le_bytes([a, b, c, d]) as usize).ok_or_else(cut)?;
+        match (&kind, text) {
+            (b"JSON", None) => text = Some(chunk),
+            (b"BIN\0", Some(text)) => return Ok((text, Some(chunk))),
+            (_, None) => return Err(broken("the first chunk of the .glb file is not JSON".into())),
+            _ => {}
+        }
+        rest = after;
+    }
+    Ok((text.ok_or_else(cut)?, None))
+}
+
+fn parse(text: &[u8]) -> Result<Root> {
+    let invalid = |error| broken(format!("its JSON is not valid glTF ({error})"));
+    let mut value: Value = json::deserialize::from_slice(text).map_err(invalid)?;
+    let asset = &value["asset"];
+    let version = asset["minVersion"].as_str().or(asset["version"].as_str()).unwrap_or_default();
+    if !version.starts_with("2.") {
+        bail!("it is of glTF version {version:?}; convert it to glTF 2.0");
+    }
+    // The crate asks for two things that glTF lets a file leave out.
+    let mut each = |list: &str, fix: fn(&mut Map<String, Value>)| {
+        let objects = value.get_mut(list).and_then(Value::as_array_mut).into_iter().flatten();
+        objects.filter_map(Value::as_object_mut).for_each(fix);
+    };
+    each("scenes", |scene| {
+        scene.entry("nodes").or_insert_with(|| Value::Array(Vec::new()));
+    });
+    each("animations", |animation| {
+        if let Some(channels) = animation.get_mut("channels").and_then(Value::as_array_mut) {
+            channels.retain(|channel| !channel["target"]["node"].is_null());
+        }
+    });
+    json::deserialize::from_value(value).map_err(invalid)
+}
+
+/// Refuses what cannot be drawn without an extension, and notes the extensions that are ignored.
+fn check_extensions(root: &Root) -> Result<Vec<String>> {
+    let known = |name: &&String| SUPPORTED.contains(&name.as_str());
+    let shading = |name: &&String| name.starts_with("KHR_materials_");
+    let missing: Vec<_> = root.extensions_required.iter().filter(|name| !known(name) && !shading(name)).collect();
+    if !missing.is_empty() {
+        bail!("it requires {}, which Shadowscope cannot read; export it without", list(&missing));
+    }
+    let ignored: Vec<_> = root.extensions_used.iter().filter(|name| !known(name)).collect();
+    let (materials, others): (Vec<_>, Vec<_>) = ignored.into_iter().partition(shading);
+    let mut notes = Vec::new();
+    if !materials.is_empty() {
+        notes.push(format!("Of materials only the base colour is drawn; {} is ignored.", list(&materials)));
+    }
+    if !others.is_empty() {
+        notes.push(format!("The file is drawn without {}.", list(&others)));
+    }
+    Ok(notes)
+}
+
+/// The names, in quotes where they are odd, as one phrase.
+fn list(names: &[&String]) -> String {
+    let mut text = names.iter().take(8).map(|name| shortened(name)).collect::<Vec<_>>().join(", ");
+    if names.len() > 8 {
+        text += &format!(" and {} more", names.len() - 8);
+    }
+    text
+}
+
+/// EXT_mesh_gpu_instancing: one matrix an instance.
+fn instances(node: &json::Node, accessors: &Accessors, owner: &str) -> Result<Option<Vec<Mat4>>> {
+    let extension = node.extensions.as_ref().and_then(|e| e.others.get("EXT_mesh_gpu_instancing"));
+    let Some(attributes) = extension.and_then(|e| e.get("attributes")) else { return Ok(None) };
+    let attribute = |name: &str| -> Result<Option<Index<json::Accessor>>> {
+        let Some(value) = attributes.get(name) else { return Ok(None) };
+        match value.as_u64().and_then(|index| u32::try_from(index).ok()) {
+            Some(index) => Ok(Some(Index::new(index))),
+            None => Err(broken(format!("the instances' {name} of {owner} is not an accessor's index"))),
+        }
+    };
+    let role = |name: &str| format!("instances' {name} of {owner}");
+    let translations = attribute("TRANSLATION")?.map(|i| accessors.floats::<3>(i, &role("TRANSLATION"))).transpose()?;
+    let rotations = attribute("ROTATION")?.map(|i| accessors.floats::<4>(i, &role("ROTATION"))).transpose()?;
+    let scales = attribute("SCALE")?.map(|i| accessors.floats::<3>(i, &role("SCALE"))).transpose()?;
+    let counts = [translations.as_ref().map(Vec::len), rotations.as_ref().map(Vec::len), scales.as_ref().map(Vec::len)];
+    let Some(count) = counts.into_iter().flatten().max() else { return Ok(None) };
+    if counts.into_iter().flatten().any(|other| other != count) || count == 0 {
+        return Err(broken(format!("the instances' attributes of {owner} differ in length or are empty")));
+    }
+    let matrix = |i: usize| {
+        let translation = translations.as_ref().map_or(Vec3::ZERO, |values| Vec3::from(values[i]));
+        let rotation = rotations.as_ref().map_or(Quat::IDENTITY, |values| Quat::from_array(values[i]));
+        let scale = scales.as_ref().map_or(Vec3::ONE, |values| Vec3::from(values[i]));
+        Mat4::from_scale_rotation_translation(scale, hierarchy::unit(rotation), translation)
+    };
+    let matrices: Vec<Mat4> = (0..count).map(matrix).collect();
+    if let Some(at) = matrices.iter().position(|matrix| !matrix.is_finite()) {
+        return Err(broken(format!("the transform of instance {at} of {owner} is not finite")));
+    }
+    Ok(Some(matrices))
+}
+
+/// The world matrices of a skinned node's joints, for vertices in the bind pose.
+fn joints(
+    root: &Root,
+    hierarchy: &Hierarchy,
+    accessors: &Accessors,
+    node: &json::Node,
+    owner: &str,
+) -> Result<Option<Vec<Mat4>>> {
+    let Some(index) = node.skin.filter(|_| node.mesh.is_some()) else { return Ok(None) };
+    let skin = get(&root.skins, index, "skin", owner)?;
+    let owner = format!("skin {index}{}", name_of(skin.name.as_deref()));
+    let inverse_bind = match skin.inverse_bind_matrices {
+        Some(accessor) => accessors.floats::<16>(accessor, &format!("inverse bind matrices of {owner}"))?,
+        None => vec![Mat4::IDENTITY.to_cols_array(); skin.joints.len()],
+    };
+    if skin.joints.is_empty() || inverse_bind.len() < skin.joints.len() {
+        return Err(broken(format!(
+            "{owner} has {} joints and {} inverse bind matrices",
+            skin.joints.len(),
+            inverse_bind.len()
+        )));
+    }
+    let mut matrices = Vec::with_capacity(skin.joints.len());
+    for (joint, inverse_bind) in skin.joints.iter().zip(inverse_bind) {
+        get(&root.nodes, *joint, "node", &owner)?;
+        matrices.push(hierarchy.world[joint.value()] * Mat4::from_cols_array(&inverse_bind));
+    }
+    Ok(Some(matrices))
+}
+
+/// What the user should know about what is drawn differently.
+fn notes(root: &Root, meshes: &Meshes, reduced: usize, skipped: &animation::Skipped) -> Vec<String> {
+    let counts = &meshes.counts;
+    let other_scenes = root.scenes.len().saturating_sub(1);
+    [
+        counted(other_scenes, "other scene of the file is not drawn.", "other scenes of the file are not drawn."),
+        counted(
+            counts.points_and_lines,
+            "primitive of points or lines is left out.",
+            "primitives of points or lines are left out.",
+        ),
+        counted(
+            counts.without_positions,
+            "primitive without positions is left out.",
+            "primitives without positions are left out.",
+        ),
+        counted(counts.degenerate, "triangle without area is left out.", "triangles without area are left out."),
+        counted(
+            counts.incomplete,
+            "primitive ends in an incomplete triangle, which is left out.",
+            "primitives end in an incomplete triangle, which is left out.",
+        ),
+        counted(
+            counts.mended_normals,
+            "primitive has normals without direction, which are computed from its triangles.",
+            "primitives have normals without direction, which are computed from their triangles.",
+        ),
+        counted(
+            counts.mended_uvs,
+            "primitive has texture coordinates that are not finite, which are set to zero.",
+            "primitives have texture coordinates that are not finite, which are set to zero.",
+        ),
+        counted(
+            counts.without_uvs,
+            "textured primitive has no texture coordinates and shows one texel.",
+            "textured primitives have no texture coordinates and show one texel.",
+        ),
+        counted(
+            counts.vertex_colors,
+            "primitive has vertex colours, which are not drawn.",
+            "primitives have vertex colours, which are not drawn.",
+        ),
+        counted(
+            counts.skinned,
+            "skinned primitive stands still at the file's pose.",
+            "skinned primitives stand still at the file's pose.",
+        ),
+        counted(
+            counts.morphed,
+            "primitive with morph targets keeps the file's default weights.",
+            "primitives with morph targets keep the file's default weights.",
+        ),
+        counted(
+            meshes.materials.blended,
+            "material with alphaMode BLEND is drawn as opaque.",
+            "materials with alphaMode BLEND are drawn as opaque.",
+        ),
+        counted(
+            meshes.materials.without_image,
+            "texture has no image that can be read, and its material is drawn without it.",
+            "textures have no image that can be read, and their materials are drawn without them.",
+        ),
+        counted(
+            reduced,
+            "image is larger than 8192 texels and drawn at that size.",
+            "images are larger than 8192 texels and drawn at that size.",
+        ),
+        counted(
+            skipped.weights,
+            "animation channel of morph weights is left out.",
+            "animation channels of morph weights are left out.",
+        ),
+        counted(
+            skipped.others,
+            "animation channel does not move a node's translation, rotation and scale and is left out.",
+            "animation channels do not move a node's translation, rotation and scale and are left out.",
+        ),
+    ]
+    .into_iter()
+    .flatten()
+    .collect()
+}
+
+/// A note that starts with how many there are, if there are any.
+fn counted(count: usize, one: &str, many: &str) -> Option<String> {
+    match count {
+        0 => None,
+        1 => Some(format!("1 {one}")),
+        _ => Some(format!("{count} {many}")),
+    }
+}
+
+/// An error about contents that no right file has.
+fn broken(what: String) -> anyhow::Error {
+    anyhow!("{what}; the file is damaged or badly exported, export it again")
+}
+
+/// Item `index` of a list of the file; `owner` is what refers to it.
+fn get<'a, T>(items: &'a [T], index: Index<T>, kind: &str, owner: &str) -> Result<&'a T> {
+    items
+        .get(index.value())
+        .ok_or_else(|| broken(format!("{owner} refers to {kind} {index}, but the file has {}", items.len())))
+}
+
+/// A name as messages give it, after a number.
+fn name_of(name: Option<&str>) -> String {
+    name.map_or_else(String::new, |name| format!(" {}", quoted(name)))
+}
+
+fn quoted(text: &str) -> String {
+    format!("\"{}\"", shortened(text))
+}
+
+/// On one line and of bounded length.
+fn shortened(text: &str) -> String {
+    let mut short: String = text.chars().take(80).flat_map(char::escape_debug).collect();
+    if text.chars().nth(80).is_some() {
+        short.push('…');
+    }
+    short
+}
+
+fn unreadable(error: &std::io::Error) -> String {
+    match error.kind() {
+        std::io::ErrorKind::NotFound => "there is no such file".into(),
+        _ => error.to_string(),
+    }
+}

@@ -1,0 +1,189 @@
+//! A scene's extent, and cameras and lights that suit it.
+
+use super::hierarchy::matrix;
+use crate::light::Light;
+use crate::scene::{Camera, NamedCamera, NamedLight, Scene};
+use glam::{Mat4, Vec3};
+
+/// An axis-aligned box around the scene, world space.
+#[derive(Clone, Copy, Debug)]
+pub struct Bounds {
+    pub min: Vec3,
+    pub max: Vec3,
+}
+
+impl Bounds {
+    pub fn center(self) -> Vec3 {
+        self.min.midpoint(self.max)
+    }
+
+    /// Of the sphere around the box.
+    pub fn radius(self) -> f32 {
+        (0.5 * (self.max - self.min).length()).max(1e-6)
+    }
+}
+
+/// The world matrices of all nodes at the file's pose.
+pub fn world_matrices(scene: &Scene) -> Vec<Mat4> {
+    let mut world: Vec<Mat4> = Vec::with_capacity(scene.nodes.len());
+    for node in &scene.nodes {
+        let local = matrix(&node.local);
+        world.push(node.parent.map_or(local, |parent| world[parent as usize] * local));
+    }
+    world
+}
+
+/// Calls `visit` with every vertex as often as it is drawn, in world space.
+fn for_each_vertex(scene: &Scene, mut visit: impl FnMut(Vec3)) {
+    for (node, world) in scene.nodes.iter().zip(world_matrices(scene)) {
+        let once = [Mat4::IDENTITY];
+        let instances = if node.instances.is_empty() { &once[..] } else { &node.instances };
+        for instance in instances {
+            let matrix = world * *instance;
+            for &mesh in &node.meshes {
+                for &position in &scene.meshes[mesh as usize].positions {
+                    visit(matrix.transform_point3(position));
+                }
+            }
+        }
+    }
+}
+
+/// The scene's extent; `None` if it is not finite.
+pub fn bounds(scene: &Scene) -> Option<Bounds> {
+    let mut bounds = Bounds { min: Vec3::INFINITY, max: Vec3::NEG_INFINITY };
+    let mut finite = true;
+    for_each_vertex(scene, |position| {
+        finite &= position.is_finite();
+        bounds.min = bounds.min.min(position);
+        bounds.max = bounds.max.max(position);
+    });
+    (finite && (bounds.max - bounds.min).length().is_finite()).then_some(bounds)
+}
+
+/// Adds cameras and lights that suit the scene's size and place.
+pub fn add(scene: &mut Scene, bounds: Bounds) {
+    let detail = detail(scene).unwrap_or(bounds);
+    let far = 20.0 * bounds.radius();
+    add_camera(scene, "overview", overview(bounds, far));
+    if detail.radius() < 0.3 * bounds.radius() {
+        add_camera(scene, "detail", overview(detail, far));
+    }
+    let low = low(scene, detail, far);
+    add_camera(scene, "low", low);
+
+    let center = bounds.center();
+    let radius = bounds.radius();
+    let towards_sun = |elevation: f32| {
+        let (sin, cos) = elevation.to_radians().sin_cos();
+        Vec3::new(0.6 * cos, sin, 0.8 * cos)
+    };
+    add_light(scene, "sun", Light::Directional { to_light: towards_sun(45.0), color: Vec3::ONE });
+    add_light(scene, "low-sun", Light::Directional { to_light: towards_sun(12.0), color: Vec3::ONE });
+    // The colours make the irradiance one at the scene's centre.
+    let offset = 2.0 * radius * Vec3::new(-0.35, 0.8, 0.5).normalize();
+    let spot = Light::Spot {
+        position: center + offset,
+        direction: -offset,
+        // The sphere around the scene fills 30 degrees from two radii away.
+        outer_angle: 32.0,
+        range: 4.0 * radius,
+        color: Vec3::splat(offset.length_squared()),
+    };
+    add_light(scene, "spot", spot);
+    let position = Vec3::new(center.x, bounds.max.y + 0.35 * radius, center.z);
+    let color = Vec3::splat(position.distance_squared(center));
+    add_light(scene, "omni", Light::Omni { position, range: 4.0 * radius, color });
+}
+
+/// Adds a camera under a name that no other has.
+pub fn add_camera(scene: &mut Scene, name: &str, camera: Camera) {
+    let name = unique(name, |name| scene.cameras.iter().any(|other| other.name == name));
+    scene.cameras.push(NamedCamera { name, camera });
+}
+
+/// Adds a light under a name that no other has.
+pub fn add_light(scene: &mut Scene, name: &str, light: Light) {
+    let name = unique(name, |name| scene.lights.iter().any(|other| other.name == name));
+    scene.lights.push(NamedLight { name, light });
+}
+
+fn unique(name: &str, taken: impl Fn(&str) -> bool) -> String {
+    let mut unique = name.to_owned();
+    let mut number = 2;
+    while taken(&unique) {
+        unique = format!("{name} {number}");
+        number += 1;
+    }
+    unique
+}
+
+/// From above at a slant, as close as shows all of the box in a picture of 4 to 3.
+fn overview(bounds: Bounds, far: f32) -> Camera {
+    let fov = 45.0f32;
+    let forward = -Vec3::new(0.75, 0.7, 1.0).normalize();
+    let right = forward.cross(Vec3::Y).normalize();
+    let up = right.cross(forward);
+    let center = bounds.center();
+    let half = 0.5 * (bounds.max - bounds.min);
+    let slope = (0.5 * fov).to_radians().tan();
+    let mut distance = 0.0f32;
+    for corner in 0..8 {
+        let sign = |bit: i32| if corner & bit == 0 { -1.0 } else { 1.0 };
+        let corner = half * Vec3::new(sign(1), sign(2), sign(4));
+        let sideways = (up.dot(corner).abs() / slope).max(right.dot(corner).abs() / (slope * 4.0 / 3.0));
+        distance = distance.max(sideways - forward.dot(corner));
+    }
+    camera(center - 1.05 * distance * forward, center, fov, bounds, far)
+}
+
+/// From the scene's edge, a little above what is there, like a person who looks along it.
+fn low(scene: &Scene, detail: Bounds, far: f32) -> Camera {
+    let center = detail.center();
+    let half = 0.5 * (detail.max - detail.min);
+    let diagonal = 2.0 * detail.radius();
+    // Eye height in metres if the scene's size makes metres likely.
+    let eye = 1.7f32.clamp(0.002 * diagonal, 0.05 * diagonal);
+    let outside = 0.1 * diagonal;
+    let mut position = match half.x > 1.5 * half.z {
+        true => center + Vec3::new(half.x + outside, 0.0, 0.35 * half.z),
+        false => center + Vec3::new(0.35 * half.x, 0.0, half.z + outside),
+    };
+    let near = 0.05 * diagonal;
+    let mut ground = detail.min.y;
+    for_each_vertex(scene, |vertex| {
+        if (vertex - position).with_y(0.0).length_squared() < near * near {
+            ground = ground.max(vertex.y);
+        }
+    });
+    position.y = ground + eye;
+    let target = center.with_y((detail.min.y + 0.3 * half.y).max(ground));
+    camera(position, target, 55.0, detail, far)
+}
+
+/// The box around most of the vertices: without the wide floor or sky that holds few of them.
+fn detail(scene: &Scene) -> Option<Bounds> {
+    let mut count = 0;
+    for_each_vertex(scene, |_| count += 1);
+    // A sample is enough.
+    let step = count / 50_000 + 1;
+    let mut axes: [Vec<f32>; 3] = Default::default();
+    let mut index = 0;
+    for_each_vertex(scene, |vertex| {
+        if index % step == 0 {
+            axes.iter_mut().zip(vertex.to_array()).for_each(|(axis, value)| axis.push(value));
+        }
+        index += 1;
+    });
+    let last = axes[0].len().checked_sub(1)?;
+    // Three in a hundred at each end do not count.
+    let mut at = |place: usize| {
+        Vec3::from_array(axes.each_mut().map(|axis| *axis.select_nth_unstable_by(place, f32::total_cmp).1))
+    };
+    Some(Bounds { min: at(last * 3 / 100), max: at(last - last * 3 / 100) })
+}
+
+/// `seen` is what the camera looks at; it sets the near plane.
+fn camera(position: Vec3, target: Vec3, fov: f32, seen: Bounds, far: f32) -> Camera {
+    Camera { position, target, fov, near: 0.002 * seen.radius(), far }
+}

@@ -1,0 +1,353 @@
+//! The set-up: one value that says everything a picture or a figure depends on.
+//!
+//! It is a bookmark, the command line's input, what a capture embeds, and what undo steps through.
+
+use crate::light::Light;
+use crate::params::Values;
+use crate::scene::{Camera, Scene, builtin, gltf};
+use crate::{capture, techniques, view};
+use anyhow::{Context, Result, bail, ensure};
+use glam::Vec3;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// Everything a frame depends on. Saved as TOML; lengths in metres, angles in degrees.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Setup {
+    /// A built-in scene's name or the path of a glTF file.
+    pub scene: String,
+    /// The scene's clock, seconds: where its animation stands.
+    #[serde(default)]
+    pub time: f32,
+    /// Which of the file's animations plays, from 0.
+    #[serde(default)]
+    pub animation: u32,
+    /// A technique's id, as `list techniques` prints it.
+    #[serde(default = "default_technique")]
+    pub technique: String,
+    /// What is drawn, as `list views` prints it.
+    #[serde(default = "default_view")]
+    pub view: String,
+    /// Where the `split` view changes from the technique to the truth, as a share of the width.
+    #[serde(default = "half")]
+    pub split: f32,
+    /// Width and height of the picture, pixels.
+    #[serde(default = "default_size")]
+    pub size: [u32; 2],
+    /// Start of every random pattern.
+    #[serde(default)]
+    pub seed: u32,
+    pub camera: Camera,
+    pub light: Light,
+    /// Parameters by technique and name; what is absent takes its default.
+    #[serde(default)]
+    pub params: BTreeMap<String, Values>,
+}
+
+fn default_technique() -> String {
+    "shadow-map".into()
+}
+fn default_view() -> String {
+    "shaded".into()
+}
+fn default_size() -> [u32; 2] {
+    [1280, 720]
+}
+fn half() -> f32 {
+    0.5
+}
+
+/// Largest width and height of a picture, pixels.
+pub const MAX_SIZE: u32 = 16384;
+
+impl Setup {
+    /// The set-up a scene starts with: its first camera and light, the first technique.
+    pub fn new(name: &str, scene: &Scene) -> Result<Setup> {
+        let camera = scene.cameras.first().context("the scene has no camera")?.camera;
+        let light = scene.lights.first().context("the scene has no light")?.light;
+        let mut setup = Setup {
+            scene: name.into(),
+            time: 0.0,
+            animation: 0,
+            technique: default_technique(),
+            view: default_view(),
+            split: half(),
+            size: default_size(),
+            seed: 0,
+            camera,
+            light,
+            params: BTreeMap::new(),
+        };
+        setup.complete();
+        Ok(setup)
+    }
+
+    /// Opens a built-in scene by name, a glTF file, a set-up (.toml) or a capture (.png).
+    ///
+    /// # Errors
+    /// One sentence that names the file, the key and what is allowed.
+    pub fn open(what: &str) -> Result<(Setup, Scene)> {
+        let path = Path::new(what);
+        let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
+        match extension.as_str() {
+            "toml" => {
+                let text = std::fs::read_to_string(path).with_context(|| format!("{what} cannot be read"))?;
+                Setup::from_toml(&text, path).with_context(|| format!("{what} is not a usable set-up"))
+            }
+            "png" => {
+                let text = capture::read_setup(path)?;
+                Setup::from_toml(&text, path).with_context(|| format!("the set-up inside {what} cannot be used"))
+            }
+            _ => {
+                let scene = load_scene(what, Path::new("."))?;
+                Ok((Setup::new(what, &scene)?, scene))
+            }
+        }
+    }
+
+    /// Reads a set-up, loads the scene it names, and checks one against the other. In a file
+    /// `camera` and `light` may also be the name of one of the scene's, or be left out.
+    pub fn from_toml(text: &str, path: &Path) -> Result<(Setup, Scene)> {
+        let mut table: toml::Table = toml::from_str(text).map_err(|e| one_line(&e.to_string()))?;
+        let Some(name) = table.get("scene").and_then(|v| v.as_str()) else {
+            bail!("the key scene is missing; give a built-in scene's name or the path of a glTF file");
+        };
+        let scene = load_scene(name, path.parent().unwrap_or(Path::new(".")))?;
+        let camera = match table.get("camera") {
+            Some(toml::Value::String(name)) => Some(scene_camera(&scene, name)?),
+            None => Some(scene.cameras[0].camera),
+            Some(_) => None,
+        };
+        if let Some(camera) = camera {
+            table.insert("camera".into(), toml::Value::try_from(camera)?);
+        }
+        let light = match table.get("light") {
+            Some(toml::Value::String(name)) => Some(scene_light(&scene, name)?),
+            None => Some(scene.lights[0].light),
+            Some(_) => None,
+        };
+        if let Some(light) = light {
+            table.insert("light".into(), toml::Value::try_from(light)?);
+        }
+        let mut setup = Setup::deserialize(toml::Value::Table(table)).map_err(|e| one_line(&e.to_string()))?;
+        setup.complete();
+        setup.check()?;
+        Ok((setup, scene))
+    }
+
+    /// The set-up as TOML text.
+    pub fn to_toml(&self) -> Result<String> {
+        toml::to_string(self).context("the set-up cannot be written as TOML")
+    }
+
+    /// Fills in the defaults of the selected technique's parameters, so that a saved set-up holds them all.
+    pub fn complete(&mut self) {
+        if let Some(info) = techniques::find(&self.technique) {
+            let values = self.params.entry(self.technique.clone()).or_default();
+            for spec in info.specs() {
+                values.entry(spec.name.into()).or_insert_with(|| spec.default());
+            }
+        }
+    }
+
+    /// Selects a technique by its id.
+    pub fn select(&mut self, technique: &str) -> Result<()> {
+        techniques::find_or_say(technique)?;
+        self.technique = technique.into();
+        self.complete();
+        Ok(())
+    }
+
+    /// Applies `key=value` or `technique.key=value`; a bare key goes to the techniques in `to` that have it.
+    pub fn set(&mut self, assignment: &str, to: &[String]) -> Result<()> {
+        let Some((key, text)) = assignment.split_once('=') else {
+            bail!("--set {assignment}: write it as key=value or technique.key=value");
+        };
+        let (wanted, name) = match key.split_once('.') {
+            Some((technique, name)) => (vec![technique.to_string()], name),
+            None => (to.to_vec(), key),
+        };
+        let mut found = false;
+        for id in &wanted {
+            let info = techniques::find_or_say(id)?;
+            if let Some(spec) = info.specs().find(|s| s.name == name) {
+                let value = spec.parse(&format!("{id}.{name}"), text)?;
+                self.params.entry(id.clone()).or_default().insert(name.into(), value);
+                found = true;
+            }
+        }
+        if !found {
+            let mut names: Vec<&str> = Vec::new();
+            for id in &wanted {
+                names.extend(techniques::find_or_say(id)?.specs().map(|s| s.name));
+            }
+            names.dedup();
+            bail!("--set {assignment}: {} has no parameter {name}; there are {}", wanted.join(", "), names.join(", "));
+        }
+        Ok(())
+    }
+
+    /// The selected technique's values.
+    pub fn values(&self) -> Values {
+        self.params.get(&self.technique).cloned().unwrap_or_default()
+    }
+
+    /// Checks every range.
+    pub fn check(&self) -> Result<()> {
+        let info = techniques::find_or_say(&self.technique)?;
+        view::check(&self.view, info)?;
+        in_range("split", self.split, 0.0, 1.0, "")?;
+        in_range("time", self.time, 0.0, 1e6, " s")?;
+        for side in self.size {
+            ensure!(
+                (1..=MAX_SIZE).contains(&side),
+                "size = [{}, {}] is not allowed; each side takes 1 to {MAX_SIZE} pixels",
+                self.size[0],
+                self.size[1]
+            );
+        }
+        let c = &self.camera;
+        in_range("camera.fov", c.fov, 1.0, 170.0, "°")?;
+        in_range("camera.near", c.near, 1e-6, 1e9, " m")?;
+        finite("camera.position", c.position)?;
+        finite("camera.target", c.target)?;
+        ensure!(c.far > c.near && c.far.is_finite(), "camera.far = {} must be greater than camera.near = {}", c.far, c.near);
+        ensure!(c.position != c.target, "camera.target must differ from camera.position");
+        self.check_light()?;
+        for (id, values) in &self.params {
+            let info = techniques::find_or_say(id)?;
+            for (name, value) in values {
+                let key = format!("params.{id}.{name}");
+                match info.specs().find(|s| s.name == name) {
+                    Some(spec) => spec.check(&key, value)?,
+                    None => {
+                        let names: Vec<&str> = info.specs().map(|s| s.name).collect();
+                        bail!("{key} is unknown; {id} has {}", names.join(", "))
+                    }
+                };
+            }
+        }
+        Ok(())
+    }
+
+    fn check_light(&self) -> Result<()> {
+        let (position, direction, range, color) = match self.light {
+            Light::Directional { to_light, color } => (Vec3::ZERO, to_light, 1.0, color),
+            Light::Spot { position, direction, outer_angle, range, color } => {
+                in_range("light.outer_angle", outer_angle, 0.1, 89.0, "°")?;
+                (position, direction, range, color)
+            }
+            Light::Omni { position, range, color } => (position, Vec3::Y, range, color),
+            Light::Hemisphere { position, direction, range, color } => (position, direction, range, color),
+            Light::RectArea { center, half_u, half_v, range, color } => {
+                finite("light.half_u", half_u)?;
+                finite("light.half_v", half_v)?;
+                (center, half_u.cross(half_v), range, color)
+            }
+        };
+        finite("light.position", position)?;
+        finite("light.direction", direction)?;
+        ensure!(direction.length_squared() > 0.0, "the light's direction must not be zero");
+        in_range("light.range", range, 1e-3, 1e9, " m")?;
+        ensure!(color.is_finite() && color.min_element() >= 0.0, "light.color = {color} must be three numbers from 0 up");
+        Ok(())
+    }
+}
+
+fn in_range(key: &str, value: f32, min: f32, max: f32, unit: &str) -> Result<()> {
+    ensure!((min..=max).contains(&value), "{key} = {value} is not allowed; it takes {min} to {max}{unit}");
+    Ok(())
+}
+
+fn finite(key: &str, value: Vec3) -> Result<()> {
+    ensure!(value.is_finite(), "{key} = {value} is not allowed; it takes three finite numbers");
+    Ok(())
+}
+
+/// Folds a parser's message of several lines into one sentence.
+fn one_line(message: &str) -> anyhow::Error {
+    let lines = message.lines().map(str::trim).filter(|l| !l.is_empty() && *l != "|" && !l.contains("| ^"));
+    anyhow::anyhow!("{}", lines.collect::<Vec<_>>().join(" "))
+}
+
+/// Loads a built-in scene or a glTF file, whose path may be relative to the current folder or to `base`.
+pub fn load_scene(name: &str, base: &Path) -> Result<Scene> {
+    if let Some(scene) = builtin::build(name) {
+        return Ok(scene);
+    }
+    let path = Path::new(name);
+    let is_gltf = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("gltf") || e.eq_ignore_ascii_case("glb"));
+    ensure!(
+        is_gltf,
+        "{name} is neither a built-in scene ({}) nor a .gltf, .glb, .toml or .png file",
+        builtin::NAMES.join(", ")
+    );
+    if !path.exists() && base.join(path).exists() { gltf::load(&base.join(path)) } else { gltf::load(path) }
+}
+
+/// One of the scene's cameras by name.
+pub fn scene_camera(scene: &Scene, name: &str) -> Result<Camera> {
+    match scene.cameras.iter().find(|c| c.name == name) {
+        Some(c) => Ok(c.camera),
+        None => {
+            let names: Vec<&str> = scene.cameras.iter().map(|c| c.name.as_str()).collect();
+            bail!("{} has no camera named {name}; there are {}", scene.name, names.join(", "))
+        }
+    }
+}
+
+/// One of the scene's lights by name.
+pub fn scene_light(scene: &Scene, name: &str) -> Result<Light> {
+    match scene.lights.iter().find(|l| l.name == name) {
+        Some(l) => Ok(l.light),
+        None => {
+            let names: Vec<&str> = scene.lights.iter().map(|l| l.name.as_str()).collect();
+            bail!("{} has no light named {name}; there are {}", scene.name, names.join(", "))
+        }
+    }
+}
+
+/// Reads `--camera`: a name, or `px,py,pz:tx,ty,tz:fov` (near and far then follow the scene's first camera).
+pub fn parse_camera(scene: &Scene, text: &str) -> Result<Camera> {
+    let parts: Vec<&str> = text.split(':').collect();
+    if parts.len() != 3 {
+        return scene_camera(scene, text);
+    }
+    let form = || format!("--camera {text}: write it as NAME or px,py,pz:tx,ty,tz:fov");
+    let first = scene.cameras[0].camera;
+    Ok(Camera {
+        position: parse_vec3(parts[0]).with_context(form)?,
+        target: parse_vec3(parts[1]).with_context(form)?,
+        fov: parts[2].parse().with_context(form)?,
+        ..first
+    })
+}
+
+/// Reads `--light`: a name, or `KIND:key=value;…` with the keys of the set-up's `[light]` table.
+pub fn parse_light(scene: &Scene, text: &str) -> Result<Light> {
+    let Some((kind, rest)) = text.split_once(':') else {
+        return scene_light(scene, text);
+    };
+    let mut table = toml::Table::new();
+    table.insert("kind".into(), kind.into());
+    for pair in rest.split(';').filter(|p| !p.is_empty()) {
+        let (key, value) =
+            pair.split_once('=').with_context(|| format!("--light {text}: write it as NAME or KIND:key=value;…"))?;
+        let numbers: Vec<f64> = value
+            .split(',')
+            .map(|n| n.trim().parse())
+            .collect::<Result<_, _>>()
+            .with_context(|| format!("--light {text}: {value} is not a number or three"))?;
+        let value = if let [one] = numbers[..] { one.into() } else { numbers.into() };
+        table.insert(key.trim().into(), value);
+    }
+    Light::deserialize(toml::Value::Table(table)).map_err(|e| one_line(&format!("--light {text}: {e}")))
+}
+
+fn parse_vec3(text: &str) -> Result<Vec3> {
+    let numbers: Vec<f32> = text.split(',').map(|n| n.trim().parse()).collect::<Result<_, _>>()?;
+    ensure!(numbers.len() == 3, "{text} is not three numbers");
+    Ok(Vec3::from_slice(&numbers))
+}

@@ -1,0 +1,167 @@
+//! A depth map from a light's view, and the fits that techniques share.
+
+use crate::frame::Frame;
+use crate::gpu::{Gpu, Pass, Raster, Slot};
+use crate::light::LightView;
+use crate::params::Params;
+use anyhow::Result;
+
+crate::params! {
+    /// How a shadow map is made and compared.
+    pub struct MapParams {
+        /// Side of the square shadow map. Double it and the staircase at a shadow's edge halves.
+        resolution: int(1024, 64..=8192, "texels"),
+        /// What the map covers: only the surfaces that the camera sees and that face the light, or the whole scene.
+        fit: choice("receivers", ["receivers", "scene"]),
+        /// Depth added before the comparison, along the light's axis. Too little: acne. Too much: shadows detach.
+        bias: float(0.002, 0.0..=0.1, "m"),
+        /// Depth added in proportion to the receiver's slope and the texel's size; 0.71 is exact for one nearest sample on a plane.
+        slope_bias: float(1.0, 0.0..=8.0, "× texel"),
+        /// The largest tangent of the slope that the slope-scaled bias follows.
+        slope_limit: float(10.0, 1.0..=20.0, ""),
+        /// Moves the receiver along its normal before the look-up, more where light grazes it.
+        normal_offset: float(1.0, 0.0..=4.0, "texels"),
+        /// Tilts the comparison along the receiver's plane, so that wide filters need no larger bias.
+        receiver_plane: flag(false),
+        /// Which faces are left out of the map, as the light sees them. Front: the bias then acts at the back side.
+        cull: choice("none", ["none", "front", "back"]),
+        /// Precision of the stored depth.
+        format: choice("32f", ["32f", "24", "16"]),
+        /// Bias added by the rasteriser, in the smallest steps of the depth format (for 32f: of the exponent).
+        hardware_bias: int(0, 0..=1024, "depth units"),
+        /// Bias added by the rasteriser, times the triangle's largest depth slope per texel.
+        hardware_slope: float(0.0, 0.0..=8.0, "× slope"),
+        /// The most that the rasteriser may add; 0: no limit.
+        hardware_clamp: float(0.0, 0.0..=0.1, "depth"),
+    }
+}
+
+/// The depth map of one light's view. Depth is reversed: 1 near, 0 far.
+pub struct ShadowMap {
+    depth: Slot,
+    whole: wgpu::Buffer,
+    fitted: wgpu::Buffer,
+    extent: wgpu::Buffer,
+    receivers: Pass,
+    narrow: Pass,
+    casters: Option<(MapParams, [Pass; 2])>,
+    last: Option<LightView>,
+}
+
+/// What a look-up needs.
+pub struct Drawn {
+    pub map: wgpu::TextureView,
+    pub light_view: wgpu::Buffer,
+}
+
+const USAGE: wgpu::TextureUsages = wgpu::TextureUsages::RENDER_ATTACHMENT.union(wgpu::TextureUsages::TEXTURE_BINDING);
+
+impl ShadowMap {
+    pub fn new(gpu: &Gpu) -> Result<ShadowMap> {
+        let zero = |label, size| gpu.buffer(label, &vec![0; size], wgpu::BufferUsages::STORAGE);
+        Ok(ShadowMap {
+            depth: Slot::default(),
+            whole: zero("whole light view", size_of::<LightView>()),
+            fitted: zero("fitted light view", size_of::<LightView>()),
+            extent: zero("receivers' extent", 20),
+            receivers: Pass::compute(gpu, "fit: receivers", "lib/fit.wgsl", "receivers", &[])?,
+            narrow: Pass::compute(gpu, "fit: narrow", "lib/fit.wgsl", "narrow", &[])?,
+            casters: None,
+            last: None,
+        })
+    }
+
+    /// Fits the light's view and draws the casters' depth. `margin`: texels around the receivers that
+    /// the filter may reach.
+    ///
+    /// # Errors
+    /// A light without a single view, or a map that the adapter cannot hold.
+    pub fn render(&mut self, f: &mut Frame, margin: f32) -> Result<Drawn> {
+        let p = MapParams::read(f.values);
+        let Some(view) = LightView::whole(&f.setup.light, f.scene.bounds, p.resolution, margin) else {
+            anyhow::bail!("a {} light has no single shadow map", f.setup.light.kind());
+        };
+        if self.last != Some(view) {
+            f.gpu.queue.write_buffer(&self.whole, 0, bytemuck::bytes_of(&view));
+            self.last = Some(view);
+        }
+        f.held(self.whole.size() + self.fitted.size() + self.extent.size());
+        let light_view = if p.fit == "scene" {
+            self.whole.clone()
+        } else {
+            let [w, h] = f.size;
+            f.clear(&self.extent);
+            f.run(&self.receivers)
+                .bind("light_view", &self.whole)
+                .bind("extent", &self.extent)
+                .dispatch(w.div_ceil(64), h.div_ceil(64), 1);
+            f.run(&self.narrow)
+                .bind("light_view", &self.whole)
+                .bind("extent", &self.extent)
+                .bind("fitted", &self.fitted)
+                .dispatch(1, 1, 1);
+            self.fitted.clone()
+        };
+        self.prepare_casters(f.gpu, &p)?;
+        let map = self.depth.get(f.gpu, "shadow map", [p.resolution; 2], format(&p), USAGE);
+        if let Some(texture) = self.depth.texture() {
+            f.held(crate::gpu::bytes(texture));
+        }
+        let scene = f.scene;
+        if let Some((_, [opaque, masked])) = &self.casters {
+            let depth = Some((&map, 0.0));
+            f.run(opaque).bind("light_view", &light_view).draw(&[], depth, true, |p| scene.draw_opaque(p));
+            if scene.opaque_count < scene.triangle_count {
+                f.run(masked).bind("light_view", &light_view).draw(&[], depth, false, |p| scene.draw_masked(p));
+            }
+        }
+        f.show_texture("shadow-map", &map);
+        Ok(Drawn { map, light_view })
+    }
+
+    /// Makes the caster passes anew if their pipelines' state changed.
+    fn prepare_casters(&mut self, gpu: &Gpu, p: &MapParams) -> Result<()> {
+        let same = |a: &MapParams| {
+            (&a.cull, &a.format, a.hardware_bias, a.hardware_slope, a.hardware_clamp)
+                == (&p.cull, &p.format, p.hardware_bias, p.hardware_slope, p.hardware_clamp)
+        };
+        if self.casters.as_ref().is_some_and(|(made, _)| same(made)) {
+            return Ok(());
+        }
+        let pass = |name, fragment| {
+            let raster = Raster {
+                vertex: "caster",
+                fragment,
+                targets: &[],
+                depth: Some(wgpu::DepthStencilState {
+                    format: format(p),
+                    depth_write_enabled: Some(true),
+                    depth_compare: Some(wgpu::CompareFunction::Greater),
+                    stencil: Default::default(),
+                    // Reversed depth: away from the light is down.
+                    bias: wgpu::DepthBiasState {
+                        constant: -(p.hardware_bias as i32),
+                        slope_scale: -p.hardware_slope,
+                        clamp: -p.hardware_clamp,
+                    },
+                }),
+                cull: match p.cull.as_str() {
+                    "front" => Some(wgpu::Face::Front),
+                    "back" => Some(wgpu::Face::Back),
+                    _ => None,
+                },
+            };
+            Pass::render(gpu, name, "lib/depth.wgsl", raster, &[])
+        };
+        self.casters = Some((p.clone(), [pass("shadow map", None)?, pass("shadow map (masked)", Some("masked"))?]));
+        Ok(())
+    }
+}
+
+fn format(p: &MapParams) -> wgpu::TextureFormat {
+    match p.format.as_str() {
+        "16" => wgpu::TextureFormat::Depth16Unorm,
+        "24" => wgpu::TextureFormat::Depth24Plus,
+        _ => wgpu::TextureFormat::Depth32Float,
+    }
+}

@@ -1,0 +1,70 @@
+//! The techniques: the trait they implement and the registry they stand in.
+
+mod pcf;
+mod rt_hard;
+mod shadow_map;
+
+use crate::frame::Frame;
+use crate::gpu::Gpu;
+use crate::light::{KINDS, Light};
+use crate::params::{Group, Spec};
+use crate::view::View;
+use anyhow::{Context, Result};
+
+/// What is known of a technique before it is made.
+pub struct Info {
+    /// Name in set-ups and on the command line.
+    pub id: &'static str,
+    pub title: &'static str,
+    /// Author and year.
+    pub paper: &'static str,
+    /// What it does and where it fails, in a student's words.
+    pub doc: &'static str,
+    /// The light kinds it serves, by their names in [`KINDS`].
+    pub lights: &'static [&'static str],
+    /// Its parameters; names are unique across the groups.
+    pub params: &'static [Group],
+    /// Views of its own, on top of [`crate::view::VIEWS`].
+    pub maps: &'static [View],
+    pub make: fn(&Gpu) -> Result<Box<dyn Technique>>,
+}
+
+/// A shadow technique.
+pub trait Technique {
+    /// Fills the frame's visibility: the fraction of the light that each pixel sees.
+    fn render(&mut self, f: &mut Frame) -> Result<()>;
+}
+
+/// Every technique, in the order of the lists. The first is the default.
+pub static ALL: &[&Info] = &[&shadow_map::INFO, &pcf::INFO, &rt_hard::INFO];
+
+/// The technique whose ray-traced result is the truth.
+pub static TRUTH: &Info = &rt_hard::INFO;
+
+impl Info {
+    /// All parameters in panel order.
+    pub fn specs(&self) -> impl Iterator<Item = &'static Spec> + use<> {
+        self.params.iter().flat_map(|g| g.specs)
+    }
+
+    /// Why it cannot serve a light, or None if it can.
+    pub fn refuses(&self, light: &Light) -> Option<String> {
+        let kind = light.kind();
+        (!self.lights.contains(&kind)).then(|| {
+            format!("{} serves {} light, not {}", self.title, self.lights.join(" and "), KINDS[light.index()])
+        })
+    }
+}
+
+/// A technique by id.
+pub fn find(id: &str) -> Option<&'static Info> {
+    ALL.iter().copied().find(|i| i.id == id)
+}
+
+/// A technique by id, or a sentence that names those there are.
+pub fn find_or_say(id: &str) -> Result<&'static Info> {
+    find(id).with_context(|| {
+        let ids: Vec<&str> = ALL.iter().map(|i| i.id).collect();
+        format!("technique = {id} is unknown; there are {}", ids.join(", "))
+    })
+}

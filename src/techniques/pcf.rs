@@ -1,0 +1,104 @@
+//! Percentage-closer filtering (Reeves, Salesin, Cook 1987).
+
+use super::shadow_map::MAPS;
+use super::{Info, Technique};
+use crate::frame::Frame;
+use crate::gpu::{Gpu, Pass};
+use crate::params::Params;
+use crate::shadow_map::{MapParams, ShadowMap};
+use crate::view::View;
+use anyhow::Result;
+
+crate::params! {
+    /// The filter of PCF.
+    pub struct PcfParams {
+        /// Grid: single comparisons, equal weights. Hw2x2: bilinear comparisons, four texels each. Tent: the smoothest edge for the taps. Disk: a spiral of single comparisons.
+        mode: choice("grid", ["grid", "hw2x2", "tent", "disk"]),
+        /// Side of the filter of grid, hw2x2 and tent. Wider: softer edges, more taps.
+        kernel: int(3, 1..=9, "texels", 2),
+        /// Comparisons of the disk filter.
+        samples: int(16, 4..=64, "taps"),
+        /// Radius of the disk filter.
+        radius: float(2.0, 0.5..=16.0, "texels"),
+        /// Turn the disk differently at every pixel: bands become noise.
+        rotate: flag(false),
+    }
+}
+
+pub static INFO: Info = Info {
+    id: "pcf",
+    title: "Percentage-closer filtering",
+    paper: "Reeves, Salesin, Cook 1987",
+    doc: "Several depth comparisons around each pixel's place in the shadow map, averaged: the stairs blur. The blur \
+          is as wide everywhere, also where the shadow touches its caster.",
+    lights: &["directional", "spot"],
+    params: &[PcfParams::GROUP, MapParams::GROUP],
+    maps: &[
+        MAPS[0],
+        MAPS[1],
+        MAPS[2],
+        View {
+            id: "transition",
+            title: "Transition",
+            doc: "Where the filter gives neither full light nor full shadow: bright is half lit.",
+            truth: false,
+        },
+        View {
+            id: "taps",
+            title: "Tap pattern",
+            doc: "The filter's taps, enlarged: squares are shadow-map texels, each dot is as bright as its weight.",
+            truth: false,
+        },
+    ],
+    make: |gpu| Ok(Box::new(Pcf::new(gpu)?)),
+};
+
+struct Pcf {
+    map: ShadowMap,
+    resolve: Pass,
+    inspect: Pass,
+    sampler: wgpu::Sampler,
+}
+
+impl Pcf {
+    fn new(gpu: &Gpu) -> Result<Pcf> {
+        let file = "techniques/pcf.wgsl";
+        Ok(Pcf {
+            map: ShadowMap::new(gpu)?,
+            resolve: Pass::compute(gpu, "resolve", file, "resolve", INFO.params)?,
+            inspect: Pass::compute(gpu, "inspect", file, "inspect", INFO.params)?,
+            sampler: gpu.device.create_sampler(&wgpu::SamplerDescriptor {
+                label: Some("depth comparison"),
+                mag_filter: wgpu::FilterMode::Linear,
+                min_filter: wgpu::FilterMode::Linear,
+                compare: Some(wgpu::CompareFunction::GreaterEqual),
+                ..Default::default()
+            }),
+        })
+    }
+}
+
+impl Technique for Pcf {
+    fn render(&mut self, f: &mut Frame) -> Result<()> {
+        let p = PcfParams::read(f.values);
+        let reach = if p.mode == "disk" { p.radius } else { p.kernel as f32 / 2.0 };
+        let drawn = self.map.render(f, 1.0 + reach + MapParams::read(f.values).normal_offset)?;
+        f.run(&self.resolve)
+            .bind("shadow_map", &drawn.map)
+            .bind("light_view", &drawn.light_view)
+            .bind("compare_sampler", &self.sampler)
+            .per_pixel();
+        if f.wants_any_map() {
+            f.run(&self.inspect)
+                .bind("shadow_map", &drawn.map)
+                .bind("light_view", &drawn.light_view)
+                .bind("compare_sampler", &self.sampler)
+                .per_pixel();
+        }
+        f.show_cells("texels");
+        f.show_ramp("bias", [0.0, 4.0]);
+        f.show_ramp("transition", [0.0, 1.0]);
+        f.show_ramp("taps", [0.0, 1.0]);
+        Ok(())
+    }
+}

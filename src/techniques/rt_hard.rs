@@ -1,0 +1,60 @@
+//! Ray-traced hard shadows: the exact reference.
+
+use super::{Info, Technique};
+use crate::frame::Frame;
+use crate::gpu::Pass;
+use crate::params::Params;
+use crate::view::View;
+use anyhow::Result;
+
+crate::params! {
+    /// The shadow rays.
+    pub struct RtParams {
+        /// Start of the ray, as a share of the largest coordinate (at least of 1 m). 0 is exact: the receiver's own triangle is left out by its number.
+        epsilon: float(0.0, 0.0..=0.01, ""),
+        /// Off: a triangle blocks only the light that arrives at its front.
+        two_sided: flag(true),
+        /// Nodes of the BVH that a ray may visit before it gives up and counts as lit.
+        max_visits: int(65536, 64..=1048576, "nodes"),
+    }
+}
+
+pub static INFO: Info = Info {
+    id: "rt-hard",
+    title: "Ray-traced hard shadow",
+    paper: "watertight test: Woop, Benthin, Wald 2013",
+    doc: "One ray from each pixel to the light, against every triangle. Exact for a point or the sun's direction: the \
+          truth that all others are measured against.",
+    lights: &["directional", "spot", "omni"],
+    params: &[RtParams::GROUP],
+    maps: &[View {
+        id: "visits",
+        title: "Node visits",
+        doc: "How many nodes of the BVH each pixel's ray visits: where ray tracing is slow.",
+        truth: false,
+    }],
+    make: |gpu| {
+        Ok(Box::new(RtHard {
+            resolve: Pass::compute(gpu, "shadow rays", FILE, "resolve", INFO.params)?,
+            inspect: Pass::compute(gpu, "inspect", FILE, "inspect", INFO.params)?,
+        }))
+    },
+};
+
+const FILE: &str = "techniques/rt_hard.wgsl";
+
+struct RtHard {
+    resolve: Pass,
+    inspect: Pass,
+}
+
+impl Technique for RtHard {
+    fn render(&mut self, f: &mut Frame) -> Result<()> {
+        f.run(&self.resolve).per_pixel();
+        if f.wants_any_map() {
+            f.run(&self.inspect).per_pixel();
+        }
+        f.show_ramp("visits", [0.0, 200.0]);
+        Ok(())
+    }
+}

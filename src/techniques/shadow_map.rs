@@ -1,0 +1,71 @@
+//! The standard shadow map (Williams 1978).
+
+use super::{Info, Technique};
+use crate::frame::Frame;
+use crate::gpu::Pass;
+use crate::params::Params;
+use crate::shadow_map::{MapParams, ShadowMap};
+use crate::view::View;
+use anyhow::Result;
+
+pub static INFO: Info = Info {
+    id: "shadow-map",
+    title: "Shadow map",
+    paper: "Williams 1978",
+    doc: "Depth seen from the light, compared once per pixel. Fast; its edges are stairs of the map's texels, and \
+          without bias surfaces shadow themselves (acne).",
+    lights: &["directional", "spot"],
+    params: &[MapParams::GROUP],
+    maps: MAPS,
+    make: |gpu| {
+        Ok(Box::new(StandardShadowMap {
+            map: ShadowMap::new(gpu)?,
+            resolve: Pass::compute(gpu, "resolve", FILE, "resolve", &[MapParams::GROUP])?,
+            inspect: Pass::compute(gpu, "inspect", FILE, "inspect", &[MapParams::GROUP])?,
+        }))
+    },
+};
+
+const FILE: &str = "techniques/shadow_map.wgsl";
+
+/// The views that every technique with one shadow map has, in the order of `inspect_lookup` in WGSL.
+pub const MAPS: &[View] = &[
+    View {
+        id: "shadow-map",
+        title: "Shadow map",
+        doc: "The map itself: what the light sees, near bright, far dark.",
+        truth: false,
+    },
+    View {
+        id: "texels",
+        title: "Texel grid",
+        doc: "Each shadow-map texel's footprint on the scene, as a chequerboard. Large squares: blocky shadows.",
+        truth: false,
+    },
+    View {
+        id: "bias",
+        title: "Bias",
+        doc: "How far the comparison is moved along the light's axis at each pixel, all biases together.",
+        truth: false,
+    },
+];
+
+struct StandardShadowMap {
+    map: ShadowMap,
+    resolve: Pass,
+    inspect: Pass,
+}
+
+impl Technique for StandardShadowMap {
+    fn render(&mut self, f: &mut Frame) -> Result<()> {
+        let p = MapParams::read(f.values);
+        let drawn = self.map.render(f, 1.0 + p.normal_offset)?;
+        f.run(&self.resolve).bind("shadow_map", &drawn.map).bind("light_view", &drawn.light_view).per_pixel();
+        if f.wants_any_map() {
+            f.run(&self.inspect).bind("light_view", &drawn.light_view).per_pixel();
+        }
+        f.show_cells("texels");
+        f.show_ramp("bias", [0.0, 4.0]);
+        Ok(())
+    }
+}

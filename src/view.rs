@@ -1,0 +1,54 @@
+//! What can be drawn of a frame.
+
+use crate::techniques::Info;
+use anyhow::{Result, bail};
+
+/// One way to look at a frame.
+#[derive(Clone, Copy)]
+pub struct View {
+    pub id: &'static str,
+    pub title: &'static str,
+    /// What is seen, in a student's words.
+    pub doc: &'static str,
+    /// Needs the ray-traced truth.
+    pub truth: bool,
+}
+
+const fn view(id: &'static str, title: &'static str, doc: &'static str, truth: bool) -> View {
+    View { id, title, doc, truth }
+}
+
+/// The views that every technique has; a technique's own maps come on top ([`Info::maps`]).
+pub const VIEWS: &[View] = &[
+    view("shaded", "Shaded", "The lit picture with the technique's shadow.", false),
+    view("split", "Split", "Left of the line the technique's shadow, right of it the exact one.", true),
+    view("visibility", "Visibility", "How much of the light each pixel sees: white all of it, black none.", false),
+    view("truth", "Truth", "The exact visibility, ray traced on the same surfaces.", true),
+    view("error", "Error", "Blue: lit but should be in shadow. Red: in shadow but should be lit. The rest is right.", true),
+    view("facing", "Facing", "Green: the surface turns towards the light. Grey: it turns away and is dark without any shadow technique.", false),
+    view("normals", "Normals", "The surface's direction as a colour: x red, y green, z blue.", false),
+    view("albedo", "Albedo", "The surface's own colour, without light.", false),
+    view("depth", "Eye depth", "Distance from the camera along its axis, near dark, far bright.", false),
+    view("light-depth", "Light depth", "Distance from the light (along its rays for the sun), near dark, far bright.", false),
+    view("position", "Position", "World position in metres, repeating every metre, as a colour.", false),
+    view("triangles", "Triangles", "Each triangle in a colour of its own.", false),
+];
+
+/// Index of a view that every technique has, as the shader numbers it.
+pub fn index(id: &str) -> Option<usize> {
+    VIEWS.iter().position(|v| v.id == id)
+}
+
+/// Whether a view needs the truth.
+pub fn needs_truth(id: &str) -> bool {
+    VIEWS.iter().any(|v| v.id == id && v.truth)
+}
+
+/// Refuses a view that the technique does not have.
+pub fn check(id: &str, info: &Info) -> Result<()> {
+    if index(id).is_none() && !info.maps.iter().any(|m| m.id == id) {
+        let all: Vec<&str> = VIEWS.iter().chain(info.maps).map(|v| v.id).collect();
+        bail!("view = {id} is unknown; {} has {}", info.id, all.join(", "));
+    }
+    Ok(())
+}

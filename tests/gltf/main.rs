@@ -1,0 +1,106 @@
+//! The glTF loader, on small files made here.
+
+mod animation;
+mod file;
+mod geometry;
+mod malformed;
+mod material;
+mod nodes;
+mod views;
+
+use file::{File, base64, load_bytes, load_in, one_sentence, picture};
+use glam::Vec3;
+use serde_json::json;
+
+#[test]
+fn a_glb_with_one_triangle() {
+    let scene = File::triangle().load();
+    assert_eq!(scene.name, "scene");
+    assert_eq!(scene.nodes.len(), 1);
+    assert_eq!(scene.nodes[0].meshes, [0]);
+    assert_eq!(scene.meshes.len(), 1);
+    let mesh = &scene.meshes[0];
+    assert_eq!(mesh.positions, [Vec3::ZERO, Vec3::X, Vec3::Y]);
+    assert_eq!(mesh.normals, [Vec3::Z; 3]);
+    assert_eq!(mesh.uvs.len(), 3);
+    assert_eq!(mesh.indices, [0, 1, 2]);
+    assert_eq!(scene.materials[mesh.material as usize].base_color, glam::Vec4::ONE);
+    assert!(scene.notes.is_empty(), "{:?}", scene.notes);
+}
+
+#[test]
+fn external_files_with_percent_encoded_names_in_a_subfolder() {
+    let mut file = File::triangle();
+    let uvs = file.floats("VEC2", &[0.0; 6]);
+    file.primitive()["attributes"]["TEXCOORD_0"] = uvs.into();
+    file.texture(json!({ "uri": "my%20parts/red%20%C3%A9.png" }), json!({}));
+    file.json["buffers"] = json!([{ "uri": "./my%20parts/data.bin", "byteLength": file.bin.len() }]);
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::create_dir(folder.path().join("my parts")).unwrap();
+    std::fs::write(folder.path().join("my parts/data.bin"), &file.bin).unwrap();
+    std::fs::write(folder.path().join("my parts/red é.png"), picture(image::ImageFormat::Png)).unwrap();
+    let scene = load_in(folder.path(), "place.gltf", file.json.to_string().as_bytes()).unwrap();
+    assert_eq!(scene.name, "place");
+    assert_eq!(scene.meshes[0].positions[1], Vec3::X);
+    assert_eq!(scene.textures[0].rgba[..4], [255, 0, 0, 255]);
+}
+
+#[test]
+fn data_uris() {
+    let mut file = File::triangle();
+    let uri = format!("data:application/octet-stream;base64,{}", base64(&file.bin));
+    file.json["buffers"] = json!([{ "uri": uri, "byteLength": file.bin.len() }]);
+    let image = format!("data:image/png;base64,{}", base64(&picture(image::ImageFormat::Png)));
+    file.texture(json!({ "uri": image }), json!({}));
+    // With a byte order mark and white space, as some editors save.
+    let text = format!("\u{feff} \n{}", file.json);
+    let scene = load_bytes("scene.gltf", text.as_bytes()).unwrap();
+    assert_eq!(scene.meshes[0].positions, [Vec3::ZERO, Vec3::X, Vec3::Y]);
+    assert_eq!(scene.textures[0].rgba, [255, 0, 0, 255, 0, 0, 255, 128]);
+}
+
+#[test]
+fn uris_that_lead_out_of_the_folder_are_refused() {
+    let outer = tempfile::tempdir().unwrap();
+    std::fs::write(outer.path().join("data.bin"), &File::triangle().bin).unwrap();
+    let folder = outer.path().join("inner");
+    std::fs::create_dir(&folder).unwrap();
+    let absolute = outer.path().join("data.bin").to_string_lossy().into_owned();
+    for uri in [
+        "../data.bin",
+        "%2e%2e/data.bin",
+        "a/../../data.bin",
+        "..\\data.bin",
+        "https://example.org/data.bin",
+        "file:///data.bin",
+        "C:/data.bin",
+        &absolute,
+    ] {
+        let mut file = File::triangle();
+        file.json["buffers"] = json!([{ "uri": uri, "byteLength": file.bin.len() }]);
+        let result = load_in(&folder, "scene.gltf", file.json.to_string().as_bytes());
+        let message = one_sentence("scene.gltf", result);
+        assert!(message.contains("buffer 0") && message.contains("outside the file's folder"), "{uri}: {message}");
+    }
+}
+
+#[test]
+fn required_extensions_that_are_not_known_are_refused_by_name() {
+    let mut file = File::triangle();
+    file.json["extensionsRequired"] =
+        json!(["KHR_mesh_quantization", "KHR_draco_mesh_compression", "EXT_meshopt_compression"]);
+    let message = file.error();
+    assert!(message.contains("KHR_draco_mesh_compression, EXT_meshopt_compression"), "{message}");
+    assert!(!message.contains("quantization"), "{message}");
+}
+
+#[test]
+fn extensions_that_only_shade_are_noted() {
+    let mut file = File::triangle();
+    file.json["extensionsRequired"] = json!(["KHR_materials_unlit", "KHR_texture_transform"]);
+    file.json["extensionsUsed"] = json!(["KHR_materials_unlit", "KHR_materials_sheen", "VENDOR_thing"]);
+    let notes = file.load().notes;
+    assert_eq!(notes.len(), 2);
+    assert!(notes[0].contains("KHR_materials_unlit, KHR_materials_sheen"), "{notes:?}");
+    assert!(notes[1].contains("VENDOR_thing"), "{notes:?}");
+}

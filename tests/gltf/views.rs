@@ -1,0 +1,147 @@
+//! Cameras and lights, of the file and the presets.
+
+use crate::file::File;
+use glam::Vec3;
+use serde_json::json;
+use shadowscope::light::Light;
+use shadowscope::scene::{Camera, Scene};
+use std::f32::consts::{FRAC_1_SQRT_2, FRAC_PI_2, FRAC_PI_4};
+
+fn camera(scene: &Scene, name: &str) -> Camera {
+    scene.cameras.iter().find(|camera| camera.name == name).unwrap().camera
+}
+
+fn light(scene: &Scene, name: &str) -> Light {
+    scene.lights.iter().find(|light| light.name == name).unwrap().light
+}
+
+#[test]
+fn presets_are_always_there_and_the_overview_shows_all() {
+    let mut file = File::triangle();
+    file.json["nodes"][0]["scale"] = json!([30, 4, 9]);
+    file.json["nodes"][0]["translation"] = json!([-70, 12, 3]);
+    let scene = file.load();
+    let names: Vec<_> = scene.cameras.iter().map(|camera| camera.name.as_str()).collect();
+    assert_eq!(names, ["overview", "low"]);
+    let names: Vec<_> = scene.lights.iter().map(|light| light.name.as_str()).collect();
+    assert_eq!(names, ["sun", "low-sun", "spot", "omni"]);
+
+    let camera = camera(&scene, "overview");
+    let view = glam::camera::rh::view::look_at_mat4(camera.position, camera.target, Vec3::Y);
+    let clip =
+        glam::camera::rh::proj::directx::perspective(camera.fov.to_radians(), 4.0 / 3.0, camera.near, camera.far)
+            * view;
+    for corner in [Vec3::new(-70.0, 12.0, 3.0), Vec3::new(-40.0, 12.0, 3.0), Vec3::new(-70.0, 16.0, 3.0)] {
+        let shown = clip.project_point3(corner);
+        assert!(shown.x.abs() <= 1.0 && shown.y.abs() <= 1.0 && (0.0..=1.0).contains(&shown.z), "{shown}");
+    }
+    for (name, elevation) in [("sun", 45.0f32), ("low-sun", 12.0)] {
+        let Light::Directional { to_light, .. } = light(&scene, name) else { panic!("{name}") };
+        assert!((to_light.normalize().y.asin().to_degrees() - elevation).abs() < 0.01);
+    }
+    let Light::Spot { position, direction, range, color, .. } = light(&scene, "spot") else { panic!() };
+    let center = Vec3::new(-55.0, 14.0, 3.0);
+    assert!(position.y > 16.0 && range > position.distance(center));
+    assert!((center - position).normalize().dot(direction.normalize()) > 0.9999);
+    assert!((color.x / position.distance_squared(center) - 1.0).abs() < 1e-3);
+    let Light::Omni { position, .. } = light(&scene, "omni") else { panic!() };
+    assert!(position.y > 16.0);
+}
+
+#[test]
+fn a_wide_floor_gets_a_camera_for_the_detail() {
+    let mut file = File::triangle();
+    let mut positions = vec![-1e3, 0.0, -1e3, 1e3, 0.0, 1e3, 1e3, 0.0, -1e3];
+    for i in 0..100 {
+        let x = i as f32 * 0.01;
+        positions.extend([x, 0.0, 0.0, x + 0.01, 0.0, 0.0, x, 1.0, 1.0]);
+    }
+    let positions = file.floats("VEC3", &positions);
+    file.json["meshes"][0]["primitives"] = json!([{ "attributes": { "POSITION": positions } }]);
+    let scene = file.load();
+    let camera = camera(&scene, "detail");
+    assert!(camera.position.length() < 5.0, "{camera:?}");
+    assert!(camera.far > 2e3);
+}
+
+#[test]
+fn lights_of_the_file_come_first_and_where_they_are() {
+    let mut file = File::triangle();
+    file.json["extensions"] = json!({ "KHR_lights_punctual": { "lights": [
+        { "type": "directional", "name": "sun", "color": [0.5, 0.25, 0], "intensity": 3000 },
+        { "type": "point", "range": 7 },
+        { "type": "spot", "spot": { "outerConeAngle": 0.5 }, "intensity": 5 },
+        { "type": "spot", "spot": { "outerConeAngle": FRAC_PI_2 } },
+    ] } });
+    let placed = |light: u32, rest: serde_json::Value| {
+        let mut node = rest;
+        node["extensions"] = json!({ "KHR_lights_punctual": { "light": light } });
+        node
+    };
+    file.json["nodes"] = json!([
+        { "mesh": 0 },
+        // A quarter turn about x: -z becomes +y.
+        placed(0, json!({ "rotation": [FRAC_1_SQRT_2, 0, 0, FRAC_1_SQRT_2] })),
+        { "translation": [0, 10, 0], "children": [3] },
+        placed(1, json!({ "translation": [0.5, 0.5, 0], "name": "lamp" })),
+        placed(2, json!({ "translation": [0.5, 0.5, 4], "scale": [2, 2, 2] })),
+        placed(3, json!({})),
+    ]);
+    let scene = file.load();
+    let names: Vec<_> = scene.lights.iter().map(|light| light.name.as_str()).collect();
+    assert_eq!(names, ["sun", "lamp", "light 2", "light 3", "sun 2", "low-sun", "spot", "omni"]);
+    let Light::Directional { to_light, color } = scene.lights[0].light else { panic!() };
+    assert!(to_light.abs_diff_eq(Vec3::NEG_Y, 1e-5), "{to_light}");
+    assert_eq!(color, Vec3::new(1.0, 0.5, 0.0));
+    let Light::Omni { position, range, color } = scene.lights[1].light else { panic!() };
+    assert_eq!((position, range), (Vec3::new(0.5, 10.5, 0.0), 7.0));
+    // Ten away from the middle of the triangle's box.
+    assert!(color.abs_diff_eq(Vec3::splat(100.0), 1e-3));
+    let Light::Spot { position, direction, outer_angle, range, color } = scene.lights[2].light else { panic!() };
+    assert_eq!((position, direction), (Vec3::new(0.5, 0.5, 4.0), Vec3::NEG_Z));
+    assert!((outer_angle - 0.5f32.to_degrees()).abs() < 1e-3);
+    assert!(range > 4.0 && range.is_finite());
+    assert!(color.abs_diff_eq(Vec3::splat(16.0), 1e-3));
+    let Light::Spot { outer_angle, color, .. } = scene.lights[3].light else { panic!() };
+    assert!(outer_angle < 89.0);
+    assert_eq!(color, Vec3::ONE);
+    assert!(scene.notes[0].starts_with("4 lights have a brightness"), "{:?}", scene.notes);
+
+    file.json["extensions"]["KHR_lights_punctual"]["lights"][0]["type"] = "laser".into();
+    assert!(file.error().contains("light 0 has an unknown type"));
+    file.json["nodes"][1]["extensions"]["KHR_lights_punctual"]["light"] = 12.into();
+    assert!(file.error().contains("light 12"));
+}
+
+#[test]
+fn cameras_of_the_file_come_first_and_where_they_are() {
+    let mut file = File::triangle();
+    file.json["cameras"] = json!([
+        { "type": "perspective", "name": "overview", "perspective": { "yfov": FRAC_PI_4, "znear": 0.5, "zfar": 50 } },
+        { "type": "perspective", "perspective": { "yfov": 1, "znear": 0.1 } },
+        { "type": "orthographic", "orthographic": { "xmag": 1, "ymag": 1, "znear": 0, "zfar": 1 } },
+    ]);
+    file.json["nodes"] = json!([
+        { "mesh": 0 },
+        { "camera": 0, "translation": [0.5, 0.5, 8] },
+        // Looks straight down, the top of the picture towards -z.
+        { "camera": 1, "translation": [0.5, 6.5, 0], "rotation": [-FRAC_1_SQRT_2, 0, 0, FRAC_1_SQRT_2], "name": "plan" },
+        { "camera": 2 },
+    ]);
+    let scene = file.load();
+    let names: Vec<_> = scene.cameras.iter().map(|camera| camera.name.as_str()).collect();
+    assert_eq!(names, ["overview", "plan", "overview 2", "low"]);
+    let first = scene.cameras[0].camera;
+    assert_eq!((first.position, first.target), (Vec3::new(0.5, 0.5, 8.0), Vec3::new(0.5, 0.5, 0.0)));
+    assert!((first.fov - 45.0).abs() < 1e-3);
+    assert_eq!((first.near, first.far), (0.5, 50.0));
+    let plan = scene.cameras[1].camera;
+    assert!((plan.far - 10.0 * 2f32.sqrt()).abs() < 1e-4);
+    let view = glam::camera::rh::view::look_at_mat4(plan.position, plan.target, Vec3::Y);
+    assert!(view.is_finite());
+    assert!(view.transform_vector3(Vec3::NEG_Z).y > 0.99);
+    assert_eq!(scene.notes, ["1 orthographic camera is left out."]);
+
+    file.json["nodes"][1]["camera"] = 9.into();
+    assert!(file.error().contains("camera 9"));
+}
