@@ -8,10 +8,10 @@
 fn classify(@builtin(global_invocation_id) id: vec3u) {
     if id.x < frame.size.x && id.y < frame.size.y {
         let s = load_surface(id.xy);
-        var class = 0u;
+        var kind = 0u;
         if s.valid {
-            class = select(1u, 2u, faces_light(s));
+            kind = select(1u, 2u, faces_light(s));
         }
-        textureStore(mask, id.xy, vec4u(class));
+        textureStore(mask, id.xy, vec4u(kind));
     }
 }

@@ -409,8 +409,9 @@ impl Run<'_, '_> {
         }
         let find = |b: &Binding| {
             let own = extra.iter().find(|(n, _)| *n == b.name).map(|(_, r)| r);
-            let known = recorder.resources.get(b.name.as_str());
-            own.or(known).or_else(|| recorder.resources.get(b.type_name.as_str())).cloned()
+            // A parameter group is known by its type, whatever the shader calls it.
+            let group = recorder.resources.get(b.type_name.as_str());
+            own.or(group).or_else(|| recorder.resources.get(b.name.as_str())).cloned()
         };
         let groups = match pass.bind(recorder.gpu, find) {
             Ok(groups) => groups,

@@ -98,8 +98,8 @@ pub fn build() -> Scene {
             camera("atrium", vec3(-12.9, 1.75, 1.9), vec3(2.0, 3.35, -1.0), 62.0, 0.1, 120.0),
             camera("gallery", vec3(13.2, 7.3, -7.6), vec3(1.0, 4.6, 1.0), 60.0, 0.1, 120.0),
             camera("curtain", vec3(-5.4, 1.55, -1.7), vec3(-8.4, 1.75, -5.4), 50.0, 0.05, 60.0),
-            camera("corner", vec3(-17.6, 1.7, -8.6), vec3(-9.0, 2.0, -5.9), 65.0, 0.1, 80.0),
-            camera("above", vec3(0.01, 38.0, 6.0), vec3(0.0, 0.0, 0.0), 45.0, 1.0, 120.0),
+            camera("corner", vec3(-17.6, 1.7, -7.5), vec3(-9.0, 2.0, -6.5), 65.0, 0.1, 80.0),
+            camera("above", vec3(-3.0, 29.0, 9.5), vec3(0.0, 0.0, -0.3), 44.0, 1.0, 120.0),
         ],
         vec![
             light("sun", Light::Directional { to_light: vec3(0.42, 1.0, 0.36), color: vec3(1.0, 0.95, 0.86) * 1.1 }),
@@ -183,19 +183,24 @@ fn arch_wall(b: &mut Builder, material: u32, w: &ArchWall) {
 }
 
 /// A moulding around an arch's upper half on the face at z = `face`, from `radius` outwards.
-fn archivolt(b: &mut Builder, material: u32, radius: f32, spring: f32, face: f32) {
+/// A plain one has a simpler profile.
+fn archivolt(b: &mut Builder, material: u32, radius: f32, spring: f32, face: f32, plain: bool) {
     // Radius and height over the wall; the ends are sunk into it.
-    let profile = [
-        (0.0, -0.03),
-        (0.0, 0.05),
-        (0.06, 0.05),
-        (0.08, 0.03),
-        (0.13, 0.03),
-        (0.16, 0.08),
-        (0.2, 0.085),
-        (0.22, 0.06),
-        (0.22, -0.03),
-    ];
+    let profile: &[(f32, f32)] = if plain {
+        &[(0.0, -0.03), (0.0, 0.05), (0.12, 0.06), (0.15, 0.03), (0.15, -0.03)]
+    } else {
+        &[
+            (0.0, -0.03),
+            (0.0, 0.05),
+            (0.06, 0.05),
+            (0.08, 0.03),
+            (0.13, 0.03),
+            (0.16, 0.08),
+            (0.2, 0.085),
+            (0.22, 0.06),
+            (0.22, -0.03),
+        ]
+    };
     let turned = Mat4::from_rotation_translation(
         Quat::from_rotation_x(FRAC_PI_2),
         vec3(0.0, spring, face),
@@ -261,7 +266,7 @@ fn arcades(b: &mut Builder, m: &Palette, storey: usize) {
             back: true,
         };
         arch_wall(b, m.plaster, &wall);
-        archivolt(b, m.trim, RADIUS, spring, HALF_WALL);
+        archivolt(b, m.trim, RADIUS, spring, HALF_WALL, false);
         let last = if side % 2 == 0 { 7 } else { 2 };
         if bay < last {
             b.at(vec3(BAY * 0.5, floor, 0.0), |b| column(b, m, SPRING[storey], storey));
@@ -317,9 +322,9 @@ fn column(b: &mut Builder, m: &Palette, height: f32, storey: usize) {
         let t = i as f32 / 4.0;
         profile.push(vec2(neck + 0.005 + 0.12 * t * t * t, h - 0.56 + 0.44 * t));
     }
-    b.lathe(m.stone, &profile, 22);
+    b.lathe(m.stone, &profile, 20);
     for tier in 0..2 {
-        let count = 7;
+        let count = 6;
         for k in 0..count {
             let angle = (k as f32 + 0.5 * tier as f32) / count as f32 * TAU;
             let y = h - 0.56 + tier as f32 * 0.17;
@@ -360,9 +365,9 @@ fn balustrade(b: &mut Builder, m: &Palette) {
     ]
     .map(|(r, y)| vec2(r, y))
     .to_vec();
-    for k in 0..9 {
-        let x = (k as f32 - 4.0) * 0.325;
-        b.at(vec3(x, 0.0, 0.0), |b| b.lathe(m.stone, &profile, 10));
+    for k in 0..8 {
+        let x = (k as f32 - 3.5) * 0.36;
+        b.at(vec3(x, 0.0, 0.0), |b| b.lathe(m.stone, &profile, 9));
     }
 }
 
@@ -391,7 +396,7 @@ fn outer_walls(b: &mut Builder, m: &Palette, storey: usize) {
                         back: false,
                     };
                     arch_wall(b, m.plaster, &wall);
-                    archivolt(b, m.trim, 0.85, floor + 2.15, thick);
+                    archivolt(b, m.trim, 0.85, floor + 2.15, thick, true);
                     door(b, m, floor, storey, thick);
                 });
             }
@@ -504,7 +509,7 @@ fn vaults(b: &mut Builder, m: &Palette) {
     b.uv_scale = 0.4;
     let vault = |b: &mut Builder, x: f32, z: f32, half: Vec2| {
         let scale = b.uv_scale;
-        let steps = 20;
+        let steps = 16;
         let mut patch = Patch::default();
         // Even steps in angle, so that the diagonals run along the groins.
         let coordinate = |i: usize| {
@@ -620,7 +625,7 @@ fn roof(b: &mut Builder, m: &Palette) {
         });
     }
     // Round tiles in rows that overlap: each row starts raised and dips under the next.
-    let (rows, wave, low, high) = (8, 0.36, -0.62, 4.3);
+    let (rows, wave, low, high) = (7, 0.42, -0.62, 4.3);
     for side in 0..4 {
         let (away, length) = if side % 2 == 0 { (face.y, face.x) } else { (face.x, face.y) };
         b.turned(Vec3::ZERO, side as f32 * FRAC_PI_2, |b| {
@@ -699,7 +704,7 @@ fn curtains(b: &mut Builder, m: &Palette) {
         }
         for s in [-1.0, 1.0] {
             b.with(Mat4::from_scale(vec3(s, 1.0, 1.0)), |b| {
-                drape(b, cloth, [60, 26], [rod + 0.04, 0.08], 6.0, phase + s, |t| {
+                drape(b, cloth, [54, 20], [rod + 0.04, 0.08], 6.0, phase + s, |t| {
                     // Gathered by a band at 0.6 of the height.
                     let u = (t - 0.58) / if t < 0.58 { 0.58 } else { 0.42 };
                     let open = (u.abs() * 1.05).min(1.0).powf(if t < 0.58 { 1.6 } else { 0.8 });
@@ -708,13 +713,13 @@ fn curtains(b: &mut Builder, m: &Palette) {
                     let right = 1.12 + (inner - 1.12) * open;
                     (right, left, 0.012 + 0.05 * open)
                 });
-                let path: Vec<Vec3> = (0..20)
+                let path: Vec<Vec3> = (0..14)
                     .map(|i| {
-                        let angle = i as f32 / 20.0 * TAU;
+                        let angle = i as f32 / 14.0 * TAU;
                         vec3(1.21 + 0.115 * angle.cos(), 1.335 + 0.02 * angle.cos(), 0.062 * angle.sin())
                     })
                     .collect();
-                b.tube(m.cloth[1], &path, &[0.022; 20], 8, true);
+                b.tube(m.cloth[1], &path, &[0.022; 14], 6, true);
             });
         }
     });
@@ -726,8 +731,8 @@ fn curtains(b: &mut Builder, m: &Palette) {
             }
             let y = FLOOR[1] + 1.0;
             let path: Vec<Vec2> = rug_path(y);
-            b.lattice(m.cloth[cloth], 33, path.len(), Shading::Smooth(80.0), |i, j| {
-                let s = i as f32 / 32.0 - 0.5;
+            b.lattice(m.cloth[cloth], 25, path.len(), Shading::Smooth(80.0), |i, j| {
+                let s = i as f32 / 24.0 - 0.5;
                 let p = path[j];
                 let below = (y - p.y).max(0.0);
                 let wave = 0.02 * (below * 2.0).min(1.0) * (s * 14.0 + 2.0 * below).sin();
@@ -792,7 +797,7 @@ fn shrub(b: &mut Builder, m: &Palette, rng: &mut Rng, tall: bool) {
     b.lathe(m.soil, &[vec2(0.365, 0.52), vec2(0.15, 0.54), vec2(0.0, 0.55)], 24);
     let (height, trunk) = if tall { (0.72, 0.045) } else { (1.25, 0.035) };
     b.frustum(m.wood, vec3(0.0, 0.5, 0.0), vec3(0.02, height, 0.0), trunk, trunk * 0.8, 8, [false; 2]);
-    b.leaves(m.leaf, rng, 800, 0.11, |rng| {
+    b.leaves(m.leaf, rng, 700, 0.11, |rng| {
         let d = rng.direction();
         if tall {
             let t = rng.unit();

@@ -331,7 +331,12 @@ fn flower_box(b: &mut Builder) {
 
 /// One flower: a bent stem with leaves, a heart and two whorls of petals.
 fn flower(b: &mut Builder, rng: &mut Rng, root: Vec3, stem: u32, color: u32, heart: u32) {
-    let height = rng.range(1.7, 3.4);
+    // Every fourth stands out, for a ragged outline.
+    let height = if rng.index(4) == 0 {
+        rng.range(3.2, 4.4)
+    } else {
+        rng.range(1.3, 2.5)
+    };
     let angle = rng.range(0.0, TAU);
     let lean = vec3(angle.cos(), 0.0, angle.sin()) * rng.range(0.1, 0.55);
     let at = |t: f32| root + Vec3::Y * (height * t - 0.05) + lean * t * t;
@@ -493,4 +498,47 @@ fn lamp(b: &mut Builder) {
         .map(|&(r, y)| vec2(r, top + y - 0.02))
         .collect();
     b.lathe(iron, &roof, 20);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cameras_and_light_are_those_of_the_tables() {
+        let scene = build();
+        for (view, (name, position, direction)) in scene.cameras.iter().zip(VIEWS) {
+            let camera = view.camera;
+            assert_eq!((view.name.as_str(), camera.position), (name, position));
+            let looks = (camera.target - camera.position).normalize();
+            assert!(looks.distance(direction.normalize()) < 1e-6, "{name}");
+            assert_eq!((camera.fov, camera.near, camera.far), (60.0, 15.0, 120.0));
+        }
+        assert_eq!(scene.cameras.len(), 9);
+        let Light::Directional { to_light, .. } = scene.lights[0].light else {
+            panic!("the first light is no sun");
+        };
+        assert_eq!(to_light, vec3(-0.744, 0.408, -0.527));
+    }
+
+    #[test]
+    fn views_of_the_trees_show_nothing_but_ground() {
+        let scene = build();
+        for view in &scene.cameras[6..] {
+            let camera = view.camera;
+            let seen = Mat4::perspective_rh(60f32.to_radians(), 16.0 / 9.0, 15.0, 120.0)
+                * Mat4::look_at_rh(camera.position, camera.target, Vec3::Y);
+            for mesh in &scene.meshes {
+                let material = &scene.materials[mesh.material as usize].name;
+                if material == "lawn" || material == "path" {
+                    continue;
+                }
+                for &p in &mesh.positions {
+                    let q = seen.project_point3(p);
+                    let inside = q.x.abs() < 1.0 && q.y.abs() < 1.0 && (0.0..1.0).contains(&q.z);
+                    assert!(!inside, "{}: {material} at {p}", view.name);
+                }
+            }
+        }
+    }
 }

@@ -100,7 +100,7 @@ pub fn build() -> Scene {
     }
     b.finish(
         vec![
-            camera("room", vec3(6.5, 1.65, 3.3), vec3(0.8, 0.95, -0.6), 60.0, 0.05, 60.0),
+            camera("room", vec3(6.55, 1.65, -0.35), vec3(-1.0, 0.85, -0.85), 58.0, 0.05, 60.0),
             camera("table", vec3(-0.35, 1.5, -1.1), vec3(-1.65, 0.72, -2.4), 52.0, 0.05, 60.0),
             camera("windows", vec3(-5.9, 1.6, 3.4), vec3(1.2, 0.9, -2.6), 62.0, 0.05, 60.0),
             camera("counter", vec3(-2.4, 1.6, 0.4), vec3(-7.0, 1.2, -0.4), 60.0, 0.05, 60.0),
@@ -108,7 +108,7 @@ pub fn build() -> Scene {
             camera("beams", vec3(6.7, 3.2, 3.7), vec3(-0.8, 0.2, -0.9), 68.0, 0.05, 60.0),
         ],
         vec![
-            light("sun", Light::Directional { to_light: vec3(0.27, 0.52, -0.95), color: vec3(1.0, 0.93, 0.8) * 1.35 }),
+            light("sun", Light::Directional { to_light: vec3(0.27, 0.52, -0.95), color: vec3(1.0, 0.93, 0.8) * 1.5 }),
             light("pendant", Light::Spot { position: vec3(0.6, LAMP - 0.01, 1.45), direction: vec3(0.0, -1.0, 0.0), outer_angle: 64.0, range: 12.0, color: vec3(3.4, 2.8, 2.0) }),
             light("cage lamp", Light::Omni { position: vec3(4.7, LAMP + 0.1, 1.45), range: 20.0, color: vec3(4.6, 3.9, 2.8) }),
             light("ceiling lamp", Light::Hemisphere { position: vec3(0.6, 3.3, -0.3), direction: vec3(0.0, -1.0, 0.0), range: 20.0, color: vec3(9.0, 8.4, 7.2) }),
@@ -199,10 +199,10 @@ fn window(b: &mut Builder, m: &Palette, back: f32, front: f32) {
     // The architrave around the opening, on the room's wall.
     let (r, w) = (0.1, front + 0.025);
     for s in [-1.0f32, 1.0] {
-        let (a, c) = (s * h, s * (h + r));
+        let (a, c) = (s * (h - 0.012), s * (h + r));
         b.cuboid_sides(m.white, vec3(a.min(c), SILL, front - 0.02), vec3(a.max(c), LINTEL + r, w), [true, true, false, true, false, true]);
     }
-    b.cuboid_sides(m.white, vec3(-h, LINTEL, front - 0.02), vec3(h, LINTEL + r, w), [false, false, true, true, false, true]);
+    b.cuboid_sides(m.white, vec3(-h + 0.012, LINTEL - 0.012, front - 0.02), vec3(h - 0.012, LINTEL + r, w), [false, false, true, true, false, true]);
     // Frame and glazing bars.
     let (z0, z1) = (back + 0.12, back + 0.18);
     let bar = |b: &mut Builder, x: [f32; 2], y: [f32; 2], d: f32| {
@@ -518,7 +518,7 @@ fn pendant(b: &mut Builder, m: &Palette, cage: bool) {
                 center + vec3(angle.cos() * t.sin(), t.cos(), angle.sin() * t.sin()) * radius
             })
             .collect();
-        b.tube(m.black, &wire, &[0.0035; 13], 5, false);
+        b.tube(m.black, &wire, &[0.0025; 13], 5, false);
     }
     for t in [0.18, 0.8, 1.4, 2.2, PI - 0.18] {
         let ring: Vec<Vec3> = (0..20)
@@ -527,6 +527,6 @@ fn pendant(b: &mut Builder, m: &Palette, cage: bool) {
                 center + vec3(angle.cos() * f32::sin(t), f32::cos(t), angle.sin() * f32::sin(t)) * radius
             })
             .collect();
-        b.tube(m.black, &ring, &[0.0035; 20], 5, true);
+        b.tube(m.black, &ring, &[0.0025; 20], 5, true);
     }
 }

@@ -80,3 +80,102 @@ pub fn build(name: &str) -> Option<Scene> {
     let scene = SCENES.iter().find(|scene| scene.name == name)?;
     Some((scene.build)())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Triangles a scene should have, and by how much it may miss that.
+    const BUDGETS: [(&str, usize, f32); 8] = [
+        ("bench", 55_026, 0.01),
+        ("blocks", 17_800, 0.03),
+        ("arches", 260_000, 0.03),
+        ("hall", 126_000, 0.03),
+        ("observatory", 52_000, 0.03),
+        ("pavilion", 505_000, 0.03),
+        ("cubes", 750, 0.10),
+        ("terrain", 250_000, 0.20),
+    ];
+
+    fn triangles(scene: &Scene) -> usize {
+        let drawn = scene.nodes.iter().flat_map(|node| &node.meshes);
+        drawn
+            .map(|&mesh| scene.meshes[mesh as usize].indices.len() / 3)
+            .sum()
+    }
+
+    #[test]
+    fn every_name_builds_its_scene() {
+        for name in NAMES {
+            assert_eq!(build(name).map(|scene| scene.name).as_deref(), Some(*name));
+        }
+        assert!(build("no such scene").is_none());
+    }
+
+    #[test]
+    fn a_scene_is_the_same_at_every_build() {
+        for name in NAMES {
+            let [a, b] = [build(name), build(name)].map(|scene| format!("{scene:?}"));
+            assert!(a == b, "{name}");
+        }
+    }
+
+    #[test]
+    fn triangle_counts_keep_to_their_budgets() {
+        for (name, budget, tolerance) in BUDGETS {
+            let count = triangles(&build(name).unwrap());
+            let miss = count as f32 / budget as f32 - 1.0;
+            assert!(miss.abs() <= tolerance, "{name}: {count} for {budget}");
+        }
+    }
+
+    #[test]
+    fn meshes_are_sound() {
+        for name in NAMES {
+            let scene = build(name).unwrap();
+            for mesh in &scene.meshes {
+                let count = mesh.positions.len();
+                let material = &scene.materials[mesh.material as usize];
+                let what = format!("{name}: {}", material.name);
+                assert_eq!((mesh.normals.len(), mesh.uvs.len()), (count, count), "{what}");
+                assert!(mesh.indices.iter().all(|&i| (i as usize) < count), "{what}");
+                assert_eq!(mesh.indices.len() % 3, 0, "{what}");
+                assert!(mesh.positions.iter().all(|p| p.is_finite()), "{what}");
+                assert!(mesh.uvs.iter().all(|uv| uv.is_finite()), "{what}");
+                assert!(mesh.normals.iter().all(|n| n.is_normalized()), "{what}");
+                for t in mesh.indices.chunks_exact(3) {
+                    let [a, b, c] = [t[0], t[1], t[2]].map(|i| mesh.positions[i as usize]);
+                    assert!((b - a).cross(c - a) != glam::Vec3::ZERO, "{what}: {a} {b} {c}");
+                }
+                if let Some(texture) = material.texture {
+                    let texture = &scene.textures[texture as usize];
+                    assert!(texture.width.max(texture.height) <= 512, "{what}");
+                    assert_eq!(texture.rgba.len(), (texture.width * texture.height * 4) as usize);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn scenes_have_cameras_and_lights_with_names_of_their_own() {
+        for name in NAMES {
+            let scene = build(name).unwrap();
+            assert!(scene.cameras.len() >= 2, "{name}");
+            assert!(
+                matches!(scene.lights[0].light, crate::light::Light::Directional { .. }),
+                "{name}"
+            );
+            for view in &scene.cameras {
+                let same = scene.cameras.iter().filter(|other| other.name == view.name);
+                assert_eq!(same.count(), 1, "{name}: {}", view.name);
+                let camera = view.camera;
+                assert!(camera.position.distance(camera.target) > camera.near, "{name}");
+                assert!(0.0 < camera.near && camera.near < camera.far, "{name}");
+            }
+            for lit in &scene.lights {
+                let same = scene.lights.iter().filter(|other| other.name == lit.name);
+                assert_eq!(same.count(), 1, "{name}: {}", lit.name);
+            }
+        }
+    }
+}

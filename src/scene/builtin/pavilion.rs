@@ -17,9 +17,9 @@ const LENGTH: f32 = 44.0;
 /// Half its greatest depth.
 const DEPTH: f32 = 10.5;
 /// Half its thickness.
-const SHEET: f32 = 0.13;
+const SHEET: f32 = 0.06;
 /// Panels along and across.
-const PANELS: [usize; 2] = [140, 58];
+const PANELS: [usize; 2] = [146, 60];
 /// The funnels: u and v of their heads, head radius, and how far their feet stand aside.
 const FUNNELS: [(f32, f32, f32, Vec2); 4] = [
     (0.36, 0.12, 3.4, Vec2::new(0.5, -0.4)),
@@ -89,14 +89,15 @@ pub fn build() -> Scene {
     trees(&mut b, &m);
     b.finish(
         vec![
-            camera("plaza", vec3(16.5, 1.7, 20.5), vec3(-0.5, 3.3, 0.5), 56.0, 0.1, 250.0),
-            camera("canopy", vec3(9.6, 1.6, 4.8), vec3(-3.0, 3.0, -1.4), 70.0, 0.1, 250.0),
-            camera("fins", vec3(9.5, 1.7, -0.4), vec3(4.0, 2.4, -6.2), 60.0, 0.05, 250.0),
+            camera("plaza", vec3(21.5, 6.3, 21.0), vec3(1.2, 1.9, 0.0), 50.0, 0.1, 250.0),
+            camera("canopy", vec3(14.0, 1.7, 1.5), vec3(2.0, 2.2, -1.5), 65.0, 0.1, 250.0),
+            camera("fins", vec3(2.0, 1.7, 4.5), vec3(3.5, 2.2, -6.0), 72.0, 0.05, 250.0),
+            camera("ramp", vec3(-21.0, 2.0, 18.0), vec3(2.0, 2.9, 0.0), 54.0, 0.1, 250.0),
             camera("panels", vec3(-14.5, 5.2, 9.6), vec3(-7.5, 4.6, 0.0), 50.0, 0.1, 250.0),
             camera("aerial", vec3(27.0, 25.0, 32.0), vec3(0.0, 1.5, 0.0), 42.0, 1.0, 300.0),
         ],
         vec![
-            light("sun", Light::Directional { to_light: vec3(-0.5, 0.85, -0.55), color: vec3(1.0, 0.96, 0.88) * 1.2 }),
+            light("sun", Light::Directional { to_light: vec3(-0.42, 0.9, 0.36), color: vec3(1.0, 0.96, 0.88) * 1.2 }),
             light("low sun", Light::Directional { to_light: vec3(-0.85, 0.42, 0.7), color: vec3(1.0, 0.82, 0.62) * 1.3 }),
             light("floodlight", Light::Spot { position: vec3(13.0, 7.5, 17.0), direction: vec3(-12.0, -5.5, -16.0), outer_angle: 38.0, range: 70.0, color: vec3(380.0, 350.0, 300.0) }),
             light("canopy lamp", Light::Omni { position: vec3(2.2, 4.6, -0.5), range: 40.0, color: vec3(24.0, 21.0, 17.0) }),
@@ -149,7 +150,7 @@ fn plan(x: f32, z: f32) -> Vec2 {
 /// The radius of a panel's hole, as a share of the panel; 0: none.
 fn hole(u: f32, v: f32) -> f32 {
     let band = 0.5 + 0.5 * (u * 19.0 + 2.6 * v + 1.5 * (v * 2.0 + u * 4.0).sin()).sin();
-    let mut share = 0.4 * (0.35 + 0.65 * band);
+    let mut share = 0.43 * (0.3 + 0.7 * band);
     share *= ramp(1.0, 0.86, v.abs()) * ramp(0.03, 0.14, u) * ramp(1.0, 0.965, u);
     let p = surface(u, v);
     for &(fu, fv, radius, _) in &FUNNELS {
@@ -236,7 +237,7 @@ fn canopy(b: &mut Builder, m: &Palette) {
     path.extend((0..nv).map(|k| surface(1.0, k as f32 / nv as f32 * 2.0 - 1.0)));
     path.extend((0..nu).map(|k| surface(1.0 - k as f32 / nu as f32, 1.0)));
     path.extend((0..nv).map(|k| surface(0.0, 1.0 - k as f32 / nv as f32 * 2.0)));
-    let radii = vec![SHEET * 1.55; path.len()];
+    let radii = vec![0.17; path.len()];
     b.tube(m.panel, &path, &radii, 12, true);
 }
 
@@ -281,10 +282,10 @@ fn fins(b: &mut Builder, m: &Palette) {
         let v = 0.7 - 0.12 * (t * TAU * 1.2).sin() - 0.1 * t;
         let foot = surface(u, v);
         let rows = 26;
-        let (width, thick) = (0.19 + 0.07 * (t * TAU * 2.0).sin(), 0.022);
+        let (width, thick) = (0.145 + 0.03 * (t * TAU * 2.0).sin(), 0.022);
         let corner = |c: usize, y: f32, height: f32| {
             let h = y / height;
-            let angle = 0.62 * (t * TAU * 1.5 + h * 2.4).sin() + 0.2;
+            let angle = 0.55 * (t * TAU * 1.5 + h * 2.4).sin() + 0.1;
             let sway = 0.35 * (h * PI).sin() * (t * TAU * 1.5).cos();
             let (s, w) = [(-1.0, -1.0), (-1.0, 1.0), (1.0, 1.0), (1.0, -1.0)][c % 4];
             let across = vec3(angle.sin(), 0.0, angle.cos()) * (s * width * (0.75 + 0.5 * h));
@@ -427,7 +428,7 @@ fn furniture(b: &mut Builder, m: &Palette) {
 fn trees(b: &mut Builder, m: &Palette) {
     let mut rng = Rng::new(2013);
     let places = [
-        (-27.0, 14.5, 6.2), (-34.5, 2.0, 7.5), (-29.5, -12.0, 8.2), (-17.0, -19.8, 8.8), (-6.0, -22.5, 7.8), (6.5, -22.0, 9.2), (19.0, -19.5, 8.0), (30.5, -11.5, 8.6), (34.5, 1.5, 7.6), (24.2, -5.6, 5.4), (21.8, -9.6, 4.9), (29.5, 15.0, 7.0),
+        (-27.0, 14.5, 6.2), (-34.5, 2.0, 7.5), (-29.5, -12.0, 8.2), (-17.0, -19.8, 8.8), (-6.0, -22.5, 7.8), (6.5, -22.0, 9.2), (19.0, -19.5, 8.0), (30.5, -11.5, 8.6), (34.5, 1.5, 7.6), (25.6, -3.2, 5.4), (-5.4, 12.6, 4.9), (29.5, 15.0, 7.0),
     ];
     for (k, (x, z, height)) in places.into_iter().enumerate() {
         let plan = vec2(x / 29.0, z / 17.5).length();

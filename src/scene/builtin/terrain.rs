@@ -4,16 +4,19 @@
 use super::builder::{Builder, Patch, Rng, Shading, camera, fbm, light};
 use crate::light::Light;
 use crate::scene::Scene;
-use glam::{Mat4, Quat, Vec2, Vec3, vec2, vec3};
+use glam::{Mat4, Quat, Vec2, Vec3, Vec3Swizzles, vec2, vec3};
 use std::f32::consts::{FRAC_PI_2, PI, TAU};
 
 /// Half the landscape's edge, metres, and its cells along an edge.
 const HALF: f32 = 500.0;
-const CELLS: usize = 250;
+const CELLS: usize = 200;
 /// Half the road's width, and how far its surface lies above the ground beside it.
 const ROAD: f32 = 2.9;
 const ROAD_RISE: f32 = 0.16;
-const TREES: usize = 1150;
+/// Trees on the hills, trees in the gardens, and tufts of grass around the village.
+const TREES: usize = 1260;
+const GARDEN_TREES: usize = 130;
+const TUFTS: usize = 2200;
 
 /// A flat place for a building.
 struct Pad {
@@ -104,8 +107,6 @@ impl Land {
     }
 }
 
-use glam::Vec3Swizzles;
-
 /// Materials of the buildings.
 struct Palette {
     walls: [u32; 4],
@@ -128,7 +129,14 @@ pub fn build() -> Scene {
         ground_color(&land, p)
     });
     let ground = b.textured("ground", 0xffffff, map);
-    let road_surface = b.material("road", 0xb3a58c);
+    let gravel = b.texture(128, 256, |x, y| {
+        // Across the road: two worn tracks each way; along it: nothing but stones.
+        let p = vec2(x as f32, y as f32) / 128.0;
+        let track = (p.x * 4.0 * PI).cos() * 0.05;
+        let tone = 0.86 + track + 0.2 * (fbm(p * 24.0, 31, 24, 3) - 0.5);
+        [tone, tone * 0.985, tone * 0.95, 1.0]
+    });
+    let road_surface = b.textured("road", 0xc2b49a, gravel);
     let plaster = b.texture(64, 64, |x, y| {
         let tone = 0.93 + 0.07 * fbm(vec2(x as f32, y as f32) / 16.0, 2, 4, 3);
         [tone, tone, tone, 1.0]
@@ -161,6 +169,7 @@ pub fn build() -> Scene {
     b.turned(church, -0.25, |b| draw_church(b, &palette));
     fences(&mut b, &land, palette.wood);
     plant(&mut b, &land, &mut rng);
+    tufts(&mut b, &land, &mut rng);
 
     let eye = |x: f32, z: f32, up: f32| land.point(vec2(x, z)) + Vec3::Y * up;
     let on_road = |z: f32, up: f32| vec3(road(z).0, road_height(z) + up, z);
@@ -168,8 +177,9 @@ pub fn build() -> Scene {
         camera("default", eye(-58.0, 128.0, 14.0), church + vec3(-18.0, 4.0, 0.0), 45.0, 0.5, 1600.0),
         camera("street", on_road(58.0, 1.7), on_road(-10.0, 3.5), 55.0, 0.2, 1600.0),
         camera("square", eye(16.0, 26.0, 1.7), church + vec3(0.0, 8.0, 0.0), 60.0, 0.2, 1600.0),
-        camera("meadow", eye(150.0, 120.0, 1.7), church + vec3(0.0, 5.0, 0.0), 45.0, 0.3, 1600.0),
-        camera("hill", eye(-230.0, 190.0, 12.0), eye(20.0, 0.0, 0.0), 45.0, 1.0, 1600.0),
+        camera("meadow", eye(-66.0, 84.0, 1.7), church + vec3(-40.0, 6.0, 6.0), 50.0, 0.3, 1600.0),
+        camera("wood", eye(150.0, 120.0, 1.7), church + vec3(0.0, 5.0, 0.0), 45.0, 0.3, 1600.0),
+        camera("hill", eye(-250.0, 150.0, 26.0), eye(20.0, 0.0, 0.0), 45.0, 1.0, 1600.0),
         camera("bird", vec3(-330.0, 260.0, 420.0), vec3(10.0, 0.0, -20.0), 45.0, 5.0, 2000.0),
         camera("above", vec3(-10.0, 330.0, 30.0), vec3(0.0, 0.0, 0.0), 50.0, 10.0, 1000.0),
     ];
@@ -239,7 +249,7 @@ fn place_houses(land: &mut Land, rng: &mut Rng) -> Vec<(Vec3, f32)> {
 fn ground_color(land: &Land, p: Vec2) -> [f32; 4] {
     let fine = fbm(p / 7.0, 40, 0, 3);
     let broad = fbm(p / 70.0, 41, 0, 3);
-    let mut color = vec3(0.47, 0.55, 0.29).lerp(vec3(0.60, 0.62, 0.36), broad * 1.2 - 0.1);
+    let mut color = vec3(0.53, 0.62, 0.33).lerp(vec3(0.69, 0.70, 0.42), broad * 1.2 - 0.1);
     // Fields: strips of a turned grid on the gentle ground around the village.
     let turned = Vec2::from_angle(0.35).rotate(p);
     let cell = (turned / vec2(70.0, 46.0)).floor();
@@ -259,10 +269,10 @@ fn ground_color(land: &Land, p: Vec2) -> [f32; 4] {
         let furrow = 0.95 + 0.05 * (turned.y * TAU / 5.0).sin();
         color = color.lerp(crop * furrow, 0.85 * ring * off_road * edge);
     }
-    color = color.lerp(vec3(0.34, 0.38, 0.22), 0.8 * woods(p));
+    color = color.lerp(vec3(0.42, 0.46, 0.27), 0.8 * woods(p));
     for pad in &land.pads {
         let d = pad.center.distance(p);
-        color = color.lerp(vec3(0.66, 0.60, 0.46), 0.55 * (1.0 - smoothstep(pad.radius * 0.7, pad.radius + 2.0, d)));
+        color = color.lerp(vec3(0.72, 0.66, 0.50), 0.45 * (1.0 - smoothstep(pad.radius * 0.7, pad.radius + 2.0, d)));
     }
     let verge = 1.0 - smoothstep(3.0, 7.0, road_distance(p));
     color = color.lerp(vec3(0.60, 0.56, 0.40), 0.6 * verge) * (0.88 + 0.24 * fine);
@@ -271,7 +281,7 @@ fn ground_color(land: &Land, p: Vec2) -> [f32; 4] {
 
 /// 1 in the woods, 0 outside: patches on the hills.
 fn woods(p: Vec2) -> f32 {
-    let patch = smoothstep(0.50, 0.56, fbm((p + 170.0) / 120.0, 60, 0, 3));
+    let patch = smoothstep(0.50, 0.54, fbm((p + 170.0) / 120.0, 60, 0, 3));
     patch * smoothstep(95.0, 150.0, p.length()) * smoothstep(28.0, 50.0, road_distance(p))
 }
 
@@ -286,7 +296,7 @@ fn draw_road(b: &mut Builder, material: u32) {
         let p = vec2(x, z) + across * side * ROAD;
         (
             vec3(p.x, road_height(z) - down, p.y.clamp(-HALF, HALF)),
-            vec2(side, z / 6.0),
+            vec2(side * 0.5 + 0.5, z / 12.0),
         )
     });
 }
@@ -379,28 +389,22 @@ fn gabled(b: &mut Builder, wall: u32, roof: u32, stone: u32, half: Vec2, eaves: 
     b.uv_scale = 1.0;
 }
 
-/// A window or door on a wall that faces +z: a frame that stands out, and the pane in it.
+/// A window or door on a wall that faces +z: a frame that stands out, and the pane on it.
 fn opening(b: &mut Builder, pane: u32, frame: u32, middle_low: Vec3, width: f32, height: f32) {
     let sides = [true, true, true, true, false, true];
     let Vec3 { x, y, z } = middle_low;
-    let (w, t) = (width * 0.5, 0.1);
-    for (x0, x1, y0, y1) in [
-        (x - w - t, x - w, y, y + height),
-        (x + w, x + w + t, y, y + height),
-        (x - w - t, x + w + t, y + height, y + height + t),
-        (x - w - t, x + w + t, y - t, y),
-    ] {
-        b.cuboid_sides(frame, vec3(x0, y0, z - 0.02), vec3(x1, y1, z + 0.07), sides);
-    }
-    let glass = z + 0.025;
-    b.polygon(
+    let (w, t) = (width * 0.5, 0.12);
+    b.cuboid_sides(
+        frame,
+        vec3(x - w - t, y - t, z - 0.02),
+        vec3(x + w + t, y + height + t, z + 0.06),
+        sides,
+    );
+    b.cuboid_sides(
         pane,
-        &[
-            vec3(x - w, y, glass),
-            vec3(x + w, y, glass),
-            vec3(x + w, y + height, glass),
-            vec3(x - w, y + height, glass),
-        ],
+        vec3(x - w, y, z + 0.05),
+        vec3(x + w, y + height, z + 0.075),
+        sides,
     );
 }
 
@@ -535,22 +539,29 @@ fn fences(b: &mut Builder, land: &Land, wood: u32) {
 /// Woods on the hills, single trees in the meadows and gardens.
 fn plant(b: &mut Builder, land: &Land, rng: &mut Rng) {
     let bark = b.material("bark", 0x65503f);
-    let leaves = [0x6d8a3c, 0x83983f, 0x5b7d3a].map(|c| b.material("leaves", c));
-    let needles = [0x3f5f3a, 0x4a6a41].map(|c| b.material("needles", c));
+    let leaves = [0x7d9b46, 0x98a848, 0x6a8d44].map(|c| b.material("leaves", c));
+    let needles = [0x4c7046, 0x58794a].map(|c| b.material("needles", c));
     let mut planted: Vec<Vec2> = Vec::new();
-    while planted.len() < TREES {
-        let p = vec2(rng.range(-HALF + 6.0, HALF - 6.0), rng.range(-HALF + 6.0, HALF - 6.0));
+    while planted.len() < TREES + GARDEN_TREES {
+        let in_garden = planted.len() < GARDEN_TREES;
+        let p = if in_garden {
+            let z = rng.range(-215.0, 195.0);
+            let side = if rng.index(2) == 0 { -1.0 } else { 1.0 };
+            vec2(road(z).0 + side * rng.range(24.0, 68.0), z)
+        } else {
+            vec2(rng.range(-1.0, 1.0), rng.range(-1.0, 1.0)) * (HALF - 6.0)
+        };
         let wood = woods(p);
         // Outside the woods a tree now and then.
-        if rng.unit() > wood.max(0.035) || !land.free(p) {
+        if !in_garden && rng.unit() > wood.max(0.03) || !land.free(p) {
             continue;
         }
-        let room = if wood > 0.5 { 4.6 } else { 9.0 };
+        let room = if wood > 0.5 { 4.6 } else { 7.0 };
         if planted.iter().any(|q| q.distance(p) < room) {
             continue;
         }
         planted.push(p);
-        let size = rng.range(0.8, 1.25);
+        let size = rng.range(0.8, 1.25) * if in_garden { 0.75 } else { 1.0 };
         let turn = Quat::from_rotation_y(rng.range(0.0, TAU));
         let place = Mat4::from_scale_rotation_translation(Vec3::splat(size), turn, land.point(p));
         let conifer = wood > 0.5 && fbm(p / 80.0, 71, 0, 2) + rng.range(-0.08, 0.08) > 0.5;
@@ -561,6 +572,54 @@ fn plant(b: &mut Builder, land: &Land, rng: &mut Rng) {
             let leaf = leaves[rng.index(3)];
             b.with(place, |b| broadleaf(b, bark, leaf, rng));
         }
+    }
+}
+
+/// Tufts of grass beside the road and in the meadows: two crossed cut-out cards each.
+fn tufts(b: &mut Builder, land: &Land, rng: &mut Rng) {
+    let mut blades = Rng::new(77);
+    // Each blade: its foot, tip and half width in texels.
+    let strokes: Vec<(f32, Vec2, f32)> = (0..34)
+        .map(|_| {
+            let foot = blades.range(38.0, 90.0);
+            let tip = vec2(foot + blades.range(-34.0, 34.0), blades.range(6.0, 70.0));
+            (foot, tip, blades.range(2.0, 3.6))
+        })
+        .collect();
+    let texture = b.texture(128, 128, |x, y| {
+        let p = vec2(x as f32, y as f32) + 0.5;
+        let mut shade = None;
+        for (k, &(foot, tip, half)) in strokes.iter().enumerate() {
+            let t = (128.0 - p.y) / (128.0 - tip.y);
+            let middle = foot + (tip.x - foot) * t * t;
+            if t <= 1.0 && (p.x - middle).abs() < half * (1.0 - t).max(0.15) {
+                shade = Some(0.62 + 0.3 * t + 0.08 * (k % 3) as f32);
+            }
+        }
+        let tone = shade.unwrap_or(0.8);
+        [tone, tone, tone * 0.9, if shade.is_some() { 1.0 } else { 0.0 }]
+    });
+    let grass = b.cutout("grass", 0x9cab58, texture);
+    let mut drawn = 0;
+    while drawn < TUFTS {
+        let z = rng.range(-150.0, 150.0);
+        let side = if rng.index(2) == 0 { -1.0 } else { 1.0 };
+        let near = rng.unit();
+        let p = vec2(road(z).0 + side * (4.2 + 70.0 * near * near), z);
+        let level = land.pads.iter().any(|pad| pad.center.distance(p) < pad.radius - 1.0);
+        let beside = road_distance(p);
+        if level || beside < 3.9 || (6.9..8.0).contains(&beside) {
+            continue;
+        }
+        drawn += 1;
+        let (wide, tall) = (rng.range(0.22, 0.42), rng.range(0.28, 0.58));
+        b.turned(land.point(p), rng.range(0.0, PI), |b| {
+            for out in [Vec3::X, Vec3::Z] {
+                let (foot, up) = (out * wide, Vec3::Y * tall);
+                let low = -Vec3::Y * 0.06;
+                b.picture(grass, [up - foot, low - foot, low + foot, up + foot]);
+            }
+        });
     }
 }
 
