@@ -202,13 +202,14 @@ pub struct Told {
     pub animated_ms: Option<f64>,
 }
 
+/// How a technique's own map is drawn, as `View` in `shaders/shade.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Pod, Zeroable)]
-struct ViewUniform {
-    range: [f32; 2],
+pub struct ViewUniform {
+    pub range: [f32; 2],
     /// 0 none, 1 texture, 2 ramp, 3 cells.
-    shown: u32,
-    padding: u32,
+    pub shown: u32,
+    pub padding: u32,
 }
 
 /// Renders set-ups of one scene on one device.

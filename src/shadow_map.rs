@@ -15,12 +15,12 @@ crate::params! {
         fit: choice("receivers", ["receivers", "scene"]),
         /// Depth added before the comparison, along the light's axis. Too little: acne. Too much: shadows detach.
         bias: float(0.002, 0.0..=0.1, "m"),
-        /// Depth added in proportion to the receiver's slope and the texel's size; 0.71 is exact for one nearest sample on a plane.
-        slope_bias: float(1.0, 0.0..=8.0, "× texel"),
+        /// Depth added in proportion to the receiver's slope and the texel's size; 0.71 (half a texel's diagonal) is just enough for one nearest sample on a plane.
+        slope_bias: float(0.75, 0.0..=8.0, "× texel"),
         /// The largest tangent of the slope that the slope-scaled bias follows.
         slope_limit: float(10.0, 1.0..=20.0, ""),
-        /// Moves the receiver along its normal before the look-up, more where light grazes it.
-        normal_offset: float(1.0, 0.0..=4.0, "texels"),
+        /// Moves the receiver along its normal before the look-up, more where light grazes it. Shifts every shadow's edge sideways.
+        normal_offset: float(0.0, 0.0..=4.0, "texels"),
         /// Tilts the comparison along the receiver's plane, so that wide filters need no larger bias.
         receiver_plane: flag(false),
         /// Which faces are left out of the map, as the light sees them. Front: the bias then acts at the back side.

@@ -1,3 +1,4 @@
+//!include lib/frame.wgsl
 //!include lib/scene.wgsl
 //!include lib/color.wgsl
 // Reading the G-buffer.

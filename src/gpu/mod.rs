@@ -4,7 +4,7 @@ mod pass;
 mod shader;
 
 pub use pass::{Pass, Raster, Recorder, Resource, Run, Timer, TimerMode};
-pub use shader::Shaders;
+pub use shader::{Shaders, files as shader_files};
 
 use anyhow::{Context, Result, anyhow};
 use std::sync::{Arc, Mutex};

@@ -3,7 +3,7 @@
 use crate::params::Group;
 use anyhow::{Context, Result, anyhow, bail};
 use include_dir::{Dir, include_dir};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use wgpu::naga;
 
 static EMBEDDED: Dir = include_dir!("$CARGO_MANIFEST_DIR/shaders");
@@ -48,6 +48,11 @@ pub fn files() -> Vec<String> {
 }
 
 impl Shaders {
+    /// Shaders read from a folder instead of the binary.
+    pub fn from_folder(folder: &Path) -> Shaders {
+        Shaders { folder: Some(folder.into()) }
+    }
+
     /// The newest change of any file, where shaders are read from a folder.
     pub fn changed(&self) -> Option<std::time::SystemTime> {
         let folder = self.folder.as_ref()?;

@@ -8,52 +8,17 @@ use glam::{Mat4, Quat, Vec2, Vec3, vec2, vec3};
 use std::f32::consts::{PI, TAU};
 
 /// Name, position and direction of the cameras, as printed in tables 1 to 3 there.
+#[allow(clippy::excessive_precision)]
 const VIEWS: [(&str, Vec3, Vec3); 9] = [
-    (
-        "bench-side",
-        vec3(-23.277, 18.541, 30.143),
-        vec3(0.397, -0.644774, -0.652),
-    ),
-    (
-        "bench-with",
-        vec3(-37.034573, 35.208973, -8.597797),
-        vec3(0.605439, -0.732089, 0.312232),
-    ),
-    (
-        "bench-against",
-        vec3(27.214222, 27.875109, 27.032139),
-        vec3(-0.560848, -0.777942, -0.283293),
-    ),
-    (
-        "flowers-side",
-        vec3(-3.615331, 22.376335, 2.338565),
-        vec3(-0.387214, -0.852832, 0.350347),
-    ),
-    (
-        "flowers-with",
-        vec3(-17.561422, 24.968716, 4.010894),
-        vec3(0.386402, -0.873032, 0.297505),
-    ),
-    (
-        "flowers-against",
-        vec3(-3.263903, 24.423452, 12.998949),
-        vec3(-0.239566, -0.958412, -0.155095),
-    ),
-    (
-        "trees-side",
-        vec3(76.844704, 28.391548, -31.870102),
-        vec3(-0.232891, -0.79644, 0.558073),
-    ),
-    (
-        "trees-with",
-        vec3(42.947086, 24.103859, -27.831772),
-        vec3(0.415959, -0.784187, 0.460467),
-    ),
-    (
-        "trees-against",
-        vec3(90.805244, 35.846294, 24.061787),
-        vec3(-0.421061, -0.852832, 0.350347),
-    ),
+    ("bench-side", vec3(-23.277, 18.541, 30.143), vec3(0.397, -0.644774, -0.652)),
+    ("bench-with", vec3(-37.034573, 35.208973, -8.597797), vec3(0.605439, -0.732089, 0.312232)),
+    ("bench-against", vec3(27.214222, 27.875109, 27.032139), vec3(-0.560848, -0.777942, -0.283293)),
+    ("flowers-side", vec3(-3.615331, 22.376335, 2.338565), vec3(-0.387214, -0.852832, 0.350347)),
+    ("flowers-with", vec3(-17.561422, 24.968716, 4.010894), vec3(0.386402, -0.873032, 0.297505)),
+    ("flowers-against", vec3(-3.263903, 24.423452, 12.998949), vec3(-0.239566, -0.958412, -0.155095)),
+    ("trees-side", vec3(76.844704, 28.391548, -31.870102), vec3(-0.232891, -0.79644, 0.558073)),
+    ("trees-with", vec3(42.947086, 24.103859, -27.831772), vec3(0.415959, -0.784187, 0.460467)),
+    ("trees-against", vec3(90.805244, 35.846294, 24.061787), vec3(-0.421061, -0.852832, 0.350347)),
 ];
 
 /// Direction in which the light travels (table 1 there).
@@ -77,22 +42,8 @@ struct Tree {
 
 /// Both stand outside every view of the tables; their shadows, twice as long as they are high, do not.
 const TREES: [Tree; 2] = [
-    Tree {
-        foot: vec3(-46.0, 0.0, -18.0),
-        middle: 32.0,
-        radius: 17.0,
-        half_height: 15.0,
-        leaves: 1500,
-        seed: 3,
-    },
-    Tree {
-        foot: vec3(9.0, 0.0, -40.0),
-        middle: 31.0,
-        radius: 18.0,
-        half_height: 15.0,
-        leaves: 1500,
-        seed: 8,
-    },
+    Tree { foot: vec3(-51.24, 0.0, -8.56), middle: 38.6, radius: 18.97, half_height: 12.9, leaves: 1282, seed: 3 },
+    Tree { foot: vec3(6.86, 0.0, -44.62), middle: 25.1, radius: 20.0, half_height: 17.0, leaves: 1646, seed: 8 },
 ];
 
 pub fn build() -> Scene {
@@ -109,13 +60,7 @@ pub fn build() -> Scene {
     b.finish(
         views(),
         vec![
-            light(
-                "sun",
-                Light::Directional {
-                    to_light: -LIGHT,
-                    color: vec3(1.0, 0.96, 0.88),
-                },
-            ),
+            light("sun", Light::Directional { to_light: -LIGHT, color: vec3(1.0, 0.96, 0.88) }),
             light(
                 "spot",
                 Light::Spot {
@@ -283,7 +228,7 @@ fn flower_box(b: &mut Builder) {
     ];
     let (l, h, d) = (BOX.x, BOX.y, BOX.z);
     let wall = 0.3;
-    // Three planks on each long side, two on each end, with shadow gaps; posts in the corners.
+    // Three planks on each long side and end, with shadow gaps; posts in the corners.
     for i in 0..3 {
         let y0 = 0.12 + i as f32 * (h - 0.12) / 3.0;
         let y1 = y0 + (h - 0.12) / 3.0 - 0.07;
@@ -291,38 +236,28 @@ fn flower_box(b: &mut Builder) {
             b.rounded(wood, vec3(-l + wall, y0, z), vec3(l - wall, y1, z + wall), 0.05, 1);
         }
         for x in [-l, l - wall] {
-            b.rounded(
-                wood,
-                vec3(x, y0, -d + wall + 0.02),
-                vec3(x + wall, y1, d - wall - 0.02),
-                0.05,
-                1,
-            );
+            b.rounded(wood, vec3(x, y0, -d + wall + 0.02), vec3(x + wall, y1, d - wall - 0.02), 0.05, 1);
         }
     }
-    let inner = wall + 0.03;
     for (x, z) in [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)] {
-        let post = vec3(x * (l - inner - 0.25), 0.0, z * (d - inner - 0.25));
-        b.block(wood, post - vec3(0.25, 0.0, 0.25), post + vec3(0.25, h - SOIL - 0.1, 0.25));
+        let inner = vec3(x * (l - wall + 0.01), 0.0, z * (d - wall + 0.01));
+        let outer = vec3(x * (l + 0.03), h + 0.06, z * (d + 0.03));
+        b.block(wood, inner.min(outer), inner.max(outer));
     }
-    // The soil fills the box and hides the posts.
-    b.block(
-        soil,
-        vec3(-l + inner, 0.05, -d + inner),
-        vec3(l - inner, h - SOIL, d - inner),
-    );
+    let inner = wall + 0.03;
+    b.block(soil, vec3(-l + inner, 0.05, -d + inner), vec3(l - inner, h - SOIL, d - inner));
     let mut rng = Rng::new(11);
     for i in 0..FLOWERS[0] {
         for j in 0..FLOWERS[1] {
+            // None in the corners.
+            if i % (FLOWERS[0] - 1) == 0 && j % (FLOWERS[1] - 1) == 0 {
+                continue;
+            }
             let cell = vec2(
                 (i as f32 + 0.5 + rng.range(-0.32, 0.32)) / FLOWERS[0] as f32,
                 (j as f32 + 0.5 + rng.range(-0.32, 0.32)) / FLOWERS[1] as f32,
             );
-            let root = vec3(
-                (cell.x * 2.0 - 1.0) * (l - 0.8),
-                h - SOIL,
-                (cell.y * 2.0 - 1.0) * (d - 0.75),
-            );
+            let root = vec3((cell.x * 2.0 - 1.0) * (l - 0.8), h - SOIL, (cell.y * 2.0 - 1.0) * (d - 0.75));
             let color = petals[(rng.index(4) + i / 5) % 4];
             flower(b, &mut rng, root, stem, color, heart);
         }
@@ -332,11 +267,7 @@ fn flower_box(b: &mut Builder) {
 /// One flower: a bent stem with leaves, a heart and two whorls of petals.
 fn flower(b: &mut Builder, rng: &mut Rng, root: Vec3, stem: u32, color: u32, heart: u32) {
     // Every fourth stands out, for a ragged outline.
-    let height = if rng.index(4) == 0 {
-        rng.range(3.2, 4.4)
-    } else {
-        rng.range(1.3, 2.5)
-    };
+    let height = if rng.index(4) == 0 { rng.range(3.2, 4.4) } else { rng.range(1.3, 2.5) };
     let angle = rng.range(0.0, TAU);
     let lean = vec3(angle.cos(), 0.0, angle.sin()) * rng.range(0.1, 0.55);
     let at = |t: f32| root + Vec3::Y * (height * t - 0.05) + lean * t * t;
@@ -369,26 +300,14 @@ fn flower(b: &mut Builder, rng: &mut Rng, root: Vec3, stem: u32, color: u32, hea
 /// A petal or leaf: a strip two cells wide that widens, narrows and bends, along `out` and up by
 /// `bend[0]` and `bend[1]` times its length to the first and second power of the way.
 #[allow(clippy::too_many_arguments)]
-fn blade(
-    b: &mut Builder,
-    material: u32,
-    from: Vec3,
-    out: Vec3,
-    length: f32,
-    half: f32,
-    bend: [f32; 2],
-    cells: usize,
-) {
+fn blade(b: &mut Builder, material: u32, from: Vec3, out: Vec3, length: f32, half: f32, bend: [f32; 2], cells: usize) {
     let across = out.cross(Vec3::Y).normalize();
     b.lattice(material, 3, cells + 1, CREASED, |i, j| {
         let t = j as f32 / cells as f32;
         let width = half * ((0.12 + 0.83 * t) * PI).sin().max(0.0);
         let side = i as f32 - 1.0;
         let rise = (bend[0] * t + bend[1] * t * t) * length + side.abs() * width * 0.25;
-        (
-            from + out * (length * t) + across * (side * width) + Vec3::Y * rise,
-            vec2(side, t),
-        )
+        (from + out * (length * t) + across * (side * width) + Vec3::Y * rise, vec2(side, t))
     });
 }
 
@@ -419,10 +338,9 @@ fn frame(b: &mut Builder, iron: u32, x: f32) {
     let bar = |b: &mut Builder, outline: &[(f32, f32)]| {
         // The outline is (z, y); the extrusion's z becomes x.
         let outline: Vec<Vec2> = outline.iter().map(|&(z, y)| vec2(-z, y)).collect();
-        b.with(
-            Mat4::from_rotation_translation(Quat::from_rotation_y(PI / 2.0), vec3(x, 0.0, 0.0)),
-            |b| b.extrude(iron, &outline, -0.16, 0.16, Shading::Flat),
-        );
+        b.with(Mat4::from_rotation_translation(Quat::from_rotation_y(PI / 2.0), vec3(x, 0.0, 0.0)), |b| {
+            b.extrude(iron, &outline, -0.16, 0.16, Shading::Flat)
+        });
     };
     // One piece: front leg, bearer, back leg and upright, around the outline.
     bar(
@@ -493,16 +411,18 @@ fn lamp(b: &mut Builder) {
         b.frustum(iron, foot, out * 1.08 + Vec3::Y * (LANTERN + 2.0), 0.07, 0.07, 6, [false; 2]);
     }
     let top = LANTERN + 2.0;
-    let roof: Vec<Vec2> = [(0.0, 0.0), (1.3, -0.02), (1.3, 0.12), (0.75, 0.6), (0.25, 0.95), (0.12, 1.05), (0.2, 1.2), (0.0, 1.45)]
-        .iter()
-        .map(|&(r, y)| vec2(r, top + y - 0.02))
-        .collect();
+    let roof: Vec<Vec2> =
+        [(0.0, 0.0), (1.3, -0.02), (1.3, 0.12), (0.75, 0.6), (0.25, 0.95), (0.12, 1.05), (0.2, 1.2), (0.0, 1.45)]
+            .iter()
+            .map(|&(r, y)| vec2(r, top + y - 0.02))
+            .collect();
     b.lathe(iron, &roof, 20);
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use glam::camera::rh::{proj::directx::perspective, view::look_at_mat4};
 
     #[test]
     fn cameras_and_light_are_those_of_the_tables() {
@@ -521,13 +441,15 @@ mod tests {
         assert_eq!(to_light, vec3(-0.744, 0.408, -0.527));
     }
 
+    /// In the wide view from the side a corner of the flower box is seen at the picture's corner,
+    /// as some object is there in table 4, where 155 pixels do not face the light.
     #[test]
-    fn views_of_the_trees_show_nothing_but_ground() {
+    fn views_of_the_trees_show_only_their_shadows() {
         let scene = build();
         for view in &scene.cameras[6..] {
             let camera = view.camera;
-            let seen = Mat4::perspective_rh(60f32.to_radians(), 16.0 / 9.0, 15.0, 120.0)
-                * Mat4::look_at_rh(camera.position, camera.target, Vec3::Y);
+            let seen = perspective(60f32.to_radians(), 16.0 / 9.0, 15.0, 120.0)
+                * look_at_mat4(camera.position, camera.target, Vec3::Y);
             for mesh in &scene.meshes {
                 let material = &scene.materials[mesh.material as usize].name;
                 if material == "lawn" || material == "path" {
@@ -536,7 +458,8 @@ mod tests {
                 for &p in &mesh.positions {
                     let q = seen.project_point3(p);
                     let inside = q.x.abs() < 1.0 && q.y.abs() < 1.0 && (0.0..1.0).contains(&q.z);
-                    assert!(!inside, "{}: {material} at {p}", view.name);
+                    let corner = material != "leaf" && q.x > 0.95 && q.y > 0.95;
+                    assert!(!inside || corner, "{}: {material} at {p}", view.name);
                 }
             }
         }

@@ -141,10 +141,7 @@ pub fn build() -> Scene {
             Pose::Side => (Quat::from_rotation_x(FRAC_PI_2), WIDTH * 0.5),
             Pose::End => (Quat::from_rotation_z(FRAC_PI_2), LENGTH * 0.5),
         };
-        let place = Mat4::from_rotation_translation(
-            Quat::from_rotation_y(turn) * roll,
-            vec3(x, half + GAP, z),
-        );
+        let place = Mat4::from_rotation_translation(Quat::from_rotation_y(turn) * roll, vec3(x, half + GAP, z));
         let wood = woods[rng.index(3)];
         b.uv_offset = vec2(rng.unit(), rng.unit());
         b.with(place, |b| block(b, wood));
@@ -159,13 +156,7 @@ pub fn build() -> Scene {
             camera("above", vec3(0.6, 6.4, 1.6), vec3(0.1, 0.3, 0.1), 45.0, 0.1, 40.0),
         ],
         vec![
-            light(
-                "sun",
-                Light::Directional {
-                    to_light: vec3(-0.58, 0.62, 0.60),
-                    color: vec3(1.0, 0.95, 0.86),
-                },
-            ),
+            light("sun", Light::Directional { to_light: vec3(-0.58, 0.62, 0.60), color: vec3(1.0, 0.95, 0.86) }),
             light(
                 "spot",
                 Light::Spot {
@@ -176,14 +167,7 @@ pub fn build() -> Scene {
                     color: vec3(38.0, 35.0, 30.0),
                 },
             ),
-            light(
-                "omni",
-                Light::Omni {
-                    position: vec3(-1.6, 2.6, 1.5),
-                    range: 16.0,
-                    color: vec3(9.0, 7.8, 6.0),
-                },
-            ),
+            light("omni", Light::Omni { position: vec3(-1.6, 2.6, 1.5), range: 16.0, color: vec3(9.0, 7.8, 6.0) }),
             light(
                 "window",
                 Light::RectArea {
@@ -209,10 +193,7 @@ fn block(b: &mut Builder, wood: u32) {
 fn leaning(b: &mut Builder, woods: [u32; 3]) {
     // Draws a block whose lower long edge has its axis at the origin, raised by `angle` towards +x.
     let raised = |b: &mut Builder, wood: u32, angle: f32| {
-        let lift = Mat4::from_rotation_translation(
-            Quat::from_rotation_z(angle),
-            Vec3::Y * (EDGE + GAP),
-        );
+        let lift = Mat4::from_rotation_translation(Quat::from_rotation_z(angle), Vec3::Y * (EDGE + GAP));
         b.with(lift, |b| {
             b.at(vec3(LENGTH * 0.5 - EDGE, HEIGHT * 0.5 - EDGE, 0.0), |b| {
                 block(b, wood);

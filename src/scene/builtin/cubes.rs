@@ -24,11 +24,8 @@ pub fn build() -> Scene {
         [c, c * 0.985, c * 0.945, 1.0]
     });
     let ground = b.textured("ground", 0xe8e4da, tiles);
-    let colors = [
-        b.material("near cube", 0xc8553d),
-        b.material("middle cube", 0xe0a63a),
-        b.material("far cube", 0x3f7d8c),
-    ];
+    let colors =
+        [b.material("near cube", 0xc8553d), b.material("middle cube", 0xe0a63a), b.material("far cube", 0x3f7d8c)];
     b.uv_scale = 0.5;
     b.heightfield(ground, vec2(-44.0, -56.0), vec2(44.0, 12.0), [22, 17], |_, _| 0.0);
     for ((distance, side, turn), color) in CUBES.into_iter().zip(colors) {
@@ -44,13 +41,7 @@ pub fn build() -> Scene {
             camera("above", vec3(17.0, 13.0, -1.0), vec3(2.0, 0.0, -17.0), 50.0, 1.0, 120.0),
         ],
         vec![
-            light(
-                "sun",
-                Light::Directional {
-                    to_light: vec3(-0.62, 0.55, 0.48),
-                    color: vec3(1.0, 0.96, 0.88),
-                },
-            ),
+            light("sun", Light::Directional { to_light: vec3(-0.62, 0.55, 0.48), color: vec3(1.0, 0.96, 0.88) }),
             light(
                 "spot",
                 Light::Spot {
@@ -61,14 +52,7 @@ pub fn build() -> Scene {
                     color: vec3(120.0, 112.0, 98.0),
                 },
             ),
-            light(
-                "omni",
-                Light::Omni {
-                    position: vec3(0.6, 3.0, -7.0),
-                    range: 50.0,
-                    color: vec3(16.0, 14.5, 12.0),
-                },
-            ),
+            light("omni", Light::Omni { position: vec3(0.6, 3.0, -7.0), range: 50.0, color: vec3(16.0, 14.5, 12.0) }),
             light(
                 "area",
                 Light::RectArea {

@@ -2,11 +2,14 @@
 //!
 //! The room spans ±[`ROOM_X`] and ±[`ROOM_Z`]; the windows are in the wall at -z.
 
+mod tables;
+
 use super::builder::{Builder, Rng, Shading, camera, fbm, light};
 use crate::light::Light;
 use crate::scene::Scene;
-use glam::{Mat4, Quat, Vec2, Vec3, vec2, vec3};
+use glam::{Mat4, Vec3, vec2, vec3};
 use std::f32::consts::{FRAC_PI_2, PI, TAU};
+use tables::{bottle, cup, long_table, pendant, plate, round_table, vase};
 
 /// What the scene shows.
 pub const DESCRIPTION: &str = "A dining room with laid tables, pendant lamps and tall windows";
@@ -109,10 +112,39 @@ pub fn build() -> Scene {
         ],
         vec![
             light("sun", Light::Directional { to_light: vec3(0.27, 0.52, -0.95), color: vec3(1.0, 0.93, 0.8) * 1.5 }),
-            light("pendant", Light::Spot { position: vec3(0.6, LAMP - 0.01, 1.45), direction: vec3(0.0, -1.0, 0.0), outer_angle: 64.0, range: 12.0, color: vec3(3.4, 2.8, 2.0) }),
-            light("cage lamp", Light::Omni { position: vec3(4.7, LAMP + 0.1, 1.45), range: 20.0, color: vec3(4.6, 3.9, 2.8) }),
-            light("ceiling lamp", Light::Hemisphere { position: vec3(0.6, 3.3, -0.3), direction: vec3(0.0, -1.0, 0.0), range: 20.0, color: vec3(9.0, 8.4, 7.2) }),
-            light("window", Light::RectArea { center: vec3(-1.65, 1.75, -3.85), half_u: vec3(1.0, 0.0, 0.0), half_v: vec3(0.0, 1.22, 0.0), range: 25.0, color: vec3(3.0, 3.3, 3.8) }),
+            light(
+                "pendant",
+                Light::Spot {
+                    position: vec3(0.6, LAMP - 0.01, 1.45),
+                    direction: vec3(0.0, -1.0, 0.0),
+                    outer_angle: 64.0,
+                    range: 12.0,
+                    color: vec3(3.4, 2.8, 2.0),
+                },
+            ),
+            light(
+                "cage lamp",
+                Light::Omni { position: vec3(4.7, LAMP + 0.1, 1.45), range: 20.0, color: vec3(4.6, 3.9, 2.8) },
+            ),
+            light(
+                "ceiling lamp",
+                Light::Hemisphere {
+                    position: vec3(0.6, 3.3, -0.3),
+                    direction: vec3(0.0, -1.0, 0.0),
+                    range: 20.0,
+                    color: vec3(9.0, 8.4, 7.2),
+                },
+            ),
+            light(
+                "window",
+                Light::RectArea {
+                    center: vec3(-1.65, 1.75, -3.85),
+                    half_u: vec3(1.0, 0.0, 0.0),
+                    half_v: vec3(0.0, 1.22, 0.0),
+                    range: 25.0,
+                    color: vec3(3.0, 3.3, 3.8),
+                },
+            ),
         ],
     )
 }
@@ -153,10 +185,18 @@ fn room(b: &mut Builder, m: &Palette) {
     // Beams from wall to wall, and a rail under their ends.
     for k in 0..9 {
         let x = (k as f32 - 4.0) * 1.55;
-        b.cuboid_sides(m.walnut, vec3(x - 0.09, y - 0.24, -z), vec3(x + 0.09, y, z), [true, true, true, false, false, false]);
+        b.cuboid_sides(
+            m.walnut,
+            vec3(x - 0.09, y - 0.24, -z),
+            vec3(x + 0.09, y, z),
+            [true, true, true, false, false, false],
+        );
     }
     b.uv_scale = 0.1;
-    b.polygon(m.grass, &[vec3(-60.0, -0.45, -80.0), vec3(-60.0, -0.45, 60.0), vec3(60.0, -0.45, 60.0), vec3(60.0, -0.45, -80.0)]);
+    b.polygon(
+        m.grass,
+        &[vec3(-60.0, -0.45, -80.0), vec3(-60.0, -0.45, 60.0), vec3(60.0, -0.45, 60.0), vec3(60.0, -0.45, -80.0)],
+    );
     b.uv_scale = 1.0;
     // A hedge beyond the windows, low enough for the sun.
     let mut rng = Rng::new(5);
@@ -182,7 +222,12 @@ fn windows(b: &mut Builder, m: &Palette) {
     }
     edges.push(ROOM_X);
     for pier in edges.chunks_exact(2) {
-        b.cuboid_sides(m.wall, vec3(pier[0], SILL, back), vec3(pier[1], LINTEL, front), [true, true, false, false, true, true]);
+        b.cuboid_sides(
+            m.wall,
+            vec3(pier[0], SILL, back),
+            vec3(pier[1], LINTEL, front),
+            [true, true, false, false, true, true],
+        );
     }
     for x in WINDOWS {
         b.at(vec3(x, 0.0, 0.0), |b| window(b, m, back, front));
@@ -194,15 +239,34 @@ fn window(b: &mut Builder, m: &Palette, back: f32, front: f32) {
     let h = WINDOW_HALF;
     // Sill and lintel of the opening, then the board on the inside.
     b.polygon(m.white, &[vec3(-h, SILL, front), vec3(h, SILL, front), vec3(h, SILL, back), vec3(-h, SILL, back)]);
-    b.polygon(m.white, &[vec3(-h, LINTEL, back), vec3(h, LINTEL, back), vec3(h, LINTEL, front), vec3(-h, LINTEL, front)]);
-    b.rounded(m.white, vec3(-h - 0.08, SILL - 0.035, front - 0.2), vec3(h + 0.08, SILL + 0.012, front + 0.12), 0.012, 2);
+    b.polygon(
+        m.white,
+        &[vec3(-h, LINTEL, back), vec3(h, LINTEL, back), vec3(h, LINTEL, front), vec3(-h, LINTEL, front)],
+    );
+    b.rounded(
+        m.white,
+        vec3(-h - 0.08, SILL - 0.035, front - 0.2),
+        vec3(h + 0.08, SILL + 0.012, front + 0.12),
+        0.012,
+        2,
+    );
     // The architrave around the opening, on the room's wall.
     let (r, w) = (0.1, front + 0.025);
     for s in [-1.0f32, 1.0] {
         let (a, c) = (s * (h - 0.012), s * (h + r));
-        b.cuboid_sides(m.white, vec3(a.min(c), SILL, front - 0.02), vec3(a.max(c), LINTEL + r, w), [true, true, false, true, false, true]);
+        b.cuboid_sides(
+            m.white,
+            vec3(a.min(c), SILL, front - 0.02),
+            vec3(a.max(c), LINTEL + r, w),
+            [true, true, false, true, false, true],
+        );
     }
-    b.cuboid_sides(m.white, vec3(-h + 0.012, LINTEL - 0.012, front - 0.02), vec3(h - 0.012, LINTEL + r, w), [false, false, true, true, false, true]);
+    b.cuboid_sides(
+        m.white,
+        vec3(-h + 0.012, LINTEL - 0.012, front - 0.02),
+        vec3(h - 0.012, LINTEL + r, w),
+        [false, false, true, true, false, true],
+    );
     // Frame and glazing bars.
     let (z0, z1) = (back + 0.12, back + 0.18);
     let bar = |b: &mut Builder, x: [f32; 2], y: [f32; 2], d: f32| {
@@ -244,44 +308,67 @@ fn window(b: &mut Builder, m: &Palette, back: f32, front: f32) {
 /// Wainscot, skirting, pictures and a door.
 fn panelling(b: &mut Builder, m: &Palette) {
     b.uv_scale = 0.5;
-    // Each wall: turn, half length, distance, free spans of panelling.
-    let walls: [(f32, f32, &[(f32, f32)]); 3] = [
-        (PI, ROOM_Z, &[(-7.0, 7.0)]),
-        (-FRAC_PI_2, ROOM_X, &[(-4.0, -0.8), (0.4, 4.0)]),
-        (FRAC_PI_2, ROOM_X, &[(-4.0, 4.0)]),
+    // Each piece: its wall's turn and distance, and from where to where it runs; the door interrupts one.
+    let pieces = [
+        (PI, ROOM_Z, -ROOM_X, ROOM_X),
+        (-FRAC_PI_2, ROOM_X, -ROOM_Z, -0.8),
+        (-FRAC_PI_2, ROOM_X, 0.4, ROOM_Z),
+        (FRAC_PI_2, ROOM_X, -ROOM_Z, ROOM_Z),
     ];
-    for (turn, away, spans) in walls {
+    for (turn, away, x0, x1) in pieces {
         b.turned(Vec3::ZERO, turn, |b| {
             let z = -away;
-            for &(x0, x1) in spans {
-                b.cuboid_sides(m.white, vec3(x0, 0.0, z), vec3(x1, 1.1, z + 0.02), [true, true, false, false, false, true]);
-                b.rounded(m.white, vec3(x0 - 0.01, 1.08, z - 0.02), vec3(x1 + 0.01, 1.14, z + 0.05), 0.015, 2);
-                b.cuboid_sides(m.white, vec3(x0, 0.0, z + 0.02), vec3(x1, 0.14, z + 0.04), [true, true, false, true, false, true]);
-                let count = ((x1 - x0) / 0.95).round();
-                let width = (x1 - x0) / count;
-                for k in 0..count as usize {
-                    let a = x0 + k as f32 * width + 0.09;
-                    let c = x0 + (k + 1) as f32 * width - 0.09;
-                    b.rounded(m.white, vec3(a, 0.24, z), vec3(c, 0.98, z + 0.036), 0.014, 1);
-                }
+            b.cuboid_sides(m.white, vec3(x0, 0.0, z), vec3(x1, 1.1, z + 0.02), [true, true, false, false, false, true]);
+            b.rounded(m.white, vec3(x0 - 0.01, 1.08, z - 0.02), vec3(x1 + 0.01, 1.14, z + 0.05), 0.015, 2);
+            b.cuboid_sides(
+                m.white,
+                vec3(x0, 0.0, z + 0.02),
+                vec3(x1, 0.14, z + 0.04),
+                [true, true, false, true, false, true],
+            );
+            let count = ((x1 - x0) / 0.95).round();
+            let width = (x1 - x0) / count;
+            for k in 0..count as usize {
+                let a = x0 + k as f32 * width + 0.09;
+                let c = x0 + (k + 1) as f32 * width - 0.09;
+                b.rounded(m.white, vec3(a, 0.24, z), vec3(c, 0.98, z + 0.036), 0.014, 1);
             }
         });
     }
     // Pictures on the wall that faces the windows.
     b.turned(Vec3::ZERO, PI, |b| {
-        for (k, (x, w, h)) in [(-5.2, 0.5, 0.65), (-3.9, 0.42, 0.42), (-0.6, 0.95, 0.6), (3.2, 0.42, 0.55), (4.4, 0.42, 0.55)].into_iter().enumerate() {
+        for (k, (x, w, h)) in
+            [(-5.2, 0.5, 0.65), (-3.9, 0.42, 0.42), (-0.6, 0.95, 0.6), (3.2, 0.42, 0.55), (4.4, 0.42, 0.55)]
+                .into_iter()
+                .enumerate()
+        {
             let y = 1.95;
             let z = -ROOM_Z;
             b.rounded(m.walnut, vec3(x - w, y - h, z - 0.01), vec3(x + w, y + h, z + 0.04), 0.012, 1);
-            b.cuboid_sides(m.white, vec3(x - w + 0.05, y - h + 0.05, z), vec3(x + w - 0.05, y + h - 0.05, z + 0.043), [true, true, true, true, false, true]);
+            b.cuboid_sides(
+                m.white,
+                vec3(x - w + 0.05, y - h + 0.05, z),
+                vec3(x + w - 0.05, y + h - 0.05, z + 0.043),
+                [true, true, true, true, false, true],
+            );
             let color = [m.blue, m.petal[1], m.cushion[1], m.petal[0], m.leaf][k];
-            b.cuboid_sides(color, vec3(x - w * 0.66, y - h * 0.62, z), vec3(x + w * 0.66, y + h * 0.62, z + 0.046), [true, true, true, true, false, true]);
+            b.cuboid_sides(
+                color,
+                vec3(x - w * 0.66, y - h * 0.62, z),
+                vec3(x + w * 0.66, y + h * 0.62, z + 0.046),
+                [true, true, true, true, false, true],
+            );
         }
     });
     // The door.
     b.turned(Vec3::ZERO, -FRAC_PI_2, |b| {
         let z = -ROOM_X;
-        b.cuboid_sides(m.walnut, vec3(-0.68, 0.0, z), vec3(0.28, 2.15, z + 0.03), [true, true, false, true, false, true]);
+        b.cuboid_sides(
+            m.walnut,
+            vec3(-0.68, 0.0, z),
+            vec3(0.28, 2.15, z + 0.03),
+            [true, true, false, true, false, true],
+        );
         for (y0, y1) in [(0.2, 0.95), (1.1, 1.98)] {
             for x in [-0.6, -0.15] {
                 b.rounded(m.walnut, vec3(x, y0, z), vec3(x + 0.36, y1, z + 0.045), 0.014, 1);
@@ -290,8 +377,24 @@ fn panelling(b: &mut Builder, m: &Palette) {
         for (x0, x1, y1) in [(-0.8, -0.68, 2.28), (0.28, 0.4, 2.28)] {
             b.cuboid_sides(m.white, vec3(x0, 0.0, z), vec3(x1, y1, z + 0.05), [true, true, false, true, false, true]);
         }
-        b.cuboid_sides(m.white, vec3(-0.68, 2.15, z), vec3(0.28, 2.28, z + 0.05), [false, false, true, true, false, true]);
-        b.tube(m.brass, &[vec3(0.2, 1.02, z + 0.02), vec3(0.2, 1.02, z + 0.09), vec3(0.19, 1.02, z + 0.1), vec3(0.08, 1.02, z + 0.1)], &[0.011; 4], 8, false);
+        b.cuboid_sides(
+            m.white,
+            vec3(-0.68, 2.15, z),
+            vec3(0.28, 2.28, z + 0.05),
+            [false, false, true, true, false, true],
+        );
+        b.tube(
+            m.brass,
+            &[
+                vec3(0.2, 1.02, z + 0.02),
+                vec3(0.2, 1.02, z + 0.09),
+                vec3(0.19, 1.02, z + 0.1),
+                vec3(0.08, 1.02, z + 0.1),
+            ],
+            &[0.011; 4],
+            8,
+            false,
+        );
     });
     b.uv_scale = 1.0;
 }
@@ -306,7 +409,18 @@ fn counter(b: &mut Builder, m: &Palette) {
         for k in 0..6 {
             let x = -2.25 + k as f32 * 0.75;
             b.rounded(m.walnut, vec3(x + 0.03, 0.14, 0.55), vec3(x + 0.72, 0.88, 0.622), 0.01, 1);
-            b.tube(m.brass, &[vec3(x + 0.3, 0.8, 0.615), vec3(x + 0.3, 0.8, 0.645), vec3(x + 0.45, 0.8, 0.645), vec3(x + 0.45, 0.8, 0.615)], &[0.006; 4], 6, false);
+            b.tube(
+                m.brass,
+                &[
+                    vec3(x + 0.3, 0.8, 0.615),
+                    vec3(x + 0.3, 0.8, 0.645),
+                    vec3(x + 0.45, 0.8, 0.645),
+                    vec3(x + 0.45, 0.8, 0.615),
+                ],
+                &[0.006; 4],
+                6,
+                false,
+            );
         }
         for (row, y) in [1.45, 1.87, 2.29].into_iter().enumerate() {
             b.rounded(m.oak, vec3(-2.2, y, -0.01), vec3(2.2, y + 0.035, 0.3), 0.008, 1);
@@ -337,196 +451,4 @@ fn counter(b: &mut Builder, m: &Palette) {
         }
         b.uv_scale = 1.0;
     });
-}
-
-fn lathe(b: &mut Builder, material: u32, scale: f32, profile: &[(f32, f32)], segments: usize) {
-    let profile: Vec<Vec2> = profile.iter().map(|&(r, y)| vec2(r, y) * scale).collect();
-    b.lathe(material, &profile, segments);
-}
-
-fn plate(b: &mut Builder, material: u32, radius: f32, segments: usize) {
-    let profile = [(0.0, 0.02), (0.58, 0.02), (0.64, 0.0), (0.7, 0.02), (0.98, 0.13), (1.0, 0.155), (0.97, 0.16), (0.68, 0.06), (0.0, 0.05)];
-    lathe(b, material, radius, &profile, segments);
-}
-
-/// A cup on its saucer.
-fn cup(b: &mut Builder, material: u32, segments: usize) {
-    let saucer = [(0.0, 0.002), (0.04, 0.0), (0.072, 0.01), (0.074, 0.013), (0.045, 0.008), (0.0, 0.008)];
-    lathe(b, material, 1.0, &saucer, segments);
-    let cup = [(0.024, 0.006), (0.026, 0.014), (0.034, 0.03), (0.041, 0.066), (0.042, 0.07), (0.039, 0.07), (0.032, 0.034), (0.0, 0.018)];
-    lathe(b, material, 1.0, &cup, segments);
-    let handle: Vec<Vec3> = (0..7)
-        .map(|i| {
-            let angle = -1.3 + i as f32 / 6.0 * 2.6;
-            vec3(0.034 + 0.021 * angle.cos(), 0.042 + 0.02 * angle.sin(), 0.0)
-        })
-        .collect();
-    b.tube(material, &handle, &[0.0035; 7], 5, false);
-}
-
-fn bottle(b: &mut Builder, material: u32, segments: usize) {
-    let profile = [(0.0, 0.0), (0.033, 0.0), (0.037, 0.006), (0.037, 0.18), (0.032, 0.205), (0.016, 0.235), (0.013, 0.26), (0.013, 0.295), (0.016, 0.298), (0.016, 0.31), (0.0, 0.31)];
-    lathe(b, material, 1.0, &profile, segments);
-}
-
-fn glass(b: &mut Builder, material: u32) {
-    let profile = [(0.0, 0.0), (0.03, 0.0), (0.038, 0.12), (0.0355, 0.12), (0.028, 0.012), (0.0, 0.012)];
-    lathe(b, material, 1.0, &profile, 14);
-}
-
-fn vase(b: &mut Builder, material: u32, size: f32) {
-    let profile = [(0.0, 0.0), (0.04, 0.0), (0.045, 0.005), (0.06, 0.05), (0.055, 0.09), (0.03, 0.13), (0.026, 0.15), (0.034, 0.17), (0.03, 0.17), (0.021, 0.15), (0.024, 0.12), (0.0, 0.1)];
-    lathe(b, material, size, &profile, 20);
-}
-
-/// Flowers in a vase on the table at the origin.
-fn bouquet(b: &mut Builder, m: &Palette, rng: &mut Rng, kind: usize) {
-    vase(b, [m.blue, m.china][kind % 2], 1.0);
-    for k in 0..7 {
-        let angle = k as f32 * 2.4 + kind as f32;
-        let lean = if k == 0 { 0.0 } else { rng.range(0.04, 0.085) };
-        let top = vec3(angle.cos() * lean, rng.range(0.27, 0.34), angle.sin() * lean);
-        let knee = vec3(top.x * 0.25, 0.17, top.z * 0.25);
-        b.tube(m.leaf, &[vec3(0.0, 0.11, 0.0), knee, top], &[0.0022; 3], 4, false);
-        let up = (top - knee).normalize();
-        let turn = Mat4::from_rotation_translation(Quat::from_rotation_arc(Vec3::Y, up), top);
-        let petal = m.petal[(k + kind) % 3];
-        b.with(turn, |b| {
-            for p in 0..8 {
-                b.turned(Vec3::ZERO, p as f32 / 8.0 * TAU, |b| {
-                    b.lattice(petal, 3, 3, Shading::Smooth(180.0), |i, j| {
-                        let (s, t) = (i as f32 - 1.0, j as f32 / 2.0);
-                        let width = 0.004 + 0.012 * t;
-                        (vec3(0.004 + 0.03 * t, 0.004 + 0.012 * t * t + 0.002 * s * s, -s * width), vec2(s, t))
-                    });
-                });
-            }
-            b.ellipsoid(m.brass, vec3(0.0, 0.005, 0.0), vec3(0.009, 0.006, 0.009), 8, 4);
-        });
-        b.leaves(m.leaf, rng, 3, 0.05, |rng| (knee.lerp(top, rng.range(0.1, 0.6)), vec3(angle.cos(), 0.8, angle.sin())));
-    }
-}
-
-/// A chair that faces -z, its seat's middle at the origin.
-fn chair(b: &mut Builder, m: &Palette, wood: u32, felt: usize) {
-    b.uv_scale = 2.0;
-    let seat = 0.445;
-    b.rounded(wood, vec3(-0.21, seat - 0.03, -0.21), vec3(0.21, seat, 0.2), 0.012, 2);
-    b.rounded(m.cushion[felt], vec3(-0.185, seat - 0.004, -0.19), vec3(0.185, seat + 0.03, 0.165), 0.016, 2);
-    for s in [-1.0, 1.0] {
-        b.frustum(wood, vec3(s * 0.2, 0.0, -0.2), vec3(s * 0.17, seat - 0.02, -0.17), 0.013, 0.019, 10, [true, false]);
-        // The back leg goes on as the back's post.
-        let post = [(0.235, 0.0), (0.19, 0.25), (0.18, 0.44), (0.19, 0.6), (0.215, 0.75), (0.25, 0.9)]
-            .map(|(z, y)| vec3(s * (0.2 - 0.012 * y), y, z));
-        b.tube(wood, &post, &[0.013, 0.017, 0.019, 0.017, 0.015, 0.012], 9, false);
-        b.frustum(wood, vec3(s * 0.192, 0.17, -0.19), vec3(s * 0.197, 0.2, 0.2), 0.009, 0.009, 7, [false; 2]);
-    }
-    b.frustum(wood, vec3(-0.194, 0.185, 0.0), vec3(0.194, 0.185, 0.0), 0.009, 0.009, 7, [false; 2]);
-    let rail = |y: f32, z: f32, bow: f32| -> Vec<Vec3> {
-        (0..9).map(|i| {
-            let s = i as f32 / 4.0 - 1.0;
-            vec3(s * (0.2 - 0.012 * y), y, z + bow * (1.0 - s * s))
-        }).collect()
-    };
-    b.tube(wood, &rail(0.87, 0.244, 0.035), &[0.017; 9], 8, false);
-    b.tube(wood, &rail(0.53, 0.185, 0.02), &[0.011; 9], 7, false);
-    for k in 0..5 {
-        let s = (k as f32 - 2.0) * 0.35;
-        let bow = 1.0 - s * s;
-        let (low, high) = (vec3(s * 0.194, 0.53, 0.185 + 0.02 * bow), vec3(s * 0.19, 0.87, 0.244 + 0.035 * bow));
-        b.frustum(wood, low, high, 0.0065, 0.0065, 7, [false; 2]);
-    }
-    b.uv_scale = 1.0;
-}
-
-/// What lies before one guest, who sits at +z.
-fn setting(b: &mut Builder, m: &Palette, rng: &mut Rng, round: bool) {
-    plate(b, m.china, 0.125, 26);
-    for (x, w) in [(-0.165, 0.012), (0.165, 0.01), (0.188, 0.012)] {
-        let tilt = rng.range(-0.03, 0.03);
-        b.turned(vec3(x, 0.0, 0.01), tilt, |b| {
-            b.block(m.steel, vec3(-w * 0.4, 0.0, -0.01), vec3(w * 0.4, 0.004, 0.1));
-            b.block(m.steel, vec3(-w, 0.0, -0.1), vec3(w, 0.003, -0.01));
-        });
-    }
-    let near = if round { 0.15 } else { 0.19 };
-    b.turned(vec3(0.13, 0.0, -near), rng.range(0.0, TAU), |b| cup(b, m.blue, 20));
-    b.at(vec3(-0.12, 0.0, -near + rng.range(-0.015, 0.015)), |b| glass(b, m.steel));
-}
-
-fn seat(b: &mut Builder, m: &Palette, rng: &mut Rng, at: Vec3, facing: f32, wood: u32, felt: usize) {
-    let turn = facing + rng.range(-0.16, 0.16);
-    let pull = Quat::from_rotation_y(facing) * Vec3::Z * rng.range(-0.03, 0.1);
-    b.turned(at + pull, turn, |b| chair(b, m, wood, felt));
-}
-
-fn round_table(b: &mut Builder, m: &Palette, rng: &mut Rng, kind: usize) {
-    b.uv_scale = 1.0;
-    let top = [(0.0, 0.715), (0.5, 0.715), (0.54, 0.722), (0.55, 0.735), (0.545, 0.746), (0.535, 0.75), (0.0, 0.75)];
-    b.lathe(m.oak, &top.map(|(r, y)| vec2(r, y)), 48);
-    let stem = [(0.0, 0.0), (0.27, 0.0), (0.28, 0.012), (0.25, 0.03), (0.06, 0.06), (0.04, 0.12), (0.04, 0.55), (0.06, 0.66), (0.2, 0.72)];
-    b.lathe(m.black, &stem.map(|(r, y)| vec2(r, y)), 28);
-    for k in 0..4 {
-        let angle = k as f32 * FRAC_PI_2;
-        b.turned(vec3(0.0, TABLE, 0.0), angle, |b| b.at(vec3(0.0, 0.0, 0.36), |b| setting(b, m, rng, true)));
-        let at = Quat::from_rotation_y(angle) * vec3(0.0, 0.0, 0.7);
-        seat(b, m, rng, at, angle, m.walnut, (k + kind) % 2);
-    }
-    b.at(vec3(0.0, TABLE, 0.0), |b| bouquet(b, m, rng, kind));
-}
-
-fn long_table(b: &mut Builder, m: &Palette, rng: &mut Rng, kind: usize) {
-    b.uv_scale = 1.0;
-    b.rounded(m.oak, vec3(-1.05, 0.71, -0.46), vec3(1.05, TABLE, 0.46), 0.012, 2);
-    b.cuboid_sides(m.oak, vec3(-0.95, 0.63, -0.37), vec3(0.95, 0.712, 0.37), [true, true, true, false, true, true]);
-    for (x, z) in [(-0.92, -0.34), (0.92, -0.34), (-0.92, 0.34), (0.92, 0.34)] {
-        b.frustum(m.oak, vec3(x * 1.02, 0.0, z * 1.04), vec3(x, 0.64, z), 0.022, 0.038, 14, [true, false]);
-    }
-    for side in 0..2 {
-        let turn = side as f32 * PI;
-        for x in [-0.68, 0.0, 0.68] {
-            let local = Quat::from_rotation_y(turn);
-            b.turned(local * vec3(x, 0.0, 0.3) + Vec3::Y * TABLE, turn, |b| setting(b, m, rng, false));
-            seat(b, m, rng, local * vec3(x, 0.0, 0.68), turn, m.walnut, (side + kind) % 2);
-        }
-    }
-    b.at(vec3(0.0, TABLE, 0.0), |b| bouquet(b, m, rng, kind + 1));
-    b.at(vec3(-0.34, TABLE, 0.03), |b| bottle(b, m.glass, 20));
-    b.at(vec3(0.36, TABLE, -0.03), |b| bottle(b, m.glass, 20));
-}
-
-/// A lamp over a table: a bell shade, or a cage of wires around nothing but its socket.
-fn pendant(b: &mut Builder, m: &Palette, cage: bool) {
-    let top = LAMP + if cage { 0.24 } else { 0.2 };
-    b.frustum(m.black, vec3(0.0, top, 0.0), vec3(0.0, CEILING - 0.02, 0.0), 0.006, 0.006, 6, [false; 2]);
-    b.lathe(m.brass, &[vec2(0.0, CEILING - 0.04), vec2(0.045, CEILING - 0.035), vec2(0.05, CEILING)], 20);
-    let socket = [(0.0, top - 0.06), (0.024, top - 0.06), (0.024, top), (0.012, top + 0.03), (0.0, top + 0.03)];
-    b.lathe(m.brass, &socket.map(|(r, y)| vec2(r, y)), 16);
-    if !cage {
-        let bell = [(0.24, 0.0), (0.237, 0.03), (0.2, 0.1), (0.12, 0.165), (0.05, 0.19), (0.02, 0.2), (0.02, 0.19), (0.05, 0.18), (0.115, 0.155), (0.194, 0.094), (0.23, 0.026), (0.235, 0.0), (0.24, 0.0)];
-        b.lathe(m.black, &bell.map(|(r, y)| vec2(r, y + LAMP)), 32);
-        b.icosphere(m.bulb, vec3(0.0, LAMP + 0.085, 0.0), 0.055, 2);
-        return;
-    }
-    let center = vec3(0.0, LAMP + 0.1, 0.0);
-    let radius = 0.15;
-    for k in 0..8 {
-        let angle = k as f32 / 8.0 * TAU;
-        let wire: Vec<Vec3> = (0..=12)
-            .map(|i| {
-                let t = 0.18 + i as f32 / 12.0 * (PI - 0.36);
-                center + vec3(angle.cos() * t.sin(), t.cos(), angle.sin() * t.sin()) * radius
-            })
-            .collect();
-        b.tube(m.black, &wire, &[0.0025; 13], 5, false);
-    }
-    for t in [0.18, 0.8, 1.4, 2.2, PI - 0.18] {
-        let ring: Vec<Vec3> = (0..20)
-            .map(|i| {
-                let angle = i as f32 / 20.0 * TAU;
-                center + vec3(angle.cos() * f32::sin(t), f32::cos(t), angle.sin() * f32::sin(t)) * radius
-            })
-            .collect();
-        b.tube(m.black, &ring, &[0.0025; 20], 5, true);
-    }
 }

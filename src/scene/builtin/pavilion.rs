@@ -2,15 +2,14 @@
 //!
 //! The canopy is a height over the ground plan: u runs along x, v from the front (+z) to the back.
 
-use super::builder::{Builder, CREASED, Patch, Rng, Shading, camera, fbm, light};
+use super::builder::{Builder, CREASED, Patch, Rng, Shading, camera, fbm, light, pairs};
 use crate::light::Light;
 use crate::scene::Scene;
 use glam::{Vec2, Vec3, vec2, vec3};
 use std::f32::consts::{FRAC_PI_2, PI, TAU};
 
 /// What the scene shows.
-pub const DESCRIPTION: &str =
-    "A flowing pavilion of perforated panels on funnels, with louvres, steps and trees";
+pub const DESCRIPTION: &str = "A flowing pavilion of perforated panels on funnels, with louvres, steps and trees";
 
 /// The canopy's extent in x.
 const LENGTH: f32 = 44.0;
@@ -89,7 +88,7 @@ pub fn build() -> Scene {
     trees(&mut b, &m);
     b.finish(
         vec![
-            camera("plaza", vec3(21.5, 6.3, 21.0), vec3(1.2, 1.9, 0.0), 50.0, 0.1, 250.0),
+            camera("plaza", vec3(22.5, 6.4, 22.0), vec3(2.0, 1.9, 0.0), 50.0, 0.1, 250.0),
             camera("canopy", vec3(14.0, 1.7, 1.5), vec3(2.0, 2.2, -1.5), 65.0, 0.1, 250.0),
             camera("fins", vec3(2.0, 1.7, 4.5), vec3(3.5, 2.2, -6.0), 72.0, 0.05, 250.0),
             camera("ramp", vec3(-21.0, 2.0, 18.0), vec3(2.0, 2.9, 0.0), 54.0, 0.1, 250.0),
@@ -98,9 +97,24 @@ pub fn build() -> Scene {
         ],
         vec![
             light("sun", Light::Directional { to_light: vec3(-0.42, 0.9, 0.36), color: vec3(1.0, 0.96, 0.88) * 1.2 }),
-            light("low sun", Light::Directional { to_light: vec3(-0.85, 0.42, 0.7), color: vec3(1.0, 0.82, 0.62) * 1.3 }),
-            light("floodlight", Light::Spot { position: vec3(13.0, 7.5, 17.0), direction: vec3(-12.0, -5.5, -16.0), outer_angle: 38.0, range: 70.0, color: vec3(380.0, 350.0, 300.0) }),
-            light("canopy lamp", Light::Omni { position: vec3(2.2, 4.6, -0.5), range: 40.0, color: vec3(24.0, 21.0, 17.0) }),
+            light(
+                "low sun",
+                Light::Directional { to_light: vec3(-0.85, 0.42, 0.7), color: vec3(1.0, 0.82, 0.62) * 1.3 },
+            ),
+            light(
+                "floodlight",
+                Light::Spot {
+                    position: vec3(13.0, 7.5, 17.0),
+                    direction: vec3(-12.0, -5.5, -16.0),
+                    outer_angle: 38.0,
+                    range: 70.0,
+                    color: vec3(380.0, 350.0, 300.0),
+                },
+            ),
+            light(
+                "canopy lamp",
+                Light::Omni { position: vec3(2.2, 4.6, -0.5), range: 40.0, color: vec3(24.0, 21.0, 17.0) },
+            ),
         ],
     )
 }
@@ -262,12 +276,29 @@ fn funnel(b: &mut Builder, m: &Palette, u: f32, v: f32, radius: f32, foot: Vec2,
         (vec3(x, y, z), vec2(i as f32 / turns as f32 * TAU * 2.0, -y) * scale)
     });
     b.at(vec3(head.x + foot.x, 0.0, head.z + foot.y), |b| {
-        let leg = [(1.35, 0.0), (1.35, 0.36), (1.3, 0.385), (1.3, 0.0)];
-        b.lathe(m.steel, &leg.map(|(r, y)| vec2(r, y)), 48);
+        let leg = pairs(&[1.35, 0.0, 1.35, 0.36, 1.3, 0.385, 1.3, 0.0]);
+        b.lathe(m.steel, &leg, 48);
         for s in 0..4 {
             let r = 1.12 + 0.15 * s as f32;
-            let slat = [(r, 0.38), (r + 0.125, 0.38), (r + 0.13, 0.385), (r + 0.13, 0.42), (r + 0.12, 0.43), (r + 0.01, 0.43), (r, 0.42), (r, 0.38)];
-            b.lathe(m.wood, &slat.map(|(r, y)| vec2(r, y)), 64);
+            let slat = pairs(&[
+                r,
+                0.38,
+                r + 0.125,
+                0.38,
+                r + 0.13,
+                0.385,
+                r + 0.13,
+                0.42,
+                r + 0.12,
+                0.43,
+                r + 0.01,
+                0.43,
+                r,
+                0.42,
+                r,
+                0.38,
+            ]);
+            b.lathe(m.wood, &slat, 64);
         }
     });
     b.uv_scale = 1.0;
@@ -372,7 +403,15 @@ fn railing(b: &mut Builder, m: &Palette) {
 fn ribbon(b: &mut Builder, m: &Palette, steps: usize, curve: impl Fn(f32) -> (Vec3, Vec3)) {
     b.uv_scale = 0.6;
     // Position across the seat and height of each slat, and the back rest's.
-    let slats = [(0.0, 0.43, 0.09), (0.11, 0.44, 0.09), (0.22, 0.44, 0.09), (0.33, 0.43, 0.09), (0.45, 0.56, 0.03), (0.48, 0.69, 0.03), (0.51, 0.82, 0.03)];
+    let slats = [
+        (0.0, 0.43, 0.09),
+        (0.11, 0.44, 0.09),
+        (0.22, 0.44, 0.09),
+        (0.33, 0.43, 0.09),
+        (0.45, 0.56, 0.03),
+        (0.48, 0.69, 0.03),
+        (0.51, 0.82, 0.03),
+    ];
     for (out, y, width) in slats {
         let tall = if width < 0.05 { 0.095 } else { 0.035 };
         let section = [(0.0, 0.0), (0.0, tall), (width, tall), (width, 0.0), (0.0, 0.0)];
@@ -405,7 +444,9 @@ fn ribbon(b: &mut Builder, m: &Palette, steps: usize, curve: impl Fn(f32) -> (Ve
 
 fn furniture(b: &mut Builder, m: &Palette) {
     // (middle, radius, from, to): arcs whose seats face their middle or, with a negative radius, away.
-    for (x, z, radius, from, to) in [(4.0, 21.0, 7.0, 1.2, 2.4), (20.0, 8.5, 5.0, -0.35, 1.0), (-18.0, -6.5, 5.5, 2.0, 3.3)] {
+    for (x, z, radius, from, to) in
+        [(4.0, 21.0, 7.0, 1.2, 2.4), (20.0, 8.5, 5.0, -0.35, 1.0), (-18.0, -6.5, 5.5, 2.0, 3.3)]
+    {
         ribbon(b, m, 64, |t| {
             let angle = from + (to - from) * t;
             let out = vec3(angle.cos(), 0.0, -angle.sin());
@@ -417,10 +458,11 @@ fn furniture(b: &mut Builder, m: &Palette) {
         let angle = PI + 0.45 + k as f32 * 0.37;
         let p = vec3(27.0 * angle.cos(), 0.0, -15.6 * angle.sin());
         b.at(p, |b| {
-            let post = [(0.13, -0.01), (0.13, 0.03), (0.055, 0.05), (0.05, 0.82), (0.09, 0.84), (0.09, 0.87), (0.0, 0.9)];
+            let post =
+                [(0.13, -0.01), (0.13, 0.03), (0.055, 0.05), (0.05, 0.82), (0.09, 0.84), (0.09, 0.87), (0.0, 0.9)];
             b.lathe(m.steel, &post.map(|(r, y)| vec2(r, y)), 24);
             b.lathe(m.panel, &[vec2(0.085, 0.68), vec2(0.085, 0.8)], 24);
-            b.lathe(m.steel, &[(0.05, 0.66), (0.092, 0.67), (0.092, 0.69), (0.05, 0.69)].map(|(r, y)| vec2(r, y)), 24);
+            b.lathe(m.steel, &pairs(&[0.05, 0.66, 0.092, 0.67, 0.092, 0.69, 0.05, 0.69]), 24);
         });
     }
 }
@@ -428,7 +470,18 @@ fn furniture(b: &mut Builder, m: &Palette) {
 fn trees(b: &mut Builder, m: &Palette) {
     let mut rng = Rng::new(2013);
     let places = [
-        (-27.0, 14.5, 6.2), (-34.5, 2.0, 7.5), (-29.5, -12.0, 8.2), (-17.0, -19.8, 8.8), (-6.0, -22.5, 7.8), (6.5, -22.0, 9.2), (19.0, -19.5, 8.0), (30.5, -11.5, 8.6), (34.5, 1.5, 7.6), (25.6, -3.2, 5.4), (-5.4, 12.6, 4.9), (29.5, 15.0, 7.0),
+        (-27.0, 14.5, 6.2),
+        (-34.5, 2.0, 7.5),
+        (-29.5, -12.0, 8.2),
+        (-17.0, -19.8, 8.8),
+        (-6.0, -22.5, 7.8),
+        (6.5, -22.0, 9.2),
+        (19.0, -19.5, 8.0),
+        (30.5, -11.5, 8.6),
+        (34.5, 1.5, 7.6),
+        (25.6, -3.2, 5.4),
+        (-5.4, 12.6, 4.9),
+        (29.5, 15.0, 7.0),
     ];
     for (k, (x, z, height)) in places.into_iter().enumerate() {
         let plan = vec2(x / 29.0, z / 17.5).length();
@@ -436,8 +489,8 @@ fn trees(b: &mut Builder, m: &Palette) {
         b.turned(vec3(x, y, z), rng.range(0.0, TAU), |b| {
             tree(b, m, &mut rng, height, k % 2);
             if y == 0.0 {
-                let tub = [(0.0, 0.0), (0.75, 0.0), (0.85, 0.5), (0.85, 0.55), (0.78, 0.55), (0.76, 0.48), (0.0, 0.5)];
-                b.lathe(m.step, &tub.map(|(r, y)| vec2(r, y)), 40);
+                let tub = pairs(&[0.0, 0.0, 0.75, 0.0, 0.85, 0.5, 0.85, 0.55, 0.78, 0.55, 0.76, 0.48, 0.0, 0.5]);
+                b.lathe(m.step, &tub, 40);
             }
         });
     }
@@ -449,7 +502,13 @@ fn tree(b: &mut Builder, m: &Palette, rng: &mut Rng, height: f32, kind: usize) {
     let thick = 0.02 * height;
     let crook = vec3(rng.range(-0.1, 0.1), fork * 0.5, rng.range(-0.1, 0.1));
     let top = vec3(0.0, fork, 0.0);
-    b.tube(m.bark, &[vec3(0.0, -0.1, 0.0), vec3(0.0, 0.12, 0.0), crook, top], &[thick * 1.7, thick * 1.15, thick, thick * 0.85], 12, false);
+    b.tube(
+        m.bark,
+        &[vec3(0.0, -0.1, 0.0), vec3(0.0, 0.12, 0.0), crook, top],
+        &[thick * 1.7, thick * 1.15, thick, thick * 0.85],
+        12,
+        false,
+    );
     let mut ends = Vec::new();
     let limbs = 6;
     for k in 0..limbs {

@@ -61,10 +61,7 @@ fn natural(p: Vec2) -> f32 {
 /// Height of the road's surface.
 fn road_height(z: f32) -> f32 {
     let steps = [-36.0, -24.0, -12.0, 0.0, 12.0, 24.0, 36.0];
-    let sum: f32 = steps
-        .iter()
-        .map(|dz| natural(vec2(road(z + dz).0, z + dz)))
-        .sum();
+    let sum: f32 = steps.iter().map(|dz| natural(vec2(road(z + dz).0, z + dz))).sum();
     sum / steps.len() as f32
 }
 
@@ -92,18 +89,13 @@ impl Land {
     /// Levels a place and returns its middle.
     fn level(&mut self, center: Vec2, radius: f32, raise: f32) -> Vec3 {
         let height = self.height(center) + raise;
-        self.pads.push(Pad {
-            center,
-            radius,
-            height,
-        });
+        self.pads.push(Pad { center, radius, height });
         center.extend(height).xzy()
     }
 
     /// Whether there is room for a tree: off the road and away from houses.
     fn free(&self, p: Vec2) -> bool {
-        road_distance(p) > 10.0
-            && self.pads.iter().all(|pad| pad.center.distance(p) > pad.radius + 4.0)
+        road_distance(p) > 10.0 && self.pads.iter().all(|pad| pad.center.distance(p) > pad.radius + 4.0)
     }
 }
 
@@ -184,20 +176,8 @@ pub fn build() -> Scene {
         camera("above", vec3(-10.0, 330.0, 30.0), vec3(0.0, 0.0, 0.0), 50.0, 10.0, 1000.0),
     ];
     let lights = vec![
-        light(
-            "sun",
-            Light::Directional {
-                to_light: vec3(-0.80, 0.40, 0.42),
-                color: vec3(1.0, 0.92, 0.78),
-            },
-        ),
-        light(
-            "noon",
-            Light::Directional {
-                to_light: vec3(0.25, 0.90, 0.35),
-                color: vec3(1.0, 0.98, 0.94),
-            },
-        ),
+        light("sun", Light::Directional { to_light: vec3(-0.80, 0.40, 0.42), color: vec3(1.0, 0.92, 0.78) }),
+        light("noon", Light::Directional { to_light: vec3(0.25, 0.90, 0.35), color: vec3(1.0, 0.98, 0.94) }),
         light(
             "floodlight",
             Light::Spot {
@@ -208,14 +188,7 @@ pub fn build() -> Scene {
                 color: vec3(2600.0, 2300.0, 1800.0),
             },
         ),
-        light(
-            "street lamp",
-            Light::Omni {
-                position: on_road(8.0, 6.0),
-                range: 90.0,
-                color: vec3(110.0, 88.0, 58.0),
-            },
-        ),
+        light("street lamp", Light::Omni { position: on_road(8.0, 6.0), range: 90.0, color: vec3(110.0, 88.0, 58.0) }),
     ];
     b.finish(cameras, lights)
 }
@@ -230,10 +203,7 @@ fn place_houses(land: &mut Land, rng: &mut Rng) -> Vec<(Vec3, f32)> {
             let (x, slope) = road(z);
             let out = vec2(1.0, -slope).normalize() * side;
             let center = vec2(x, z) + out * rng.range(15.5, 20.0);
-            let clear = land
-                .pads
-                .iter()
-                .all(|pad| pad.center.distance(center) > pad.radius + 11.0);
+            let clear = land.pads.iter().all(|pad| pad.center.distance(center) > pad.radius + 11.0);
             if clear {
                 let middle = land.level(center, 8.0, 0.0);
                 // Its front, local +z, looks at the road.
@@ -294,10 +264,7 @@ fn draw_road(b: &mut Builder, material: u32) {
         let across = vec2(1.0, -slope).normalize();
         let (side, down) = [(-1.14, 0.7), (-1.0, 0.0), (1.0, 0.0), (1.14, 0.7)][i];
         let p = vec2(x, z) + across * side * ROAD;
-        (
-            vec3(p.x, road_height(z) - down, p.y.clamp(-HALF, HALF)),
-            vec2(side * 0.5 + 0.5, z / 12.0),
-        )
+        (vec3(p.x, road_height(z) - down, p.y.clamp(-HALF, HALF)), vec2(side * 0.5 + 0.5, z / 12.0))
     });
 }
 
@@ -333,18 +300,10 @@ fn house(b: &mut Builder, palette: &Palette, rng: &mut Rng) {
     }
     // The step before the door, and a chimney through the roof.
     let door = (1.5 / 4.0 * 2.0 - 1.0) * half.x * 0.88;
-    b.block(
-        palette.stone,
-        vec3(door - 0.8, -0.4, half.y - 0.1),
-        vec3(door + 0.8, 0.42, half.y + 1.0),
-    );
+    b.block(palette.stone, vec3(door - 0.8, -0.4, half.y - 0.1), vec3(door + 0.8, 0.42, half.y + 1.0));
     let x = half.x * rng.range(-0.55, 0.55);
     let ridge = eaves + half.y * pitch;
-    b.block(
-        palette.stone,
-        vec3(x - 0.4, eaves, -1.5),
-        vec3(x + 0.4, ridge + 0.9, -0.8),
-    );
+    b.block(palette.stone, vec3(x - 0.4, eaves, -1.5), vec3(x + 0.4, ridge + 0.9, -0.8));
     // Every third house has a lower wing behind.
     if rng.index(3) == 0 {
         let shift = half.x * if rng.index(2) == 0 { -0.45 } else { 0.45 };
@@ -357,21 +316,12 @@ fn house(b: &mut Builder, palette: &Palette, rng: &mut Rng) {
 /// Walls with gables at ±x under a pitched roof with overhang, on a stone foot.
 fn gabled(b: &mut Builder, wall: u32, roof: u32, stone: u32, half: Vec2, eaves: f32, pitch: f32) {
     let ridge = eaves + half.y * pitch;
-    b.block(
-        stone,
-        vec3(-half.x - 0.08, -0.9, -half.y - 0.08),
-        vec3(half.x + 0.08, 0.45, half.y + 0.08),
-    );
+    b.block(stone, vec3(-half.x - 0.08, -0.9, -half.y - 0.08), vec3(half.x + 0.08, 0.45, half.y + 0.08));
     // The section lies in x and y; turned, its x runs along -z.
     b.uv_scale = 0.5;
     b.turned(Vec3::ZERO, FRAC_PI_2, |b| {
-        let section = [
-            vec2(-half.y, 0.3),
-            vec2(half.y, 0.3),
-            vec2(half.y, eaves),
-            vec2(0.0, ridge),
-            vec2(-half.y, eaves),
-        ];
+        let section =
+            [vec2(-half.y, 0.3), vec2(half.y, 0.3), vec2(half.y, eaves), vec2(0.0, ridge), vec2(-half.y, eaves)];
         b.extrude(wall, &section, -half.x, half.x, Shading::Flat);
         // The roof sinks a little into the walls' slope and hangs over all sides.
         let (out, sink, thick) = (0.55, -0.05, 0.22);
@@ -394,18 +344,8 @@ fn opening(b: &mut Builder, pane: u32, frame: u32, middle_low: Vec3, width: f32,
     let sides = [true, true, true, true, false, true];
     let Vec3 { x, y, z } = middle_low;
     let (w, t) = (width * 0.5, 0.12);
-    b.cuboid_sides(
-        frame,
-        vec3(x - w - t, y - t, z - 0.02),
-        vec3(x + w + t, y + height + t, z + 0.06),
-        sides,
-    );
-    b.cuboid_sides(
-        pane,
-        vec3(x - w, y, z + 0.05),
-        vec3(x + w, y + height, z + 0.075),
-        sides,
-    );
+    b.cuboid_sides(frame, vec3(x - w - t, y - t, z - 0.02), vec3(x + w + t, y + height + t, z + 0.06), sides);
+    b.cuboid_sides(pane, vec3(x - w, y, z + 0.05), vec3(x + w, y + height, z + 0.075), sides);
 }
 
 /// A church around the origin: nave along x, tower at -x, apse at +x.
@@ -434,11 +374,7 @@ fn draw_church(b: &mut Builder, palette: &Palette) {
             }
             for k in 0..6 {
                 let x = -10.0 + 4.0 * k as f32;
-                b.block(
-                    stone,
-                    vec3(x - 0.35, -0.9, half.y - 0.1),
-                    vec3(x + 0.35, 5.6, half.y + 0.9),
-                );
+                b.block(stone, vec3(x - 0.35, -0.9, half.y - 0.1), vec3(x + 0.35, 5.6, half.y + 0.9));
             }
         });
     }
@@ -525,11 +461,7 @@ fn fences(b: &mut Builder, land: &Land, wood: u32) {
             for post in [from, to] {
                 let first = k.rem_euclid(11) == 0 || post == to;
                 if first {
-                    b.block(
-                        wood,
-                        post + vec3(-0.07, -0.4, -0.07),
-                        post + vec3(0.07, 1.08, 0.07),
-                    );
+                    b.block(wood, post + vec3(-0.07, -0.4, -0.07), post + vec3(0.07, 1.08, 0.07));
                 }
             }
         }

@@ -1,0 +1,92 @@
+//! Every WGSL module is put together and checked, and structs shared with Rust agree field by field.
+
+use shadowscope::frame::{FrameUniform, ViewUniform};
+use shadowscope::gpu::{Shaders, shader_files};
+use shadowscope::light::LightView;
+use shadowscope::params::Group;
+use shadowscope::scene::geometry::{Corners, GpuMaterial, Vertex};
+use shadowscope::techniques;
+use std::mem::{offset_of, size_of};
+use wgpu::naga;
+
+/// The parameter groups of the technique that a file belongs to.
+fn groups(file: &str) -> &'static [Group] {
+    let stem = file.trim_start_matches("techniques/").trim_end_matches(".wgsl").replace('_', "-");
+    techniques::find(&stem).map_or(&[], |i| i.params)
+}
+
+#[test]
+fn every_module_compiles() {
+    let files = shader_files();
+    assert!(files.len() >= 12, "shaders are missing from the binary: {files:?}");
+    let mut whole = 0;
+    for file in &files {
+        // What lib/ lacks is given by the technique that includes it.
+        if file.starts_with("lib/resolve") || file.starts_with("lib/lookup") {
+            continue;
+        }
+        let program = Shaders::default().load(file, groups(file)).unwrap_or_else(|e| panic!("{e:#}"));
+        for entry in &program.module.entry_points {
+            program.bindings(&[&entry.name]).unwrap_or_else(|e| panic!("{file} {}: {e:#}", entry.name));
+            whole += 1;
+        }
+    }
+    assert!(whole >= 10, "only {whole} entry points were found");
+    for info in techniques::ALL {
+        let file = format!("techniques/{}.wgsl", info.id.replace('-', "_"));
+        assert!(files.contains(&file), "{} has no shader {file}", info.id);
+    }
+}
+
+#[test]
+fn a_shader_error_names_file_and_line() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::create_dir(folder.path().join("lib")).unwrap();
+    std::fs::write(folder.path().join("lib/a.wgsl"), "fn f() -> f32 {\n    return 1u;\n}\n").unwrap();
+    std::fs::write(folder.path().join("b.wgsl"), "// first\n//!include lib/a.wgsl\n").unwrap();
+    let shaders = Shaders::from_folder(folder.path());
+    let error = shaders.load("b.wgsl", &[]).err().expect("an error").to_string();
+    assert!(error.starts_with("lib/a.wgsl:2:") || error.starts_with("lib/a.wgsl:1:"), "{error}");
+}
+
+/// Offset and size of a WGSL struct's fields, and its own size.
+fn layout(file: &str, name: &str) -> (Vec<(String, usize, usize)>, usize) {
+    let program = Shaders::default().load(file, groups(file)).unwrap_or_else(|e| panic!("{e:#}"));
+    let (_, ty) = program.module.types.iter().find(|(_, t)| t.name.as_deref() == Some(name)).expect(name);
+    let naga::TypeInner::Struct { members, span } = &ty.inner else { panic!("{name} is no struct") };
+    let size = |m: &naga::StructMember| program.module.types[m.ty].inner.size(program.module.to_ctx()) as usize;
+    let fields = members.iter().map(|m| (m.name.clone().unwrap(), m.offset as usize, size(m))).collect();
+    (fields, *span as usize)
+}
+
+macro_rules! same {
+    ($file:literal, $wgsl:literal, $Rust:ty, $($field:ident $as:literal),* $(,)?) => {{
+        fn field_size<T, F>(_: fn(&T) -> &F) -> usize { size_of::<F>() }
+        let rust = vec![$(($as.to_string(), offset_of!($Rust, $field), field_size(|r: &$Rust| &r.$field))),*];
+        let (wgsl, span) = layout($file, $wgsl);
+        assert_eq!(wgsl, rust, "{} differs from {}", $wgsl, stringify!($Rust));
+        assert_eq!(span, size_of::<$Rust>(), "{}'s size", $wgsl);
+    }};
+}
+
+#[test]
+fn shared_structs_agree() {
+    same!("shade.wgsl", "Frame", FrameUniform,
+        view_proj "view_proj", inverse_view_proj "inverse_view_proj", eye "eye", near "near", forward "forward",
+        far "far", bounds_min "bounds_min", seed "seed", bounds_max "bounds_max", split "split",
+        light_position "light_position", light_kind "light_kind", light_axis "light_axis", light_range "light_range",
+        light_color "light_color", light_cosine "light_cosine", light_half_u "light_half_u", view "view",
+        light_half_v "light_half_v", map "map", size "size", band "band");
+    same!("shade.wgsl", "View", ViewUniform, range "range", shown "shown", padding "padding");
+    same!("gbuffer.wgsl", "Vertex", Vertex,
+        position "position", normal "normal", uv "uv", material "material", padding "padding");
+    same!("gbuffer.wgsl", "Material", GpuMaterial,
+        base_color "base_color", texture "texture", cutoff "cutoff", double_sided "double_sided", wrap "wrap");
+    same!("techniques/rt_hard.wgsl", "Corners", Corners,
+        a "a", surface "surface", b "b", masked "masked", c "c", triangle "triangle");
+    same!("techniques/rt_hard.wgsl", "Node", obvhs::bvh2::node::Bvh2Node,
+        min "low", prim_count "count", max "high", first_index "first");
+    same!("techniques/shadow_map.wgsl", "LightView", LightView,
+        row_x "row_x", row_y "row_y", row_z "row_z", row_w "row_w", axis "axis", near "near", far "far",
+        perspective "perspective", texel "texel", resolution "resolution", margin "margin", padding "padding");
+}
