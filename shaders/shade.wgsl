@@ -53,7 +53,7 @@ fn lit(s: Surface, v: f32) -> vec3f {
     let direct = select(0.0, v, light.reached && faces_light(s)) * cosine * light.irradiance;
     // Bright parts are bent below white; dark ones stay as they are.
     let c = s.albedo * (ambient(s.shading_normal) + direct);
-    return c * (1.0 + c * 0.15) / (1.0 + c * 0.45);
+    return c * (1.0 + c * 0.1) / (1.0 + c * 0.6);
 }
 
 // Dark blue over green to yellow: steps of equal lightness, readable by the colour-blind.

@@ -65,7 +65,7 @@ impl Geometry {
     /// # Errors
     /// No triangles, or a BVH deeper than the shader's stack.
     pub fn new(scene: &Scene, clip: usize, time: f32) -> Result<Geometry> {
-        let worlds = world_matrices(scene, clip, time);
+        let worlds = world_matrices(scene, Some(clip), time);
         let placed = placements(scene, &worlds);
         let mut triangles = Vec::new();
         let mut opaque = 0;
@@ -101,7 +101,7 @@ impl Geometry {
 
     /// Moves everything to another moment of the clock; the BVH keeps its shape and is refitted.
     pub fn update(&mut self, scene: &Scene, clip: usize, time: f32) {
-        let worlds = world_matrices(scene, clip, time);
+        let worlds = world_matrices(scene, Some(clip), time);
         self.vertices = transformed(scene, &placements(scene, &worlds));
         self.refit();
     }
@@ -183,7 +183,7 @@ fn number_surfaces(vertices: &[Vertex], triangles: &mut [[u32; 4]]) {
 }
 
 /// Every mesh with the matrix it is drawn with, in a fixed order.
-fn placements(scene: &Scene, worlds: &[Mat4]) -> Vec<(usize, Mat4)> {
+pub fn placements(scene: &Scene, worlds: &[Mat4]) -> Vec<(usize, Mat4)> {
     let mut placed = Vec::new();
     for (node, world) in scene.nodes.iter().zip(worlds) {
         for mesh in &node.meshes {
@@ -229,9 +229,10 @@ pub fn octahedral(n: Vec3) -> u32 {
     pack(p.x) | pack(p.y) << 16
 }
 
-fn world_matrices(scene: &Scene, clip: usize, time: f32) -> Vec<Mat4> {
+/// The nodes' matrices at `time` seconds of animation `clip`; without one as the file has them.
+pub fn world_matrices(scene: &Scene, clip: Option<usize>, time: f32) -> Vec<Mat4> {
     let mut locals: Vec<Local> = scene.nodes.iter().map(|n| n.local).collect();
-    for channel in scene.animations.get(clip).map(|a| a.channels.as_slice()).unwrap_or_default() {
+    for channel in clip.and_then(|c| scene.animations.get(c)).map(|a| a.channels.as_slice()).unwrap_or_default() {
         if let Local::Trs { translation, rotation, scale } = &mut locals[channel.node as usize] {
             let v = sample(channel, time);
             match channel.property {
@@ -243,14 +244,8 @@ fn world_matrices(scene: &Scene, clip: usize, time: f32) -> Vec<Mat4> {
     }
     let mut worlds: Vec<Mat4> = Vec::with_capacity(locals.len());
     for (node, local) in scene.nodes.iter().zip(locals) {
-        let local = match local {
-            Local::Matrix(m) => m,
-            Local::Trs { translation, rotation, scale } => {
-                Mat4::from_scale_rotation_translation(scale, rotation, translation)
-            }
-        };
         let parent = node.parent.map_or(Mat4::IDENTITY, |p| worlds[p as usize]);
-        worlds.push(parent * local);
+        worlds.push(parent * local.matrix());
     }
     worlds
 }

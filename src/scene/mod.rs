@@ -62,6 +62,18 @@ pub enum Local {
     },
 }
 
+impl Local {
+    /// To the parent's space.
+    pub fn matrix(&self) -> Mat4 {
+        match *self {
+            Local::Matrix(matrix) => matrix,
+            Local::Trs { translation, rotation, scale } => {
+                Mat4::from_scale_rotation_translation(scale, rotation, translation)
+            }
+        }
+    }
+}
+
 /// A surface: base colour and how its alpha is read.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Material {

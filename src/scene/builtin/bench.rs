@@ -28,7 +28,7 @@ const LIGHT: Vec3 = vec3(0.744, -0.408, 0.527);
 const FLOWER_BOX: Vec3 = vec3(-10.0, 0.0, 10.2);
 const BENCH: Vec3 = vec3(-12.5, 0.0, -7.0);
 const TURN: f32 = 1.13;
-const LAMP: Vec3 = vec3(5.0, 0.0, 12.1);
+const LAMP: Vec3 = vec3(5.3, 0.0, 12.12);
 
 /// A tree: where it stands, its crown's middle (above the foot), horizontal and vertical radius.
 struct Tree {
@@ -382,20 +382,20 @@ const LANTERN: f32 = 14.6;
 fn lamp(b: &mut Builder) {
     let iron = b.material("lamp iron", 0x2f4a45);
     let profile: Vec<Vec2> = [
-        (0.9, 0.0),
-        (0.9, 0.3),
-        (0.75, 0.45),
-        (0.7, 1.4),
-        (0.55, 1.7),
-        (0.5, 3.2),
-        (0.62, 3.35),
-        (0.62, 3.6),
-        (0.4, 3.8),
-        (0.27, 12.6),
-        (0.42, 12.75),
-        (0.42, 13.0),
-        (0.27, 13.15),
-        (0.3, 13.7),
+        (0.56, 0.0),
+        (0.56, 0.3),
+        (0.47, 0.45),
+        (0.43, 1.4),
+        (0.33, 1.7),
+        (0.31, 3.2),
+        (0.4, 3.35),
+        (0.4, 3.6),
+        (0.27, 3.8),
+        (0.19, 12.6),
+        (0.32, 12.75),
+        (0.32, 13.0),
+        (0.19, 13.15),
+        (0.22, 13.7),
         (0.75, LANTERN - 0.25),
         (0.8, LANTERN),
         (0.0, LANTERN),

@@ -166,11 +166,11 @@ pub fn build() -> Scene {
     let eye = |x: f32, z: f32, up: f32| land.point(vec2(x, z)) + Vec3::Y * up;
     let on_road = |z: f32, up: f32| vec3(road(z).0, road_height(z) + up, z);
     let cameras = vec![
-        camera("default", eye(-58.0, 128.0, 14.0), church + vec3(-18.0, 4.0, 0.0), 45.0, 0.5, 1600.0),
+        camera("default", eye(-130.0, -90.0, 14.0), vec3(0.0, 6.0, 0.0), 45.0, 0.5, 1600.0),
         camera("street", on_road(58.0, 1.7), on_road(-10.0, 3.5), 55.0, 0.2, 1600.0),
-        camera("square", eye(16.0, 26.0, 1.7), church + vec3(0.0, 8.0, 0.0), 60.0, 0.2, 1600.0),
+        camera("square", on_road(-3.0, 1.7), church + vec3(-9.0, 8.0, 0.0), 60.0, 0.2, 1600.0),
         camera("meadow", eye(-66.0, 84.0, 1.7), church + vec3(-40.0, 6.0, 6.0), 50.0, 0.3, 1600.0),
-        camera("wood", eye(150.0, 120.0, 1.7), church + vec3(0.0, 5.0, 0.0), 45.0, 0.3, 1600.0),
+        camera("wood", eye(-205.0, 126.0, 1.7), eye(-150.0, 90.0, 2.5), 55.0, 0.3, 1600.0),
         camera("hill", eye(-250.0, 150.0, 26.0), eye(20.0, 0.0, 0.0), 45.0, 1.0, 1600.0),
         camera("bird", vec3(-330.0, 260.0, 420.0), vec3(10.0, 0.0, -20.0), 45.0, 5.0, 2000.0),
         camera("above", vec3(-10.0, 330.0, 30.0), vec3(0.0, 0.0, 0.0), 50.0, 10.0, 1000.0),
@@ -277,7 +277,18 @@ fn house(b: &mut Builder, palette: &Palette, rng: &mut Rng) {
     let eaves = 0.5 + 2.7 * storeys as f32;
     let pitch = rng.range(0.75, 1.0);
     gabled(b, wall, roof, palette.stone, half, eaves, pitch);
-    // Windows in two rows at the front and the back, two at each gable.
+    // Every third house has a lower wing behind, at one of two places.
+    let wing = match rng.index(6) {
+        0 => Some(-0.45 * half.x),
+        1 => Some(0.45 * half.x),
+        _ => None,
+    };
+    if let Some(x) = wing {
+        b.turned(vec3(x, 0.0, -half.y - 1.6), FRAC_PI_2, |b| {
+            gabled(b, wall, roof, palette.stone, vec2(2.6, 2.3), 2.6, 0.8);
+        });
+    }
+    // Windows at the front and the back, two at each gable; none where the wing is.
     for storey in 0..storeys {
         let y = 1.3 + 2.7 * storey as f32;
         for (turn, depth, reach, count) in [
@@ -289,6 +300,9 @@ fn house(b: &mut Builder, palette: &Palette, rng: &mut Rng) {
             b.turned(Vec3::ZERO, turn, |b| {
                 for k in 0..count {
                     let x = ((k as f32 + 0.5) / count as f32 * 2.0 - 1.0) * reach * 0.88;
+                    if turn == PI && wing.is_some_and(|wing| (-x - wing).abs() < 3.6) {
+                        continue;
+                    }
                     if turn == 0.0 && storey == 0 && k == 1 {
                         opening(b, palette.wood, palette.frame, vec3(x, 0.45, depth), 1.0, 2.1);
                     } else {
@@ -304,13 +318,6 @@ fn house(b: &mut Builder, palette: &Palette, rng: &mut Rng) {
     let x = half.x * rng.range(-0.55, 0.55);
     let ridge = eaves + half.y * pitch;
     b.block(palette.stone, vec3(x - 0.4, eaves, -1.5), vec3(x + 0.4, ridge + 0.9, -0.8));
-    // Every third house has a lower wing behind.
-    if rng.index(3) == 0 {
-        let shift = half.x * if rng.index(2) == 0 { -0.45 } else { 0.45 };
-        b.turned(vec3(shift, 0.0, -half.y - 1.6), FRAC_PI_2, |b| {
-            gabled(b, wall, roof, palette.stone, vec2(2.6, 2.3), 2.6, 0.8);
-        });
-    }
 }
 
 /// Walls with gables at ±x under a pitched roof with overhang, on a stone foot.

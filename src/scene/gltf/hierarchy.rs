@@ -50,7 +50,7 @@ impl Hierarchy {
         let mut world = vec![Mat4::IDENTITY; count];
         for index in order {
             let parent = parents[index].map_or(Mat4::IDENTITY, |parent| world[parent]);
-            world[index] = parent * matrix(&locals[index]);
+            world[index] = parent * locals[index].matrix();
             if !world[index].is_finite() {
                 return Err(broken(format!(
                     "the transforms down to {} leave the range of 32-bit floats",
@@ -121,16 +121,6 @@ fn local(node: &Node) -> Option<Local> {
     }
     let rotation = unit(rotation);
     Some(Local::Trs { translation, rotation, scale })
-}
-
-/// A node's transform as a matrix.
-pub fn matrix(local: &Local) -> Mat4 {
-    match *local {
-        Local::Matrix(matrix) => matrix,
-        Local::Trs { translation, rotation, scale } => {
-            Mat4::from_scale_rotation_translation(scale, rotation, translation)
-        }
-    }
 }
 
 /// The rotation of unit length; none if it has no direction.

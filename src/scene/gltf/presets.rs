@@ -1,9 +1,9 @@
 //! A scene's extent, and cameras and lights that suit it.
 
-use super::hierarchy::matrix;
 use crate::light::Light;
+use crate::scene::geometry::{placements, world_matrices};
 use crate::scene::{Camera, NamedCamera, NamedLight, Scene};
-use glam::{Mat4, Vec3};
+use glam::Vec3;
 
 /// An axis-aligned box around the scene, world space.
 #[derive(Clone, Copy, Debug)]
@@ -23,28 +23,11 @@ impl Bounds {
     }
 }
 
-/// The world matrices of all nodes at the file's pose.
-pub fn world_matrices(scene: &Scene) -> Vec<Mat4> {
-    let mut world: Vec<Mat4> = Vec::with_capacity(scene.nodes.len());
-    for node in &scene.nodes {
-        let local = matrix(&node.local);
-        world.push(node.parent.map_or(local, |parent| world[parent as usize] * local));
-    }
-    world
-}
-
-/// Calls `visit` with every vertex as often as it is drawn, in world space.
+/// Calls `visit` with every vertex as often as it is drawn, in world space at the file's pose.
 fn for_each_vertex(scene: &Scene, mut visit: impl FnMut(Vec3)) {
-    for (node, world) in scene.nodes.iter().zip(world_matrices(scene)) {
-        let once = [Mat4::IDENTITY];
-        let instances = if node.instances.is_empty() { &once[..] } else { &node.instances };
-        for instance in instances {
-            let matrix = world * *instance;
-            for &mesh in &node.meshes {
-                for &position in &scene.meshes[mesh as usize].positions {
-                    visit(matrix.transform_point3(position));
-                }
-            }
+    for (mesh, world) in placements(scene, &world_matrices(scene, None, 0.0)) {
+        for &position in &scene.meshes[mesh].positions {
+            visit(world.transform_point3(position));
         }
     }
 }
@@ -76,7 +59,8 @@ pub fn add(scene: &mut Scene, bounds: Bounds) {
     let radius = bounds.radius();
     let towards_sun = |elevation: f32| {
         let (sin, cos) = elevation.to_radians().sin_cos();
-        Vec3::new(0.6 * cos, sin, 0.8 * cos)
+        // From the left of the overview camera: shadows fall across the picture.
+        Vec3::new(-0.92 * cos, sin, 0.39 * cos)
     };
     add_light(scene, "sun", Light::Directional { to_light: towards_sun(45.0), color: Vec3::ONE });
     add_light(scene, "low-sun", Light::Directional { to_light: towards_sun(12.0), color: Vec3::ONE });
