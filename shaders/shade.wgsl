@@ -52,7 +52,7 @@ fn lit(s: Surface, v: f32) -> vec3f {
     let cosine = max(dot(s.shading_normal, normalize(light.to_light)), 0.0);
     let direct = select(0.0, v, light.reached && faces_light(s)) * cosine * light.irradiance;
     // Bright parts are bent below white; dark ones stay as they are.
-    let c = s.albedo * (ambient(s.shading_normal) + direct);
+    let c = 1.25 * s.albedo * (ambient(s.shading_normal) + direct);
     return c * (1.0 + c * 0.1) / (1.0 + c * 0.6);
 }
 

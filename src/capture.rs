@@ -2,7 +2,7 @@
 
 use crate::frame::{Ask, Renderer, Truth};
 use crate::setup::Setup;
-use crate::view;
+use crate::{techniques, view};
 use anyhow::{Context, Result, bail, ensure};
 use std::fs::File;
 use std::io::{BufReader, BufWriter};
@@ -18,6 +18,7 @@ const KEYWORD: &str = "shadowscope-setup";
 /// A light that the technique does not serve, another file ending, or what the file system says.
 pub fn capture(renderer: &mut Renderer, setup: &Setup, path: &Path) -> Result<()> {
     let truth = if view::needs_truth(&setup.view) { Truth::All } else { Truth::Off };
+    techniques::find_or_say(&setup.technique)?.serve(&setup.light)?;
     renderer.render(setup, Ask { size: setup.size, truth, timed: false, picture: true })?;
     let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
     match extension.as_str() {

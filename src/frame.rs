@@ -10,7 +10,7 @@ use crate::scene::geometry::{Geometry, SceneGpu};
 use crate::setup::Setup;
 use crate::techniques::{self, Info, Technique};
 use crate::view;
-use anyhow::{Context, Result, bail, ensure};
+use anyhow::{Context, Result, ensure};
 use bytemuck::{Pod, Zeroable};
 use glam::{Mat4, Vec3};
 use std::collections::HashMap;
@@ -200,6 +200,8 @@ pub struct Told {
     pub truth_done: f32,
     /// CPU milliseconds for moving the animated geometry and refitting the BVH, if that happened.
     pub animated_ms: Option<f64>,
+    /// Why the technique does not serve the light; the frame is then drawn without shadow.
+    pub refused: Option<String>,
 }
 
 /// How a technique's own map is drawn, as `View` in `shaders/shade.wgsl`.
@@ -230,6 +232,7 @@ pub struct Renderer {
     truth_buffer: wgpu::Buffer,
     view_buffer: wgpu::Buffer,
     gbuffer: Pass,
+    unshadowed: Pass,
     truth: Pass,
     classify: Pass,
     draw: Pass,
@@ -275,6 +278,7 @@ impl Renderer {
             view_buffer: uniform("view", size_of::<ViewUniform>()),
             truth_params: gpu.buffer("truth", bytemuck::cast_slice(&truth_words), wgpu::BufferUsages::UNIFORM),
             gbuffer: Pass::render(&gpu, "G-buffer", "gbuffer.wgsl", gbuffer, &[])?,
+            unshadowed: Pass::compute(&gpu, "no shadow", "unshadowed.wgsl", "fill", &[])?,
             truth: Pass::compute(&gpu, "truth", "techniques/rt_hard.wgsl", "resolve", techniques::TRUTH.params)?,
             classify: Pass::compute(&gpu, "mask", "mask.wgsl", "classify", &[])?,
             draw: Pass::compute(&gpu, "shading", "shade.wgsl", "shade", &[])?,
@@ -305,16 +309,14 @@ impl Renderer {
     /// Renders one frame.
     ///
     /// # Errors
-    /// A light that the technique does not serve, a picture larger than the adapter takes, or what the device reports.
+    /// A picture larger than the adapter takes, or what the device reports.
     pub fn render(&mut self, setup: &Setup, ask: Ask) -> Result<Told> {
         let info = techniques::find_or_say(&setup.technique)?;
-        if let Some(reason) = info.refuses(&setup.light) {
-            bail!(reason);
-        }
         let limit = self.gpu.device.limits().max_texture_dimension_2d;
         let [width, height] = ask.size;
         ensure!(width.max(height) <= limit, "{width} × {height} pixels are more than {} takes ({limit})", self.gpu.info.name);
-        let mut told = Told { animated_ms: self.advance(setup), ..Told::default() };
+        let mut told =
+            Told { animated_ms: self.advance(setup), refused: info.refuses(&setup.light), ..Told::default() };
         self.make(info)?;
 
         let gpu = &*self.gpu;
@@ -371,8 +373,9 @@ impl Renderer {
         let mut f = Frame { recorder, setup, values: &values, scene, size: ask.size, shown: None, held: 0 };
         let start = Instant::now();
         let waited = f.waited();
-        if let Some((_, technique)) = &mut self.technique {
-            technique.render(&mut f)?;
+        match &mut self.technique {
+            Some((_, technique)) if told.refused.is_none() => technique.render(&mut f)?,
+            _ => f.run(&self.unshadowed).per_pixel(),
         }
         told.cpu_ms = start.elapsed().as_secs_f64() * 1e3 - (f.waited() - waited);
         told.gpu_bytes = f.held;

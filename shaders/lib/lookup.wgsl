@@ -16,37 +16,34 @@ struct Receiver {
     moved: f32,
 }
 
-// `radius`: how far the filter reaches from the centre of its texel, texels.
-fn receive(s: Surface, radius: f32) -> Receiver {
+// `radius`: how far the filter's taps reach from the receiver, texels; `tap`: how far the centre of a
+// texel may be from the tap that compares with it, half texels (1 nearest, 2 bilinear).
+fn receive(s: Surface, radius: f32, tap: f32) -> Receiver {
     let v = light_view;
     let to_light = normalize(light_at(s.position).to_light);
-    let cosine = clamp(dot(s.normal, to_light), 1e-4, 1.0);
-    let sine = sqrt(max(1.0 - cosine * cosine, 0.0));
-    let slope = min(sine / cosine, map.slope_limit);
+    let cosine = dot(s.normal, to_light);
     let straight = dot(v.axis, vec4f(s.position, 1.0));
     let texel = v.texel * select(1.0, straight, v.perspective != 0u);
 
-    let position = s.position + s.normal * (map.normal_offset * texel * sine);
+    let position = s.position + s.normal * (map.normal_offset * texel * sqrt(max(1.0 - cosine * cosine, 0.0)));
     let clip = light_clip(v, position);
     let z = dot(v.axis, vec4f(position, 1.0));
-    // A wider filter compares with farther texels of a sloping receiver, unless its plane is followed.
-    let reach = select(2.0 * radius + 1.0, 1.0, map.receiver_plane != 0u);
-    let biased = z - map.bias - map.slope_bias * slope * texel * reach;
     let scale = 0.5 * v.resolution;
+    // No steeper than the slope limit.
+    var gradient = plane_gradient(s.normal, clip, scale);
+    let steepest = map.slope_limit * abs(stored_depth(v, z - texel) - stored_depth(v, z));
+    let steepness = length(gradient);
+    gradient *= min(1.0, steepest / max(steepness, 1e-30));
+    let followed = map.receiver_plane != 0u;
+    // A wider filter compares with farther texels of a sloping receiver, unless its plane is followed.
+    let reach = tap + select(2.0 * radius, 0.0, followed);
+    let slope = map.slope_bias * min(steepness, steepest) * reach;
     var r: Receiver;
     r.texel = scale * vec2f(1.0 + clip.x / clip.w, 1.0 - clip.y / clip.w);
     // Cleared texels hold 0: what lies beyond the far plane is compared as if on it.
-    r.depth = max(stored_depth(v, biased), 0.0);
-    r.moved = (straight - biased) / texel;
-    if map.receiver_plane != 0u {
-        r.gradient = plane_gradient(s.normal, clip, scale);
-        // No steeper than the slope limit.
-        let steepest = map.slope_limit * texel * abs(stored_depth(v, z) - stored_depth(v, z - texel)) / texel;
-        let length = length(r.gradient);
-        if length > steepest {
-            r.gradient *= steepest / length;
-        }
-    }
+    r.depth = max(stored_depth(v, z - map.bias) + slope, 0.0);
+    r.gradient = select(vec2f(0.0), gradient, followed);
+    r.moved = (straight - linear_depth(v, r.depth)) / texel;
     return r;
 }
 

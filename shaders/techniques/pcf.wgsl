@@ -25,11 +25,11 @@ fn taps() -> u32 {
 
 // How far the outermost tap reaches, texels.
 fn radius() -> f32 {
-    if filtering.mode == mode_disk {
-        return filtering.radius;
-    }
-    let half = 0.5 * f32(filtering.kernel);
-    return select(half - 0.5, half, hardware());
+    return select(0.5 * f32(filtering.kernel - 1u), filtering.radius, filtering.mode == mode_disk);
+}
+
+fn receiver(s: Surface) -> Receiver {
+    return receive(s, radius(), select(1.0, 2.0, hardware()));
 }
 
 // Integral of a tent of half width h and area 1, from -∞ to x.
@@ -77,7 +77,7 @@ fn turn_of(pixel: vec2u) -> f32 {
 }
 
 fn visibility(s: Surface) -> f32 {
-    let r = receive(s, radius());
+    let r = receiver(s);
     let turn = turn_of(s.pixel);
     var lit = 0.0;
     let n = taps();
@@ -130,5 +130,5 @@ fn inspect_map(s: Surface) -> f32 {
         let v = visibility(s);
         return 2.0 * min(v, 1.0 - v);
     }
-    return inspect_lookup(s, receive(s, radius()));
+    return inspect_lookup(s, receiver(s));
 }

@@ -2,10 +2,10 @@
 // Williams 1978: one depth comparison with the nearest texel.
 
 fn visibility(s: Surface) -> f32 {
-    let r = receive(s, 0.0);
+    let r = receive(s, 0.0, 1.0);
     return compare(r.texel, r.depth);
 }
 
 fn inspect_map(s: Surface) -> f32 {
-    return inspect_lookup(s, receive(s, 0.0));
+    return inspect_lookup(s, receive(s, 0.0, 1.0));
 }

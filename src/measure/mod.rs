@@ -11,6 +11,7 @@ pub use timing::{Quartiles, Times};
 use crate::frame::{Ask, Renderer, Truth};
 use crate::params::Values;
 use crate::setup::Setup;
+use crate::techniques;
 use anyhow::Result;
 
 /// What was measured of one technique.
@@ -26,7 +27,12 @@ pub struct Row {
 }
 
 /// The errors of the set-up's technique against the truth, at the set-up's full size.
+///
+/// # Errors
+/// A light that the technique or the truth does not serve, or what the device reports.
 pub fn errors(renderer: &mut Renderer, setup: &Setup) -> Result<Errors> {
+    techniques::find_or_say(&setup.technique)?.serve(&setup.light)?;
+    techniques::TRUTH.serve(&setup.light)?;
     renderer.render(setup, Ask { size: setup.size, truth: Truth::All, timed: false, picture: false })?;
     let mask = renderer.read_mask()?;
     Ok(metrics::errors(&renderer.read_visibility()?, &renderer.read_truth()?, &mask, setup.size[0] as usize))

@@ -6,7 +6,7 @@ use anyhow::{Context, Result, ensure};
 use rayon::prelude::*;
 
 /// Longest side of a layer, texels; larger images are scaled down.
-const MAX_SIDE: u32 = 1024;
+pub const MAX_SIDE: u32 = 1024;
 /// All layers together take no more than this, bytes.
 const BUDGET: u64 = 1 << 30;
 

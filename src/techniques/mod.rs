@@ -9,7 +9,7 @@ use crate::gpu::Gpu;
 use crate::light::{KINDS, Light};
 use crate::params::{Group, Spec};
 use crate::view::View;
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, anyhow};
 
 /// What is known of a technique before it is made.
 pub struct Info {
@@ -45,6 +45,11 @@ impl Info {
     /// All parameters in panel order.
     pub fn specs(&self) -> impl Iterator<Item = &'static Spec> + use<> {
         self.params.iter().flat_map(|g| g.specs)
+    }
+
+    /// Fails with the reason if it cannot serve a light.
+    pub fn serve(&self, light: &Light) -> Result<()> {
+        self.refuses(light).map_or(Ok(()), |reason| Err(anyhow!(reason)))
     }
 
     /// Why it cannot serve a light, or None if it can.

@@ -155,9 +155,6 @@ impl Builder {
     }
 
     /// Triangles so far.
-    pub fn triangles(&self) -> usize {
-        self.scene.meshes.iter().map(|m| m.indices.len() / 3).sum()
-    }
 
     /// Places a patch.
     pub fn add(&mut self, material: u32, patch: &Patch, shading: Shading) {

@@ -203,7 +203,9 @@ fn place_houses(land: &mut Land, rng: &mut Rng) -> Vec<(Vec3, f32)> {
             let (x, slope) = road(z);
             let out = vec2(1.0, -slope).normalize() * side;
             let center = vec2(x, z) + out * rng.range(15.5, 20.0);
-            let clear = land.pads.iter().all(|pad| pad.center.distance(center) > pad.radius + 11.0);
+            // The church keeps a square before it.
+            let square = side > 0.0 && z.abs() < 26.0;
+            let clear = !square && land.pads.iter().all(|pad| pad.center.distance(center) > pad.radius + 11.0);
             if clear {
                 let middle = land.level(center, 8.0, 0.0);
                 // Its front, local +z, looks at the road.
@@ -495,7 +497,7 @@ fn plant(b: &mut Builder, land: &Land, rng: &mut Rng) {
         if !in_garden && rng.unit() > wood.max(0.03) || !land.free(p) {
             continue;
         }
-        let room = if wood > 0.5 { 4.6 } else { 7.0 };
+        let room = if wood > 0.5 { 6.9 } else { 7.6 };
         if planted.iter().any(|q| q.distance(p) < room) {
             continue;
         }

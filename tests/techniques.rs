@@ -1,0 +1,358 @@
+//! Techniques against the truth, against closed forms and against each other.
+
+mod common;
+
+use common::*;
+use glam::{Mat4, Quat, Vec2, Vec3};
+use shadowscope::frame::Renderer;
+use shadowscope::light::Light;
+use shadowscope::measure;
+use shadowscope::measure::metrics::{Errors, FACING};
+use shadowscope::scene::{Animation, Channel, Interpolation, Local, Material, Node, Property, Scene, Texture, builtin};
+use shadowscope::setup::{Setup, scene_camera};
+
+/// A built-in scene at a size.
+fn built_in(name: &str, camera: &str, size: [u32; 2]) -> (Renderer, Setup) {
+    let scene = builtin::build(name).unwrap();
+    let camera = scene_camera(&scene, camera).unwrap();
+    let (renderer, mut setup) = start(scene, size);
+    setup.camera = camera;
+    (renderer, setup)
+}
+
+fn errors(renderer: &mut Renderer, setup: &mut Setup, technique: &str, sets: &[&str]) -> Errors {
+    setup.select(technique).unwrap();
+    setup.params.clear();
+    setup.complete();
+    for s in sets {
+        setup.set(s, &[technique.into()]).unwrap();
+    }
+    measure::errors(renderer, setup).unwrap()
+}
+
+/// The visibility of the pixels that face the light.
+fn visible(renderer: &mut Renderer, setup: &Setup) -> Vec<f32> {
+    renderer.render(setup, ask(setup)).unwrap();
+    let (v, mask) = (renderer.read_visibility().unwrap(), renderer.read_mask().unwrap());
+    v.into_iter().zip(mask).filter(|(_, m)| *m == FACING).map(|(v, _)| v).collect()
+}
+
+/// A box seen from outside.
+fn cuboid(low: Vec3, high: Vec3) -> Vec<[Vec3; 3]> {
+    let p = |i: usize| Vec3::from_array([0, 1, 2].map(|a| if i >> a & 1 == 1 { high[a] } else { low[a] }));
+    let faces = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
+    faces.iter().flat_map(|f| [[p(f[0]), p(f[1]), p(f[2])], [p(f[0]), p(f[2]), p(f[3])]]).collect()
+}
+
+/// A box that hovers over a floor.
+fn hovering(light: Light) -> Scene {
+    let mut triangles = floor(Vec2::splat(-6.0), Vec2::splat(6.0), 0.0);
+    triangles.extend(cuboid(Vec3::new(-1.0, 0.8, -1.0), Vec3::new(1.0, 2.4, 1.2)));
+    let view = camera(Vec3::new(4.0, 6.0, 7.0), Vec3::ZERO);
+    scene(vec![mesh(&triangles, 0)], vec![material(Vec3::splat(0.8))], view, light)
+}
+
+fn spot() -> Light {
+    Light::Spot {
+        position: Vec3::new(-3.0, 7.0, 2.0),
+        direction: Vec3::new(0.45, -1.0, -0.3),
+        outer_angle: 33.0,
+        range: 40.0,
+        color: Vec3::splat(50.0),
+    }
+}
+
+#[test]
+fn the_reference_has_no_error() {
+    let (mut r, mut s) = built_in("bench", "flowers-against", [192, 108]);
+    let e = errors(&mut r, &mut s, "rt-hard", &[]);
+    assert_eq!((e.lit_incorrect, e.shadow_incorrect, e.rmse, e.boundary), (0, 0, 0.0, None));
+    assert!(e.lit_correct > 1000 && e.shadow_correct > 1000, "{e:?}");
+    assert_eq!(e.facing + e.away + e.background, 192 * 108);
+}
+
+/// Morais 2015, tables 7 to 9: doubling the resolution halves the error.
+#[test]
+fn a_shadow_maps_error_halves_as_its_resolution_doubles() {
+    let (mut r, mut s) = built_in("bench", "trees-side", [480, 270]);
+    let mut last: Option<f64> = None;
+    for resolution in [256, 512, 1024, 2048] {
+        let share = errors(&mut r, &mut s, "shadow-map", &[&format!("resolution={resolution}")]).share();
+        if let Some(last) = last {
+            let ratio = share / last;
+            assert!((0.35..0.7).contains(&ratio), "{resolution}: {share} after {last}, ratio {ratio}");
+        }
+        last = Some(share);
+    }
+    assert!(last.unwrap() < 0.004, "{last:?}");
+}
+
+/// The fit to the receivers gives smaller texels than the whole scene, so fewer errors.
+#[test]
+fn fitting_to_the_receivers_pays() {
+    // The spot's cone is narrow already: less to gain.
+    for (light, gain) in [("sun", 0.6), ("spot", 0.8)] {
+        let (mut r, mut s) = built_in("bench", "flowers-side", [240, 135]);
+        s.light = r.scene().lights.iter().find(|l| l.name == light).unwrap().light;
+        let whole = errors(&mut r, &mut s, "shadow-map", &["fit=scene"]).share();
+        let fitted = errors(&mut r, &mut s, "shadow-map", &["fit=receivers"]).share();
+        assert!(fitted < gain * whole, "{light}: fitted {fitted}, whole {whole}");
+    }
+}
+
+/// Under a directional and a spot light, with every fit, format and cull that keeps the box's shadow.
+#[test]
+fn every_setting_keeps_the_shadow() {
+    for light in [sun(Vec3::new(0.4, 1.0, 0.3)), spot()] {
+        let (mut r, mut s) = start(hovering(light), [160, 120]);
+        for fit in ["receivers", "scene"] {
+            for format in ["32f", "24", "16"] {
+                for cull in ["none", "front", "back"] {
+                    // Sixteen bits of a perspective depth are coarse: that bias is their price.
+                    let bias = if format == "16" { 0.02 } else { 0.002 };
+                    let sets = [
+                        format!("fit={fit}"),
+                        format!("format={format}"),
+                        format!("cull={cull}"),
+                        format!("bias={bias}"),
+                    ];
+                    let sets: Vec<&str> = sets.iter().map(String::as_str).collect();
+                    let e = errors(&mut r, &mut s, "shadow-map", &sets);
+                    let limit = if format == "16" { 0.03 } else { 0.012 };
+                    assert!(e.shadow_correct > 150, "{sets:?}: {e:?}");
+                    assert!(e.share() < limit, "{} {sets:?}: {} {e:?}", light.kind(), e.share());
+                }
+            }
+        }
+    }
+}
+
+/// Without bias a surface shadows itself; with too much the shadow leaves its caster.
+#[test]
+fn bias_trades_acne_for_detachment() {
+    let mut triangles = floor(Vec2::splat(-4.0), Vec2::splat(4.0), 0.0);
+    triangles.extend(cuboid(Vec3::new(-0.5, 0.0, -0.5), Vec3::new(0.5, 0.04, 0.5)));
+    let view = camera(Vec3::new(-0.9, 0.5, 0.1), Vec3::new(-0.5, 0.0, 0.0));
+    let scene = scene(vec![mesh(&triangles, 0)], vec![material(Vec3::ONE)], view, sun(Vec3::new(1.0, 0.6, 0.2)));
+    let (mut r, mut s) = start(scene, [160, 120]);
+    let acne = errors(&mut r, &mut s, "shadow-map", &["bias=0", "slope_bias=0"]);
+    let good = errors(&mut r, &mut s, "shadow-map", &["resolution=2048"]);
+    let detached = errors(&mut r, &mut s, "shadow-map", &["bias=0.1", "slope_bias=0", "resolution=2048"]);
+    assert!(acne.shadow_incorrect * 10 > acne.facing, "{acne:?}");
+    assert!(good.share() < 0.005, "{good:?}");
+    assert!(good.shadow_correct > 300, "{good:?}");
+    assert_eq!((detached.shadow_correct, detached.shadow_incorrect), (0, 0), "{detached:?}");
+}
+
+/// A floor alone is lit everywhere, exactly, under every filter and bias that should hold.
+#[test]
+fn a_lit_plane_stays_lit() {
+    for light in [sun(Vec3::new(0.9, 1.0, 0.3)), sun(Vec3::new(1.0, 0.2, 0.0)), spot()] {
+        let ground = floor(Vec2::splat(-5.0), Vec2::splat(5.0), 0.0);
+        let view = camera(Vec3::new(0.0, 3.0, 5.0), Vec3::ZERO);
+        let (mut r, mut s) = start(scene(vec![mesh(&ground, 0)], vec![material(Vec3::ONE)], view, light), [160, 120]);
+        for mode in ["grid", "hw2x2", "tent", "disk"] {
+            for kernel in [1, 3, 5, 7, 9] {
+                for plane in ["false", "true"] {
+                    let sets = [
+                        format!("mode={mode}"),
+                        format!("kernel={kernel}"),
+                        format!("receiver_plane={plane}"),
+                        "rotate=true".into(),
+                    ];
+                    let sets: Vec<&str> = sets.iter().map(String::as_str).collect();
+                    let e = errors(&mut r, &mut s, "pcf", &sets);
+                    assert_eq!(e.rmse, 0.0, "{} {sets:?}: {e:?}", light.kind());
+                }
+            }
+        }
+    }
+}
+
+/// A kernel of one texel is the standard shadow map, and a grid is the mean of its comparisons.
+#[test]
+fn pcf_compares_first_and_averages_after() {
+    let (mut r, mut s) = start(hovering(sun(Vec3::new(0.4, 1.0, 0.3))), [160, 120]);
+    for technique in ["shadow-map", "pcf"] {
+        s.select(technique).unwrap();
+        s.set("resolution=256", &[technique.into()]).unwrap();
+        s.set("fit=scene", &[technique.into()]).unwrap();
+    }
+    s.select("shadow-map").unwrap();
+    let hard = visible(&mut r, &s);
+    s.select("pcf").unwrap();
+    s.set("kernel=1", &["pcf".into()]).unwrap();
+    assert_eq!(visible(&mut r, &s), hard);
+    for kernel in [3, 5, 7, 9] {
+        s.set(&format!("kernel={kernel}"), &["pcf".into()]).unwrap();
+        let soft = visible(&mut r, &s);
+        let n = (kernel * kernel) as f32;
+        assert!(soft.iter().all(|v| (v * n - (v * n).round()).abs() < 1e-3), "kernel {kernel}: not a count of {n}");
+        assert!(soft.iter().any(|v| *v > 0.2 && *v < 0.8), "kernel {kernel}: no transition");
+        // The wider the kernel, the wider the transition.
+        let share = soft.iter().filter(|v| **v > 0.0 && **v < 1.0).count();
+        assert!(share > kernel * 25, "kernel {kernel}: {share} pixels in transition");
+    }
+}
+
+/// A straight edge filtered by a tent rises as the tent's integral says.
+#[test]
+fn a_tent_filters_as_its_integral() {
+    // A half plane above the floor; the sun straight above: the shadow ends at x = 0.
+    let mut triangles = floor(Vec2::splat(-4.0), Vec2::splat(4.0), 0.0);
+    triangles.extend(floor(Vec2::new(-4.0, -4.0), Vec2::new(0.0, 4.0), 1.0));
+    let view = camera(Vec3::new(0.001, 0.9, 0.0), Vec3::new(0.0, 0.0, 0.001));
+    let scene = scene(vec![mesh(&triangles, 0)], vec![material(Vec3::ONE)], view, sun(Vec3::Y));
+    let (mut r, mut s) = start(scene, [256, 64]);
+    s.select("pcf").unwrap();
+    for set in ["mode=tent", "kernel=5", "resolution=64", "fit=scene"] {
+        s.set(set, &["pcf".into()]).unwrap();
+    }
+    r.render(&s, ask(&s)).unwrap();
+    let (v, p) = (r.read_visibility().unwrap(), r.read_position().unwrap());
+    // The map covers 8 m with 64 texels: an eighth of a metre each, and the edge lies between two of them.
+    let (texel, h) = (8.0 / 64.0, 2.5f32);
+    let integral = |x: f32| match x {
+        x if x <= -h => 0.0,
+        x if x < 0.0 => (x + h) * (x + h) / (2.0 * h * h),
+        x if x < h => 1.0 - (h - x) * (h - x) / (2.0 * h * h),
+        _ => 1.0,
+    };
+    let mut seen = 0;
+    for (v, p) in v.iter().zip(&p).filter(|(_, p)| p[1].abs() < 1e-4 && p[0].abs() < 0.5) {
+        let exact = integral(p[0] / texel);
+        // The sampler's bilinear weights have eight bits.
+        assert!((v - exact).abs() < 0.012, "at x = {}: {v} instead of {exact}", p[0]);
+        seen += 1;
+    }
+    assert!(seen > 1000, "{seen}");
+}
+
+/// PCF with a wide grid on a slope shadows itself without a bias that follows the kernel or the plane.
+#[test]
+fn bias_follows_the_kernel_or_the_plane() {
+    let ground = floor(Vec2::splat(-5.0), Vec2::splat(5.0), 0.0);
+    let view = camera(Vec3::new(0.0, 3.0, 5.0), Vec3::ZERO);
+    let sloping = scene(vec![mesh(&ground, 0)], vec![material(Vec3::ONE)], view, sun(Vec3::new(1.0, 0.5, 0.0)));
+    let (mut r, mut s) = start(sloping, [128, 96]);
+    let naive = errors(&mut r, &mut s, "pcf", &["kernel=9", "slope_bias=0.1"]);
+    let plane = errors(&mut r, &mut s, "pcf", &["kernel=9", "slope_bias=0.75", "receiver_plane=true"]);
+    assert!(naive.rmse > 0.1, "{naive:?}");
+    assert_eq!(plane.rmse, 0.0, "{plane:?}");
+}
+
+/// Alpha-masked holes are holes for the camera, for every map and for rays alike.
+#[test]
+fn masked_holes_let_light_through() {
+    let mut card = mesh(&floor(Vec2::splat(-2.0), Vec2::splat(2.0), 2.0), 1);
+    card.uvs = card.positions.iter().map(|p| (Vec2::new(p.x, p.z) + 2.0) / 4.0).collect();
+    // A chequerboard of 4 × 4 fields, each 16 texels wide.
+    let rgba = (0..64 * 64).flat_map(|i| [200, 220, 90, if (i % 64 / 16 + i / 64 / 16) % 2 == 0 { 255 } else { 0 }]);
+    let texture = Texture { width: 64, height: 64, rgba: rgba.collect(), ..Texture::default() };
+    let masked = Material { texture: Some(0), alpha_cutoff: Some(0.5), ..material(Vec3::ONE) };
+    let ground = mesh(&floor(Vec2::splat(-5.0), Vec2::splat(5.0), 0.0), 0);
+    let view = camera(Vec3::new(1.0, 5.0, 6.0), Vec3::new(0.0, 0.5, 0.0));
+    let mut with_card = scene(vec![ground, card], vec![material(Vec3::ONE), masked], view, sun(Vec3::new(0.2, 1.0, 0.1)));
+    with_card.textures = vec![texture];
+    let (mut r, mut s) = start(with_card, [200, 150]);
+    for technique in ["shadow-map", "pcf"] {
+        let e = errors(&mut r, &mut s, technique, &["resolution=2048"]);
+        assert!(e.share() < 0.01, "{technique}: {e:?}");
+    }
+    let truth = r.read_truth().unwrap();
+    let position = r.read_position().unwrap();
+    // Straight under each field's middle the floor is lit where the card has a hole.
+    let mut checked = 0;
+    for (v, p) in truth.iter().zip(&position).filter(|(_, p)| p[1].abs() < 1e-4 && p[3] > 0.0) {
+        let above = Vec2::new(p[0] + 0.4, p[2] + 0.2);
+        let field = (above + 2.0).floor();
+        let middle = (above + 2.0 - field - 0.5).abs().max_element() < 0.4;
+        if middle && above.abs().max_element() < 2.0 {
+            let solid = (field.x as i32 + field.y as i32) % 2 == 0;
+            assert_eq!(*v, if solid { 0.0 } else { 1.0 }, "floor at {p:?}");
+            checked += 1;
+        }
+    }
+    assert!(checked > 500, "{checked}");
+    // And the camera looks through the holes too.
+    assert!(r.read_surface().unwrap().iter().zip(&position).any(|(_, p)| p[1] > 1.9));
+}
+
+/// A mirrored and a double-sided material: what the camera sees turns its normal to it.
+#[test]
+fn back_faces_are_culled_unless_double_sided() {
+    let down: Vec<_> = floor(Vec2::splat(-1.0), Vec2::splat(1.0), 0.0).iter().map(|t| [t[0], t[2], t[1]]).collect();
+    let view = camera(Vec3::new(0.0, 3.0, 1.0), Vec3::ZERO);
+    let count = |double_sided: bool, mirror: bool| {
+        let mat = Material { double_sided, ..material(Vec3::ONE) };
+        let mut test = scene(vec![mesh(&down, 0)], vec![mat], view, sun(Vec3::Y));
+        if mirror {
+            test.nodes[0].local = Local::Matrix(Mat4::from_scale(Vec3::new(1.0, -1.0, 1.0)));
+        }
+        let (mut r, s) = start(test, [64, 48]);
+        r.render(&s, ask(&s)).unwrap();
+        r.read_mask().unwrap().iter().filter(|m| **m == FACING).count()
+    };
+    assert_eq!(count(false, false), 0, "a back face is culled");
+    assert!(count(true, false) > 100, "a double-sided back face is seen and faces the light");
+    assert_eq!(count(true, false), count(false, true), "a mirror turns the winding");
+}
+
+/// A box that an animation carries over the floor: raster, rays and bounds follow the clock.
+#[test]
+fn geometry_and_bvh_follow_the_clock() {
+    let ground = mesh(&floor(Vec2::splat(-6.0), Vec2::splat(6.0), 0.0), 0);
+    let block = mesh(&cuboid(Vec3::new(-0.5, 1.0, -0.5), Vec3::new(0.5, 2.0, 0.5)), 0);
+    let view = camera(Vec3::new(0.0, 8.0, 7.0), Vec3::ZERO);
+    let mut moving = scene(vec![ground, block], vec![material(Vec3::ONE)], view, sun(Vec3::new(0.2, 1.0, 0.0)));
+    moving.nodes[0].meshes = vec![0];
+    let identity = Local::Trs { translation: Vec3::ZERO, rotation: Quat::IDENTITY, scale: Vec3::ONE };
+    moving.nodes.push(Node { parent: Some(0), local: identity, meshes: vec![1], instances: vec![] });
+    moving.animations.push(Animation {
+        name: "slide".into(),
+        channels: vec![Channel {
+            node: 1,
+            property: Property::Translation,
+            interpolation: Interpolation::Linear,
+            times: vec![0.0, 2.0],
+            values: vec![Vec3::new(-3.0, 0.0, 0.0).extend(0.0), Vec3::new(3.0, 0.0, 0.0).extend(0.0)],
+        }],
+    });
+    let (mut r, mut s) = start(moving, [160, 120]);
+    for time in [0.0, 0.5, 1.0, 2.0] {
+        s.time = time;
+        let e = errors(&mut r, &mut s, "shadow-map", &["resolution=2048"]);
+        assert!(e.share() < 0.004 && e.shadow_correct > 100, "t = {time}: {e:?}");
+        let (v, p) = (r.read_truth().unwrap(), r.read_position().unwrap());
+        let dark: Vec<f32> =
+            v.iter().zip(&p).filter(|(v, p)| **v == 0.0 && p[1].abs() < 1e-4 && p[3] > 0.0).map(|(_, p)| p[0]).collect();
+        let middle = dark.iter().sum::<f32>() / dark.len() as f32;
+        // The box's middle is 1.5 m up, so its shadow falls 0.3 m to the left of it.
+        let expected = -3.0 + 3.0 * time - 0.3;
+        assert!((middle - expected).abs() < 0.15, "t = {time}: the shadow is at {middle}, not {expected}");
+    }
+}
+
+/// The truth goes on in bands and ends where one go would; a change of the camera starts it anew.
+#[test]
+fn a_progressive_truth_ends_the_same() {
+    use shadowscope::frame::{Ask, Truth};
+    let (mut r, s) = start(hovering(spot()), [160, 120]);
+    r.render(&s, ask(&s)).unwrap();
+    let whole = r.read_truth().unwrap();
+    let mut other = s.clone();
+    other.camera.position.x += 0.5;
+    r.render(&other, ask(&other)).unwrap();
+    assert_ne!(r.read_truth().unwrap(), whole);
+    let mut steps = 0;
+    loop {
+        let told = r.render(&s, Ask { truth: Truth::Some(1600), ..ask(&s) }).unwrap();
+        steps += 1;
+        if told.truth_done == 1.0 {
+            break;
+        }
+        assert!(steps < 20, "{told:?}");
+    }
+    assert!(steps > 5, "{steps}");
+    assert_eq!(r.read_truth().unwrap(), whole);
+}
