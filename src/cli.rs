@@ -13,7 +13,7 @@ use std::sync::Arc;
 
 /// Explore shadow techniques beside the exact shadow. Without a command the window opens.
 #[derive(Parser)]
-#[command(name = "shadowscope", version, args_conflicts_with_subcommands = true)]
+#[command(name = "shadowscope", version)]
 struct Cli {
     #[command(subcommand)]
     command: Option<Command>,
@@ -106,6 +106,9 @@ enum Listed {
 pub fn run() -> Result<()> {
     let cli = Cli::parse();
     let adapter = cli.adapter.as_deref();
+    if let (Some(setup), Some(_)) = (&cli.setup, &cli.command) {
+        bail!("{setup} stands before the command; write it after");
+    }
     match cli.command {
         None => open(cli.setup.as_deref(), adapter),
         Some(Command::Capture { wanted, output, view, technique }) => {

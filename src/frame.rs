@@ -384,11 +384,11 @@ impl Renderer {
         // The truth goes on from the row where it stood, while nothing that it depends on changes.
         let key = format!("{:?}", (self.revision, setup.camera, setup.light, ask.size));
         let serves = techniques::TRUTH.refuses(&setup.light).is_none();
+        if self.truth_key.as_ref() != Some(&key) {
+            self.truth_key = Some(key);
+            self.truth_rows = 0;
+        }
         if ask.truth != Truth::Off && serves {
-            if self.truth_key.as_ref() != Some(&key) {
-                self.truth_key = Some(key);
-                self.truth_rows = 0;
-            }
             let rows = match ask.truth {
                 Truth::Some(pixels) => (pixels / width).max(8),
                 _ => height,
@@ -405,8 +405,8 @@ impl Renderer {
                     .dispatch(width.div_ceil(8), rows.div_ceil(8), 1);
                 self.truth_rows += rows;
             }
-            told.truth_done = self.truth_rows as f32 / height as f32;
         }
+        told.truth_done = self.truth_rows as f32 / height as f32;
 
         if ask.picture {
             let (mode, range, texture) = match &shown {
@@ -495,6 +495,14 @@ impl Renderer {
     /// Reads world positions back; w is the depth along the camera's axis, 0 for background.
     pub fn read_position(&self) -> Result<Vec<[f32; 4]>> {
         Ok(bytemuck::pod_collect_to_vec(&self.read(&self.targets.position)?))
+    }
+
+    /// Reads the world position at one pixel of the last frame; None for background.
+    pub fn position_at(&self, pixel: [u32; 2]) -> Result<Option<Vec3>> {
+        let texture = self.targets.position.texture().context("no frame has been rendered yet")?;
+        let one = wgpu::Extent3d { width: 1, height: 1, depth_or_array_layers: 1 };
+        let p: Vec<[f32; 4]> = bytemuck::pod_collect_to_vec(&self.gpu.read_texels(texture, pixel, one)?);
+        Ok(p.first().filter(|p| p[3] > 0.0).map(|p| Vec3::new(p[0], p[1], p[2])))
     }
 
     /// Reads the G-buffer's surface words back: geometric normal, shading normal, albedo, triangle.

@@ -13,6 +13,7 @@ use std::sync::{Arc, Mutex};
 pub struct Gpu {
     pub device: wgpu::Device,
     pub queue: wgpu::Queue,
+    pub adapter: wgpu::Adapter,
     pub info: wgpu::AdapterInfo,
     pub features: wgpu::Features,
     pub shaders: Shaders,
@@ -80,7 +81,7 @@ impl Gpu {
                 slot.get_or_insert_with(|| e.to_string());
             }
         }));
-        Ok(Gpu { device, queue, info, features, shaders: Shaders::default(), error })
+        Ok(Gpu { device, queue, adapter: adapter.clone(), info, features, shaders: Shaders::default(), error })
     }
 
     /// Whether the adapter is a program on the CPU, whose timings say nothing of a GPU's.
@@ -125,13 +126,19 @@ impl Gpu {
 
     /// Reads a 2D texture back, rows from the top without padding. It needs the usage `COPY_SRC`.
     pub fn read_texture(&self, texture: &wgpu::Texture) -> Result<Vec<u8>> {
+        self.read_texels(texture, [0, 0], texture.size())
+    }
+
+    /// As [`Gpu::read_texture`], but only `size` texels from `origin` on.
+    pub fn read_texels(&self, texture: &wgpu::Texture, origin: [u32; 2], size: wgpu::Extent3d) -> Result<Vec<u8>> {
         let texel = texture.format().block_copy_size(None).context("this texture format cannot be read back")?;
-        let row = (texture.width() * texel) as usize;
+        let row = (size.width * texel) as usize;
         let padded = row.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT as usize);
-        let staging = self.staging((padded * texture.height() as usize) as u64);
+        let staging = self.staging((padded * size.height as usize) as u64);
         let mut encoder = self.device.create_command_encoder(&Default::default());
+        let origin = wgpu::Origin3d { x: origin[0], y: origin[1], z: 0 };
         encoder.copy_texture_to_buffer(
-            texture.as_image_copy(),
+            wgpu::TexelCopyTextureInfo { origin, ..texture.as_image_copy() },
             wgpu::TexelCopyBufferInfo {
                 buffer: &staging,
                 layout: wgpu::TexelCopyBufferLayout {
@@ -140,7 +147,7 @@ impl Gpu {
                     rows_per_image: None,
                 },
             },
-            texture.size(),
+            size,
         );
         self.queue.submit([encoder.finish()]);
         let bytes = self.read_staging(&staging)?;

@@ -154,8 +154,6 @@ impl Builder {
         self.with(Mat4::from_rotation_translation(Quat::from_rotation_y(angle), offset), draw);
     }
 
-    /// Triangles so far.
-
     /// Places a patch.
     pub fn add(&mut self, material: u32, patch: &Patch, shading: Shading) {
         let positions: Vec<Vec3> = patch.positions.iter().map(|&p| self.transform.transform_point3(p)).collect();

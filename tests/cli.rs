@@ -1,0 +1,152 @@
+//! The program from outside: captures, measurements, lists and errors.
+
+use serde_json::Value;
+use std::path::Path;
+use std::process::{Command, Output};
+
+fn shadowscope(folder: &Path, args: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_shadowscope"));
+    command.args(args).current_dir(folder).env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY").env("RUST_BACKTRACE", "0");
+    command.output().expect("the program runs")
+}
+
+fn ok(folder: &Path, args: &[&str]) -> Output {
+    let out = shadowscope(folder, args);
+    assert!(out.status.success(), "{args:?}: {}", String::from_utf8_lossy(&out.stderr));
+    out
+}
+
+fn read(folder: &Path, name: &str) -> Vec<u8> {
+    std::fs::read(folder.join(name)).unwrap()
+}
+
+#[test]
+fn captures_repeat_and_reopen_byte_for_byte() {
+    let dir = tempfile::tempdir().unwrap();
+    let folder = dir.path();
+    let args = ["capture", "cubes", "--size", "160x90", "--technique", "pcf", "--set", "kernel=5", "--view", "split"];
+    ok(folder, &[&args[..], &["-o", "a.png"]].concat());
+    ok(folder, &[&args[..], &["-o", "b.png"]].concat());
+    assert_eq!(read(folder, "a.png"), read(folder, "b.png"), "two captures of one set-up differ");
+    ok(folder, &["capture", "a.png", "-o", "c.png"]);
+    assert_eq!(read(folder, "a.png"), read(folder, "c.png"), "a capture reopens as another");
+    ok(folder, &["capture", "a.png", "--view", "shaded", "-o", "d.png"]);
+    assert_ne!(read(folder, "a.png"), read(folder, "d.png"));
+    // What the picture shows depends on the technique's parameters.
+    ok(folder, &["capture", "a.png", "--set", "resolution=64", "-o", "e.png"]);
+    let pixels = |name: &str| image::open(folder.join(name)).unwrap().to_rgba8();
+    let differing = pixels("a.png").pixels().zip(pixels("e.png").pixels()).filter(|(a, b)| a != b).count();
+    assert!(differing > 20 && differing < 160 * 90 / 2, "{differing} pixels differ");
+}
+
+#[test]
+fn exr_holds_raw_values() {
+    let dir = tempfile::tempdir().unwrap();
+    for (view, channels) in [("visibility", 1), ("truth", 1), ("depth", 1), ("position", 3), ("normals", 3)] {
+        let name = format!("{view}.exr");
+        ok(dir.path(), &["capture", "cubes", "--size", "64x48", "--view", view, "-o", &name]);
+        let image = exr::prelude::read_all_flat_layers_from_file(dir.path().join(&name)).unwrap();
+        let layer = &image.layer_data[0];
+        assert_eq!((layer.size.x(), layer.size.y(), layer.channel_data.list.len()), (64, 48, channels), "{view}");
+        let values: Vec<f32> = layer.channel_data.list[0].sample_data.values_as_f32().collect();
+        let [low, high] = [values.iter().copied().fold(f32::MAX, f32::min), values.iter().copied().fold(f32::MIN, f32::max)];
+        assert!(high > low && low.is_finite() && high.is_finite(), "{view}: {low} to {high}");
+        match view {
+            "visibility" | "truth" => assert!(values.iter().all(|v| *v == 0.0 || *v == 1.0), "{view}"),
+            "depth" => assert!(low == 0.0 && high > 5.0, "{view}: {low} to {high}"),
+            _ => {}
+        }
+    }
+}
+
+#[test]
+fn measure_tells_all_it_should() {
+    let dir = tempfile::tempdir().unwrap();
+    let out = ok(
+        dir.path(),
+        &["measure", "cubes", "--size", "160x90", "--techniques", "shadow-map,pcf,rt-hard", "--set", "pcf.kernel=5", "--json"],
+    );
+    let report: Value = serde_json::from_slice(&out.stdout).unwrap();
+    assert!(report["adapter"].is_string() && report["software"].is_boolean());
+    let rows = report["rows"].as_array().unwrap();
+    assert_eq!(rows.len(), 3);
+    for row in rows {
+        let count = |key: &str| row[key].as_u64().unwrap_or_else(|| panic!("{key} in {row}"));
+        assert_eq!(
+            count("facing"),
+            count("lit_correct") + count("lit_incorrect") + count("shadow_correct") + count("shadow_incorrect")
+        );
+        assert_eq!(count("facing") + count("away") + count("background"), 160 * 90);
+        let ms = &row["gpu_ms"];
+        assert!(ms["frames"].as_u64().unwrap() >= 5);
+        assert!(ms["q1"].as_f64().unwrap() <= ms["median"].as_f64().unwrap());
+        assert!(ms["median"].as_f64().unwrap() > 0.0 && ms["median"].as_f64() <= ms["q3"].as_f64());
+        assert!(row["cpu_ms"].as_f64().unwrap() >= 0.0);
+        let passes: Vec<&str> = row["passes"].as_array().unwrap().iter().map(|p| p["name"].as_str().unwrap()).collect();
+        assert!(passes.contains(&"G-buffer"), "{passes:?}");
+    }
+    assert_eq!(rows[1]["params"]["kernel"], 5);
+    assert_eq!((&rows[2]["rmse"], &rows[2]["boundary_px"]), (&Value::from(0.0), &Value::Null));
+    assert!(rows[0]["rmse"].as_f64().unwrap() > 0.0 && rows[0]["boundary_px"]["p95"].as_f64().is_some());
+    // A map of 1024² texels of 32 bits, and three small buffers.
+    let bytes = rows[0]["gpu_bytes"].as_u64().unwrap();
+    assert!((4 << 20..(4 << 20) + 4096).contains(&bytes), "{bytes}");
+    // The same counts as CSV.
+    ok(dir.path(), &["measure", "cubes", "--size", "160x90", "--techniques", "shadow-map", "--csv", "t.csv"]);
+    let csv = String::from_utf8(read(dir.path(), "t.csv")).unwrap();
+    let lines: Vec<&str> = csv.lines().collect();
+    assert_eq!(lines.len(), 2);
+    assert!(lines[1].contains(&format!(",{},{},", rows[0]["facing"], rows[0]["lit_correct"])), "{csv}");
+}
+
+#[test]
+fn lists_name_what_there_is() {
+    let dir = tempfile::tempdir().unwrap();
+    for (what, key, has) in [("scenes", "name", "bench"), ("techniques", "id", "pcf"), ("views", "id", "error")] {
+        let out = ok(dir.path(), &["list", what, "--json"]);
+        let list: Value = serde_json::from_slice(&out.stdout).unwrap();
+        assert!(list.as_array().unwrap().iter().any(|e| e[key] == has), "{what}: {list}");
+        let text = ok(dir.path(), &["list", what]).stdout;
+        assert!(String::from_utf8_lossy(&text).contains(has));
+    }
+    let adapters: Value = serde_json::from_slice(&ok(dir.path(), &["list", "adapters", "--json"]).stdout).unwrap();
+    assert!(!adapters.as_array().unwrap().is_empty());
+}
+
+#[test]
+fn errors_are_one_sentence_and_a_non_zero_exit() {
+    let dir = tempfile::tempdir().unwrap();
+    std::fs::write(dir.path().join("plain.png"), {
+        let mut bytes = Vec::new();
+        image::RgbaImage::new(2, 2).write_to(&mut std::io::Cursor::new(&mut bytes), image::ImageFormat::Png).unwrap();
+        bytes
+    })
+    .unwrap();
+    std::fs::write(dir.path().join("no.png"), b"not a picture").unwrap();
+    std::fs::write(dir.path().join("no.glb"), b"not a model").unwrap();
+    for (args, says) in [
+        (vec!["capture", "atlantis", "-o", "x.png"], "atlantis"),
+        (vec!["capture", "plain.png", "-o", "x.png"], "no set-up"),
+        (vec!["capture", "no.png", "-o", "x.png"], "no.png"),
+        (vec!["capture", "no.glb", "-o", "x.png"], "no.glb"),
+        (vec!["capture", "missing.toml", "-o", "x.png"], "missing.toml"),
+        (vec!["capture", "cubes", "-o", "x.jpg"], ".png or .exr"),
+        (vec!["capture", "cubes", "-o", "no.png/x.png"], "no.png"),
+        (vec!["capture", "cubes", "--view", "error", "--size", "32x32", "-o", "x.exr"], "raw values"),
+        (vec!["capture", "cubes", "--size", "32", "-o", "x.png"], "WIDTHxHEIGHT"),
+        (vec!["capture", "cubes", "--light", "omni", "--technique", "pcf", "-o", "x.png"], "not omni"),
+        (vec!["capture", "cubes", "--light", "area", "--technique", "rt-hard", "-o", "x.png"], "not rect-area"),
+        (vec!["capture", "cubes", "--set", "resolution=1", "-o", "x.png"], "64 to 8192"),
+        (vec!["measure", "cubes", "--techniques", "esmm"], "esmm"),
+        (vec!["--adapter", "abacus", "capture", "cubes", "-o", "x.png"], "abacus"),
+        (vec!["cubes"], "no display"),
+    ] {
+        let out = shadowscope(dir.path(), &args);
+        let error = String::from_utf8_lossy(&out.stderr);
+        assert!(!out.status.success(), "{args:?} succeeded");
+        let last = error.lines().last().unwrap_or_default();
+        assert!(last.starts_with("shadowscope: ") && last.contains(says), "{args:?}: {error}");
+        assert!(!error.contains("panicked"), "{args:?}: {error}");
+    }
+    assert!(!dir.path().join("x.png").exists());
+}

@@ -1,0 +1,122 @@
+//! Set-ups: what they keep, and what they say when something is wrong with them.
+
+use shadowscope::light::Light;
+use shadowscope::params::Value;
+use shadowscope::setup::{Setup, parse_camera, parse_light};
+use std::path::Path;
+
+fn read(text: &str) -> anyhow::Result<Setup> {
+    Setup::from_toml(text, Path::new("x.toml")).map(|(setup, _)| setup)
+}
+
+/// The message of a set-up that must be refused: one line.
+fn refusal(text: &str) -> String {
+    let message = format!("{:#}", read(text).expect_err(text));
+    assert!(!message.contains('\n'), "{message:?} is more than a line");
+    message
+}
+
+#[test]
+fn a_set_up_survives_its_file() {
+    let (mut setup, _) = Setup::open("cubes").unwrap();
+    setup.select("pcf").unwrap();
+    setup.set("kernel=7", &["pcf".into()]).unwrap();
+    setup.set("pcf.mode=disk", &[]).unwrap();
+    setup.time = 1.25;
+    setup.view = "taps".into();
+    setup.camera.position.x = 0.1 + 0.2;
+    setup.light = Light::Spot {
+        position: glam::Vec3::new(1.0, 2.5, 3.0),
+        direction: glam::Vec3::NEG_Y,
+        outer_angle: 33.3,
+        range: 70.0,
+        color: glam::Vec3::new(1.0, 0.9, 0.8),
+    };
+    let text = setup.to_toml().unwrap();
+    assert_eq!(read(&text).unwrap(), setup, "{text}");
+    // All of the technique's parameters are in it, defaults too.
+    for name in ["kernel = 7", "mode = \"disk\"", "samples = 16", "resolution = 1024", "hardware_clamp"] {
+        assert!(text.contains(name), "{name} is not in\n{text}");
+    }
+}
+
+#[test]
+fn short_files_take_the_scenes_camera_and_light() {
+    let (first, scene) = Setup::open("bench").unwrap();
+    assert_eq!(read("scene = \"bench\"").unwrap(), first);
+    let named = read("scene = \"bench\"\ncamera = \"trees-side\"\nlight = \"spot\"\n").unwrap();
+    assert_eq!(named.camera, scene.cameras.iter().find(|c| c.name == "trees-side").unwrap().camera);
+    assert_eq!(named.light.kind(), "spot");
+    let whole_number = read("scene = \"bench\"\n[params.shadow-map]\nbias = 0\n").unwrap();
+    assert_eq!(whole_number.params["shadow-map"]["bias"], Value::Float(0.0));
+}
+
+#[test]
+fn errors_name_the_key_the_value_and_the_range() {
+    let with = |rest: &str| refusal(&format!("scene = \"cubes\"\n{rest}"));
+    for (text, says) in [
+        (with("[params.shadow-map]\nresolution = 9000\n"), vec!["params.shadow-map.resolution", "9000", "64 to 8192"]),
+        (with("[params.shadow-map]\nbias = \"much\"\n"), vec!["params.shadow-map.bias", "much", "0 to 0.1 m"]),
+        (with("[params.shadow-map]\nbias = nan\n"), vec!["params.shadow-map.bias", "NaN", "0 to 0.1 m"]),
+        (with("[params.pcf]\nkernel = 4\n"), vec!["params.pcf.kernel", "4", "1 to 9", "steps of 2"]),
+        (with("[params.pcf]\nmode = \"box\"\n"), vec!["params.pcf.mode", "box", "grid, hw2x2, tent, disk"]),
+        (with("[params.pcf]\nkernal = 3\n"), vec!["params.pcf.kernal", "unknown", "kernel"]),
+        (with("[params.esmm]\nc = 3\n"), vec!["esmm", "unknown", "shadow-map, pcf, rt-hard"]),
+        (with("technique = \"magic\"\n"), vec!["technique", "magic", "shadow-map"]),
+        (with("view = \"xray\"\n"), vec!["view", "xray", "shaded"]),
+        (with("size = [0, 100]\n"), vec!["size", "[0, 100]", "1 to 16384"]),
+        (with("size = \"big\"\n"), vec!["size"]),
+        (with("colour = 3\n"), vec!["colour", "camera"]),
+        (with("camera = \"nowhere\"\n"), vec!["nowhere", "default"]),
+        (with("light = \"nowhere\"\n"), vec!["nowhere", "sun"]),
+        (with("split = 2.0\n"), vec!["split", "2", "0 to 1"]),
+        (with("time = -1.0\n"), vec!["time", "-1", "0 to"]),
+        (
+            with("[camera]\nposition = [0,0,0]\ntarget = [0,0,1]\nfov = 500\nnear = 0.1\nfar = 10\n"),
+            vec!["camera.fov", "500", "1 to 170"],
+        ),
+        (
+            with("[camera]\nposition = [0,0,0]\ntarget = [0,0,1]\nfov = 50\nnear = 20\nfar = 10\n"),
+            vec!["camera.far", "10", "camera.near", "20"],
+        ),
+        (with("[light]\nkind = \"directional\"\nto_light = [0,0,0]\n"), vec!["light", "zero"]),
+        (with("[light]\nkind = \"laser\"\n"), vec!["laser", "directional"]),
+        (
+            with("[light]\nkind = \"omni\"\nposition = [0,1,0]\nrange = -4\n"),
+            vec!["light.range", "-4"],
+        ),
+        (refusal("camera = 3"), vec!["scene", "missing"]),
+        (refusal("scene = \"atlantis\""), vec!["atlantis", "bench"]),
+        (refusal("scene = \"missing.glb\""), vec!["missing.glb"]),
+        (refusal("scene = [\n"), vec!["line"]),
+    ] {
+        for part in says {
+            assert!(text.contains(part), "{part:?} is not in: {text}");
+        }
+    }
+}
+
+#[test]
+fn the_command_lines_words_are_read() {
+    let (mut setup, scene) = Setup::open("cubes").unwrap();
+    let camera = parse_camera(&scene, "1,2,3:0,0.5,0:40").unwrap();
+    assert_eq!((camera.position.to_array(), camera.target.y, camera.fov), ([1.0, 2.0, 3.0], 0.5, 40.0));
+    let light = parse_light(&scene, "spot:position=0,5,0;direction=0,-1,0.1;outer_angle=30;range=20").unwrap();
+    assert_eq!(light.kind(), "spot");
+    for bad in ["1,2:0,0,0:40", "1,2,x:0,0,0:40", "nowhere"] {
+        assert!(parse_camera(&scene, bad).is_err(), "{bad}");
+    }
+    for bad in ["spot:position=0,5,0", "spot:where=1", "lamp:position=0,0,0;range=3", "omni:position"] {
+        assert!(parse_light(&scene, bad).is_err(), "{bad}");
+    }
+    // A bare key goes to every technique that has it, and to no other.
+    let both = ["shadow-map".to_string(), "pcf".to_string(), "rt-hard".to_string()];
+    setup.set("resolution=2048", &both).unwrap();
+    assert_eq!(setup.params["pcf"]["resolution"], Value::Int(2048));
+    assert_eq!(setup.params["shadow-map"]["resolution"], Value::Int(2048));
+    assert!(!setup.params.get("rt-hard").is_some_and(|v| v.contains_key("resolution")));
+    for bad in ["resolution", "resolution=many", "resolution=10", "reslution=512", "magic.x=1", "rt-hard.bias=1"] {
+        let message = format!("{:#}", setup.set(bad, &both).expect_err(bad));
+        assert!(!message.contains('\n') && message.len() > 20, "{message}");
+    }
+}
