@@ -73,7 +73,8 @@ fn write_exr(renderer: &Renderer, setup: &Setup, path: &Path) -> Result<()> {
         AnyChannels::sort(smallvec::smallvec![channel])
     };
     let three = |values: Vec<[f32; 3]>| {
-        let channel = |name: &str, i: usize| AnyChannel::new(name, FlatSamples::F32(values.iter().map(|v| v[i]).collect()));
+        let channel =
+            |name: &str, i: usize| AnyChannel::new(name, FlatSamples::F32(values.iter().map(|v| v[i]).collect()));
         AnyChannels::sort(smallvec::smallvec![channel("R", 0), channel("G", 1), channel("B", 2)])
     };
     let channels = match setup.view.as_str() {
@@ -110,6 +111,9 @@ pub fn octahedral_decode(bits: u32) -> [f32; 3] {
 /// Reads `WxH`.
 pub fn parse_size(text: &str) -> Result<[u32; 2]> {
     let sides: Vec<u32> = text.split('x').filter_map(|s| s.trim().parse().ok()).collect();
-    ensure!(sides.len() == 2 && text.split('x').count() == 2, "--size {text}: write it as WIDTHxHEIGHT, such as 1920x1080");
+    ensure!(
+        sides.len() == 2 && text.split('x').count() == 2,
+        "--size {text}: write it as WIDTHxHEIGHT, such as 1920x1080"
+    );
     Ok([sides[0], sides[1]])
 }

@@ -166,7 +166,9 @@ fn open(what: Option<&str>, adapter: Option<&str>) -> Result<()> {
     match ui::run(what, adapter)? {
         ui::Ended::Closed => Ok(()),
         ui::Ended::NoDisplay(reason) => match what {
-            Some(what) => bail!("there is no display to open {what} on ({reason}); use `shadowscope capture {what} -o FILE.png`"),
+            Some(what) => {
+                bail!("there is no display to open {what} on ({reason}); use `shadowscope capture {what} -o FILE.png`")
+            }
             None => {
                 eprintln!("There is no display ({reason}), so the tour is written into out/ instead.");
                 tour::write(&PathBuf::from("out"), adapter)
@@ -276,8 +278,16 @@ fn list(what: Listed, json: bool) -> Result<()> {
                 })
             });
             let text = techniques::ALL.iter().map(|i| {
-                let params = i.specs().map(|s| format!("    {} = {}: {}. {}\n", s.name, s.default(), s.range(), s.doc.trim()));
-                format!("{}: {} ({}); {} light\n{}", i.id, i.title, i.paper, i.lights.join(", "), params.collect::<String>())
+                let params =
+                    i.specs().map(|s| format!("    {} = {}: {}. {}\n", s.name, s.default(), s.range(), s.doc.trim()));
+                format!(
+                    "{}: {} ({}); {} light\n{}",
+                    i.id,
+                    i.title,
+                    i.paper,
+                    i.lights.join(", "),
+                    params.collect::<String>()
+                )
             });
             (value.collect(), text.collect())
         }
@@ -297,7 +307,8 @@ fn list(what: Listed, json: bool) -> Result<()> {
                 serde_json::json!({"name": i.name, "backend": i.backend.to_str(), "driver": i.driver_info,
                     "software": i.device_type == wgpu::DeviceType::Cpu})
             });
-            let text = all.iter().map(|i| (i.name.clone(), format!("{} {:?} {}", i.backend, i.device_type, i.driver_info)));
+            let text =
+                all.iter().map(|i| (i.name.clone(), format!("{} {:?} {}", i.backend, i.device_type, i.driver_info)));
             (value.collect(), pairs(text.collect()))
         }
     };

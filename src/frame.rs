@@ -314,7 +314,11 @@ impl Renderer {
         let info = techniques::find_or_say(&setup.technique)?;
         let limit = self.gpu.device.limits().max_texture_dimension_2d;
         let [width, height] = ask.size;
-        ensure!(width.max(height) <= limit, "{width} × {height} pixels are more than {} takes ({limit})", self.gpu.info.name);
+        ensure!(
+            width.max(height) <= limit,
+            "{width} × {height} pixels are more than {} takes ({limit})",
+            self.gpu.info.name
+        );
         let mut told =
             Told { animated_ms: self.advance(setup), refused: info.refuses(&setup.light), ..Told::default() };
         self.make(info)?;

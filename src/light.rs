@@ -85,7 +85,9 @@ impl Light {
     pub fn position(&self) -> Vec3 {
         match *self {
             Light::Directional { to_light, .. } => to_light.normalize_or(Vec3::Y),
-            Light::Spot { position, .. } | Light::Omni { position, .. } | Light::Hemisphere { position, .. } => position,
+            Light::Spot { position, .. } | Light::Omni { position, .. } | Light::Hemisphere { position, .. } => {
+                position
+            }
             Light::RectArea { center, .. } => center,
         }
     }

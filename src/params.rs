@@ -34,11 +34,25 @@ pub type Values = BTreeMap<String, Value>;
 /// What a parameter may be.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Kind {
-    Flag { default: bool },
+    Flag {
+        default: bool,
+    },
     /// Allowed are `min`, `min + step`, … up to `max`.
-    Int { default: i64, min: i64, max: i64, step: i64 },
-    Float { default: f64, min: f64, max: f64 },
-    Choice { default: &'static str, options: &'static [&'static str] },
+    Int {
+        default: i64,
+        min: i64,
+        max: i64,
+        step: i64,
+    },
+    Float {
+        default: f64,
+        min: f64,
+        max: f64,
+    },
+    Choice {
+        default: &'static str,
+        options: &'static [&'static str],
+    },
 }
 
 /// One declared parameter.
@@ -88,7 +102,7 @@ impl Spec {
         }
     }
 
-    /// Takes a value of the right type and range, or says what is wrong with it.
+    /// Takes a value of the right type and range (a whole number for a float too), or says what is wrong with it.
     pub fn check(&self, key: &str, value: &Value) -> Result<Value> {
         let checked = match (self.kind, value) {
             (Kind::Flag { .. }, Value::Bool(_)) => Some(value.clone()),

@@ -3,7 +3,7 @@
 //! It is a bookmark, the command line's input, what a capture embeds, and what undo steps through.
 
 use crate::light::Light;
-use crate::params::Values;
+use crate::params::{Kind, Value, Values};
 use crate::scene::{Camera, Scene, builtin, gltf};
 use crate::{capture, techniques, view};
 use anyhow::{Context, Result, bail, ensure};
@@ -134,6 +134,7 @@ impl Setup {
         let mut setup = Setup::deserialize(toml::Value::Table(table)).map_err(|e| one_line(&e.to_string()))?;
         setup.complete();
         setup.check()?;
+        setup.widen();
         Ok((setup, scene))
     }
 
@@ -148,6 +149,17 @@ impl Setup {
             let values = self.params.entry(self.technique.clone()).or_default();
             for spec in info.specs() {
                 values.entry(spec.name.into()).or_insert_with(|| spec.default());
+            }
+        }
+    }
+
+    /// Turns the whole numbers of a file into floats where a parameter is one.
+    fn widen(&mut self) {
+        for (id, values) in &mut self.params {
+            for spec in techniques::find(id).into_iter().flat_map(|i| i.specs()) {
+                if let (Kind::Float { .. }, Some(Value::Int(v))) = (spec.kind, values.get(spec.name)) {
+                    values.insert(spec.name.into(), Value::Float(*v as f64));
+                }
             }
         }
     }
@@ -213,7 +225,12 @@ impl Setup {
         in_range("camera.near", c.near, 1e-6, 1e9, " m")?;
         finite("camera.position", c.position)?;
         finite("camera.target", c.target)?;
-        ensure!(c.far > c.near && c.far.is_finite(), "camera.far = {} must be greater than camera.near = {}", c.far, c.near);
+        ensure!(
+            c.far > c.near && c.far.is_finite(),
+            "camera.far = {} must be greater than camera.near = {}",
+            c.far,
+            c.near
+        );
         ensure!(c.position != c.target, "camera.target must differ from camera.position");
         self.check_light()?;
         for (id, values) in &self.params {
@@ -251,7 +268,10 @@ impl Setup {
         finite("light.direction", direction)?;
         ensure!(direction.length_squared() > 0.0, "the light's direction must not be zero");
         in_range("light.range", range, 1e-3, 1e9, " m")?;
-        ensure!(color.is_finite() && color.min_element() >= 0.0, "light.color = {color} must be three numbers from 0 up");
+        ensure!(
+            color.is_finite() && color.min_element() >= 0.0,
+            "light.color = {color} must be three numbers from 0 up"
+        );
         Ok(())
     }
 }

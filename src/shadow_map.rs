@@ -91,10 +91,11 @@ impl ShadowMap {
         } else {
             let [w, h] = f.size;
             f.clear(&self.extent);
-            f.run(&self.receivers)
-                .bind("light_view", &self.whole)
-                .bind("extent", &self.extent)
-                .dispatch(w.div_ceil(64), h.div_ceil(64), 1);
+            f.run(&self.receivers).bind("light_view", &self.whole).bind("extent", &self.extent).dispatch(
+                w.div_ceil(64),
+                h.div_ceil(64),
+                1,
+            );
             f.run(&self.narrow)
                 .bind("light_view", &self.whole)
                 .bind("extent", &self.extent)

@@ -23,7 +23,8 @@ pub fn write(folder: &Path, adapter: Option<&str>) -> Result<()> {
     let rows = builtin::NAMES.len() as u32;
     let sheet_size = [columns * (SIZE[0] / 2 + GAP) + GAP, rows * (SIZE[1] / 2 + GAP + CAPTION) + GAP];
     let mut sheet = image::RgbaImage::from_pixel(sheet_size[0], sheet_size[1], image::Rgba([30, 32, 36, 255]));
-    let font = FontRef::try_from_slice(epaint_default_fonts::UBUNTU_LIGHT).context("the built-in font cannot be read")?;
+    let font =
+        FontRef::try_from_slice(epaint_default_fonts::UBUNTU_LIGHT).context("the built-in font cannot be read")?;
     let bar = progress_bar((columns * rows) as u64);
     for (row, name) in builtin::NAMES.iter().enumerate() {
         let scene = builtin::build(name).with_context(|| format!("there is no scene {name}"))?;

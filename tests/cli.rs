@@ -6,7 +6,12 @@ use std::process::{Command, Output};
 
 fn shadowscope(folder: &Path, args: &[&str]) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_shadowscope"));
-    command.args(args).current_dir(folder).env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY").env("RUST_BACKTRACE", "0");
+    command
+        .args(args)
+        .current_dir(folder)
+        .env_remove("DISPLAY")
+        .env_remove("WAYLAND_DISPLAY")
+        .env("RUST_BACKTRACE", "0");
     command.output().expect("the program runs")
 }
 
@@ -49,7 +54,8 @@ fn exr_holds_raw_values() {
         let layer = &image.layer_data[0];
         assert_eq!((layer.size.x(), layer.size.y(), layer.channel_data.list.len()), (64, 48, channels), "{view}");
         let values: Vec<f32> = layer.channel_data.list[0].sample_data.values_as_f32().collect();
-        let [low, high] = [values.iter().copied().fold(f32::MAX, f32::min), values.iter().copied().fold(f32::MIN, f32::max)];
+        let [low, high] =
+            [values.iter().copied().fold(f32::MAX, f32::min), values.iter().copied().fold(f32::MIN, f32::max)];
         assert!(high > low && low.is_finite() && high.is_finite(), "{view}: {low} to {high}");
         match view {
             "visibility" | "truth" => assert!(values.iter().all(|v| *v == 0.0 || *v == 1.0), "{view}"),
@@ -64,7 +70,17 @@ fn measure_tells_all_it_should() {
     let dir = tempfile::tempdir().unwrap();
     let out = ok(
         dir.path(),
-        &["measure", "cubes", "--size", "160x90", "--techniques", "shadow-map,pcf,rt-hard", "--set", "pcf.kernel=5", "--json"],
+        &[
+            "measure",
+            "cubes",
+            "--size",
+            "160x90",
+            "--techniques",
+            "shadow-map,pcf,rt-hard",
+            "--set",
+            "pcf.kernel=5",
+            "--json",
+        ],
     );
     let report: Value = serde_json::from_slice(&out.stdout).unwrap();
     assert!(report["adapter"].is_string() && report["software"].is_boolean());

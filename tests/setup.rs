@@ -81,10 +81,7 @@ fn errors_name_the_key_the_value_and_the_range() {
         ),
         (with("[light]\nkind = \"directional\"\nto_light = [0,0,0]\n"), vec!["light", "zero"]),
         (with("[light]\nkind = \"laser\"\n"), vec!["laser", "directional"]),
-        (
-            with("[light]\nkind = \"omni\"\nposition = [0,1,0]\nrange = -4\n"),
-            vec!["light.range", "-4"],
-        ),
+        (with("[light]\nkind = \"omni\"\nposition = [0,1,0]\nrange = -4\n"), vec!["light.range", "-4"]),
         (refusal("camera = 3"), vec!["scene", "missing"]),
         (refusal("scene = \"atlantis\""), vec!["atlantis", "bench"]),
         (refusal("scene = \"missing.glb\""), vec!["missing.glb"]),

@@ -252,7 +252,8 @@ fn masked_holes_let_light_through() {
     let masked = Material { texture: Some(0), alpha_cutoff: Some(0.5), ..material(Vec3::ONE) };
     let ground = mesh(&floor(Vec2::splat(-5.0), Vec2::splat(5.0), 0.0), 0);
     let view = camera(Vec3::new(1.0, 5.0, 6.0), Vec3::new(0.0, 0.5, 0.0));
-    let mut with_card = scene(vec![ground, card], vec![material(Vec3::ONE), masked], view, sun(Vec3::new(0.2, 1.0, 0.1)));
+    let mut with_card =
+        scene(vec![ground, card], vec![material(Vec3::ONE), masked], view, sun(Vec3::new(0.2, 1.0, 0.1)));
     with_card.textures = vec![texture];
     let (mut r, mut s) = start(with_card, [200, 150]);
     for technique in ["shadow-map", "pcf"] {
@@ -324,8 +325,12 @@ fn geometry_and_bvh_follow_the_clock() {
         let e = errors(&mut r, &mut s, "shadow-map", &["resolution=2048"]);
         assert!(e.share() < 0.004 && e.shadow_correct > 100, "t = {time}: {e:?}");
         let (v, p) = (r.read_truth().unwrap(), r.read_position().unwrap());
-        let dark: Vec<f32> =
-            v.iter().zip(&p).filter(|(v, p)| **v == 0.0 && p[1].abs() < 1e-4 && p[3] > 0.0).map(|(_, p)| p[0]).collect();
+        let dark: Vec<f32> = v
+            .iter()
+            .zip(&p)
+            .filter(|(v, p)| **v == 0.0 && p[1].abs() < 1e-4 && p[3] > 0.0)
+            .map(|(_, p)| p[0])
+            .collect();
         let middle = dark.iter().sum::<f32>() / dark.len() as f32;
         // The box's middle is 1.5 m up, so its shadow falls 0.3 m to the left of it.
         let expected = -3.0 + 3.0 * time - 0.3;

@@ -55,7 +55,9 @@ impl Gpu {
         let all = adapters(instance);
         let names = || all.iter().map(|a| a.get_info().name).collect::<Vec<_>>().join(", ");
         if all.is_empty() {
-            return Err(anyhow!("no graphics adapter was found; install a Vulkan driver (on Debian or Ubuntu: ./setup.sh)"));
+            return Err(anyhow!(
+                "no graphics adapter was found; install a Vulkan driver (on Debian or Ubuntu: ./setup.sh)"
+            ));
         }
         let fits = |a: &&wgpu::Adapter| {
             name.is_none_or(|n| a.get_info().name.to_lowercase().contains(&n.to_lowercase()))

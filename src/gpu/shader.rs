@@ -85,10 +85,11 @@ impl Shaders {
         }
         self.include(file, &mut Vec::new(), &mut lines)?;
         let source: String = lines.iter().flat_map(|(_, _, l)| [l.as_str(), "\n"]).collect();
-        let place = |offset: Option<naga::SourceLocation>| match offset.and_then(|l| lines.get(l.line_number as usize - 1)) {
-            Some((file, line, text)) => format!("{file}:{line}: {}", text.trim()),
-            None => file.to_string(),
-        };
+        let place =
+            |offset: Option<naga::SourceLocation>| match offset.and_then(|l| lines.get(l.line_number as usize - 1)) {
+                Some((file, line, text)) => format!("{file}:{line}: {}", text.trim()),
+                None => file.to_string(),
+            };
         let module = naga::front::wgsl::parse_str(&source)
             .map_err(|e| anyhow!("{}: {}", place(e.location(&source)), e.message()))?;
         let mut validator =

@@ -93,7 +93,11 @@ impl Geometry {
         let config = obvhs::BvhBuildParams { pre_split: false, ..obvhs::BvhBuildParams::medium_build() };
         let bvh = obvhs::bvh2::builder::build_bvh2_from_tris(&tris, config, &mut Default::default());
         let depth = depth(&bvh);
-        ensure!(depth <= MAX_DEPTH, "{} nests too deeply for the ray tracer ({depth} levels of {MAX_DEPTH})", scene.name);
+        ensure!(
+            depth <= MAX_DEPTH,
+            "{} nests too deeply for the ray tracer ({depth} levels of {MAX_DEPTH})",
+            scene.name
+        );
         let mut geometry = Geometry { vertices, triangles, opaque, bounds: [Vec3::ZERO; 2], bvh };
         geometry.refit();
         Ok(geometry)
@@ -303,7 +307,7 @@ impl SceneGpu {
         let corners = geometry.bvh_order(scene);
         let largest = (geometry.vertices.len() * size_of::<Vertex>()).max(corners.len() * size_of::<Corners>()) as u64;
         ensure!(
-            largest <= limits.max_storage_buffer_binding_size as u64,
+            largest <= limits.max_storage_buffer_binding_size,
             "{} needs {} MiB in one buffer, and {} allows {}",
             scene.name,
             largest >> 20,

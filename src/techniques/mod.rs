@@ -55,9 +55,8 @@ impl Info {
     /// Why it cannot serve a light, or None if it can.
     pub fn refuses(&self, light: &Light) -> Option<String> {
         let kind = light.kind();
-        (!self.lights.contains(&kind)).then(|| {
-            format!("{} serves {} light, not {}", self.title, self.lights.join(" and "), KINDS[light.index()])
-        })
+        (!self.lights.contains(&kind))
+            .then(|| format!("{} serves {} light, not {}", self.title, self.lights.join(" and "), KINDS[light.index()]))
     }
 }
 

@@ -1,6 +1,30 @@
 //! The window.
+//!
+//! A pass runs from [`shell::layout`] (input to changes of the [`Model`]) over [`stage`] (which picture to
+//! render, and when) to [`canvas`] (picture and panel onto the surface). What takes long runs in [`work`].
 
-use anyhow::Result;
+mod camera;
+mod canvas;
+mod controls;
+mod gizmo;
+mod history;
+mod lighting;
+mod model;
+mod panel;
+mod results;
+mod shell;
+mod stage;
+mod style;
+mod viewport;
+mod window;
+mod work;
+
+pub use model::{Action, Facts, Model, Traced};
+pub use shell::layout;
+pub use style::apply as apply_style;
+
+use anyhow::{Context, Result};
+use winit::event_loop::EventLoop;
 
 /// How the window ended.
 pub enum Ended {
@@ -9,7 +33,20 @@ pub enum Ended {
     NoDisplay(String),
 }
 
-/// Opens the window and runs it until it is closed.
-pub fn run(_what: Option<&str>, _adapter: Option<&str>) -> Result<Ended> {
-    Ok(Ended::NoDisplay("none".into()))
+/// Opens the window on a scene, a set-up or a capture (`bench` if none is named) and runs it until it is closed.
+///
+/// # Errors
+/// No adapter that can draw in a window, or a device that fails at the start.
+pub fn run(what: Option<&str>, adapter: Option<&str>) -> Result<Ended> {
+    let set = |name: &str| std::env::var_os(name).is_some_and(|v| !v.is_empty());
+    if cfg!(all(unix, not(target_os = "macos"))) && !set("DISPLAY") && !set("WAYLAND_DISPLAY") {
+        return Ok(Ended::NoDisplay("neither DISPLAY nor WAYLAND_DISPLAY is set".into()));
+    }
+    let event_loop = match EventLoop::new() {
+        Ok(event_loop) => event_loop,
+        Err(e) => return Ok(Ended::NoDisplay(e.to_string().replace('\n', " "))),
+    };
+    let mut app = window::App::new(what, adapter, event_loop.create_proxy());
+    event_loop.run_app(&mut app).context("the window system stopped")?;
+    app.ended()
 }

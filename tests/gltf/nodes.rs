@@ -3,11 +3,12 @@
 use crate::file::{File, I8, I16};
 use glam::{Mat4, Quat, Vec3};
 use serde_json::json;
-use shadowscope::scene::{Local, Scene, gltf::presets::world_matrices};
+use shadowscope::scene::geometry::world_matrices;
+use shadowscope::scene::{Local, Scene};
 use std::f32::consts::FRAC_1_SQRT_2;
 
 fn world(scene: &Scene, node: usize, point: Vec3) -> Vec3 {
-    world_matrices(scene)[node].transform_point3(point)
+    world_matrices(scene, None, 0.0)[node].transform_point3(point)
 }
 
 #[test]
@@ -27,7 +28,7 @@ fn trs_matrices_and_negative_scales_multiply_down_the_tree() {
     assert!(world(&scene, 2, Vec3::new(1.0, 1.0, 0.0)).abs_diff_eq(Vec3::new(15.0, 2.0, 1.0), 1e-5));
     // The winding stays as it is: the determinant tells.
     assert_eq!(scene.meshes[0].indices, [0, 1, 2]);
-    assert!(world_matrices(&scene)[2].determinant() < 0.0);
+    assert!(world_matrices(&scene, None, 0.0)[2].determinant() < 0.0);
 }
 
 #[test]

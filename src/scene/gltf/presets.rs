@@ -60,7 +60,7 @@ pub fn add(scene: &mut Scene, bounds: Bounds) {
     let towards_sun = |elevation: f32| {
         let (sin, cos) = elevation.to_radians().sin_cos();
         // From the left of the overview camera: shadows fall across the picture.
-        Vec3::new(-0.92 * cos, sin, 0.39 * cos)
+        Vec3::new(-12.0 / 13.0 * cos, sin, 5.0 / 13.0 * cos)
     };
     add_light(scene, "sun", Light::Directional { to_light: towards_sun(45.0), color: Vec3::ONE });
     add_light(scene, "low-sun", Light::Directional { to_light: towards_sun(12.0), color: Vec3::ONE });

@@ -1,0 +1,180 @@
+//! Handles for the light over the picture: a small sky for the sun, points to drag for lamps.
+
+use super::lighting::{angles, from_angles};
+use super::model::Model;
+use super::style::{SUN, TEXT};
+use crate::light::Light;
+use crate::scene::Camera;
+use egui::{Align2, Color32, CursorIcon, FontId, Id, Pos2, Rect, Response, Sense, Stroke, Ui, Vec2, pos2, vec2};
+use glam::Vec3;
+
+/// Radius of the sun's sky, points.
+const SKY: f32 = 50.0;
+const GROUND: Color32 = Color32::from_black_alpha(140);
+
+/// Draws and moves the light's handles.
+pub fn show(ui: &mut Ui, rect: Rect, m: &mut Model) {
+    if rect.width() < 4.0 * SKY || rect.height() < 4.0 * SKY {
+        return;
+    }
+    let camera = m.setup.camera;
+    let light = &mut m.setup.light;
+    match light {
+        Light::Directional { to_light, .. } => sun(ui, rect, &camera, to_light),
+        Light::Omni { position, .. } => {
+            lamp(ui, rect, &camera, position, "light");
+        }
+        Light::Spot { position, direction, outer_angle, .. } => {
+            let cone = outer_angle.to_radians().min(1.4);
+            aimed(ui, rect, &camera, position, direction, cone.tan());
+        }
+        Light::Hemisphere { position, direction, .. } => aimed(ui, rect, &camera, position, direction, 0.0),
+        Light::RectArea { center, half_u, half_v, .. } => {
+            let corner = |u: f32, v: f32| *center + *half_u * u + *half_v * v;
+            let corners = [corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
+            for i in 0..4 {
+                segment(ui, rect, &camera, corners[i], corners[(i + 1) % 4]);
+            }
+            lamp(ui, rect, &camera, center, "light");
+        }
+    }
+}
+
+/// The sky seen from below, turned with the camera: the middle is overhead, the edge the horizon.
+fn sun(ui: &mut Ui, rect: Rect, camera: &Camera, to_light: &mut Vec3) {
+    let center = pos2(rect.left() + SKY + 22.0, rect.bottom() - SKY - 30.0);
+    let (right, _) = camera.axes();
+    let ahead = Vec3::Y.cross(right);
+    let (_, elevation) = angles(*to_light);
+    let flat = vec2(to_light.dot(right), -to_light.dot(ahead));
+    let flat = if flat.length() > 1e-6 { flat.normalized() } else { Vec2::ZERO };
+    let below = elevation < 0.0;
+    let at = center + flat * (1.0 - elevation.max(0.0) / 90.0) * SKY;
+
+    let handle = Rect::from_center_size(at, Vec2::splat(26.0));
+    let r = ui.interact(handle, Id::unique("sun"), Sense::drag());
+    let sky = ui.interact(Rect::from_center_size(center, Vec2::splat(2.0 * SKY)), Id::unique("sky"), Sense::hover());
+    sky.on_hover_text("Drag the sun: middle is overhead, the ring is the horizon, up is where the camera looks.");
+    if r.dragged()
+        && let Some(pointer) = r.interact_pointer_pos()
+    {
+        let d = (pointer - center) / SKY;
+        // Half a degree above the horizon at least, and not quite overhead, so that a direction remains.
+        let elevation = (90.0 * (1.0 - d.length())).clamp(0.5, 89.9);
+        let side = right * d.x - ahead * d.y;
+        let (azimuth, _) = angles(side);
+        if d.length() > 1e-3 {
+            *to_light = from_angles(azimuth, elevation);
+        }
+    }
+    let painter = ui.painter().with_clip_rect(rect);
+    painter.circle(center, SKY, GROUND, Stroke::new(1.0, Color32::from_white_alpha(90)));
+    for ring in [1.0, 2.0] {
+        painter.circle_stroke(center, SKY * ring / 3.0, Stroke::new(1.0, Color32::from_white_alpha(28)));
+    }
+    painter.circle_filled(center, 1.5, Color32::from_white_alpha(120));
+    painter.line_segment([center, at], Stroke::new(1.0, SUN.gamma_multiply(0.6)));
+    let color = hot(ui, &r);
+    for i in 0..8 {
+        let ray = Vec2::angled(i as f32 * std::f32::consts::TAU / 8.0);
+        painter.line_segment([at + ray * 8.0, at + ray * 11.5], Stroke::new(1.5, color));
+    }
+    if below {
+        painter.circle(at, 6.0, GROUND, Stroke::new(1.5, color));
+    } else {
+        painter.circle_filled(at, 6.0, color);
+    }
+    let text = format!("sun at {elevation:.0}°");
+    painter.text(center + vec2(0.0, SKY + 4.0), Align2::CENTER_TOP, text, FontId::proportional(12.0), TEXT);
+}
+
+/// A lamp with a direction: two handles, and the cone's outline where it has one.
+fn aimed(ui: &mut Ui, rect: Rect, camera: &Camera, position: &mut Vec3, direction: &mut Vec3, spread: f32) {
+    let depth = (*position - camera.position).dot(camera.forward());
+    let length = (depth * 0.25).max(camera.near);
+    let axis = direction.normalize_or(Vec3::NEG_Y);
+    let tip = *position + axis * length;
+    segment(ui, rect, camera, *position, tip);
+    if spread > 0.0 {
+        let u = axis.any_orthonormal_vector() * spread * length;
+        let v = axis.cross(u);
+        let edge = |i: usize| {
+            let (sin, cos) = (i as f32 * std::f32::consts::TAU / 32.0).sin_cos();
+            tip + u * cos + v * sin
+        };
+        for i in 0..32 {
+            segment(ui, rect, camera, edge(i), edge(i + 1));
+            if i % 8 == 0 {
+                segment(ui, rect, camera, *position, edge(i));
+            }
+        }
+    }
+    let mut end = tip;
+    if handle(ui, rect, camera, &mut end, "light's direction", 5.0, "Drag to aim the light.") {
+        *direction = (end - *position).normalize_or(axis);
+    }
+    lamp(ui, rect, camera, position, "light");
+}
+
+fn lamp(ui: &mut Ui, rect: Rect, camera: &Camera, position: &mut Vec3, id: &str) {
+    let tip = "Drag to move the light across the picture; with Shift nearer and farther.";
+    handle(ui, rect, camera, position, id, 8.0, tip);
+}
+
+/// A point in space that can be dragged. True while it moves.
+fn handle(ui: &mut Ui, rect: Rect, camera: &Camera, point: &mut Vec3, id: &str, radius: f32, tip: &str) -> bool {
+    let Some(at) = project(camera, rect, *point) else { return false };
+    if !rect.shrink(radius).contains(at) {
+        return false;
+    }
+    let area = Rect::from_center_size(at, Vec2::splat(2.0 * radius + 10.0));
+    let r = ui.interact(area, Id::unique(id), Sense::drag());
+    let color = hot(ui, &r);
+    let painter = ui.painter().with_clip_rect(rect);
+    painter.circle(at, radius, GROUND, Stroke::new(2.0, color));
+    painter.circle_filled(at, radius * 0.45, color);
+    let d = r.drag_delta();
+    let moved = r.dragged() && d != Vec2::ZERO;
+    if moved {
+        let eye = *point - camera.position;
+        let scale = camera.metres_per_point(eye.dot(camera.forward()), rect.height());
+        if ui.input(|i| i.modifiers.shift) {
+            *point -= eye.normalize_or_zero() * d.y * scale * 3.0;
+        } else {
+            let (right, up) = camera.axes();
+            *point += (right * d.x - up * d.y) * scale;
+        }
+    }
+    r.on_hover_text(tip);
+    moved
+}
+
+fn hot(ui: &Ui, r: &Response) -> Color32 {
+    if r.dragged() {
+        ui.ctx().set_cursor_icon(CursorIcon::Grabbing);
+        Color32::WHITE
+    } else if r.hovered() {
+        ui.ctx().set_cursor_icon(CursorIcon::Grab);
+        Color32::from_rgb(255, 230, 160)
+    } else {
+        SUN
+    }
+}
+
+fn segment(ui: &Ui, rect: Rect, camera: &Camera, a: Vec3, b: Vec3) {
+    if let (Some(a), Some(b)) = (project(camera, rect, a), project(camera, rect, b)) {
+        ui.painter().with_clip_rect(rect).line_segment([a, b], Stroke::new(1.2, SUN.gamma_multiply(0.7)));
+    }
+}
+
+/// Where a point lies in the picture; None behind the near plane.
+fn project(camera: &Camera, rect: Rect, point: Vec3) -> Option<Pos2> {
+    let eye = point - camera.position;
+    let depth = eye.dot(camera.forward());
+    if depth <= camera.near {
+        return None;
+    }
+    let (right, up) = camera.axes();
+    let scale = camera.metres_per_point(depth, rect.height());
+    Some(rect.center() + vec2(eye.dot(right), -eye.dot(up)) / scale)
+}

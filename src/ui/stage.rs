@@ -1,0 +1,292 @@
+//! When to render what: few pixels while something moves, all of them at rest, then the exact shadow.
+
+use super::model::{Model, Traced};
+use super::work::{Desk, Done};
+use crate::frame::{Ask, Renderer, Truth};
+use crate::gpu::TimerMode;
+use crate::measure::metrics;
+use crate::setup::Setup;
+use crate::{techniques, view};
+use anyhow::Result;
+use glam::Vec3;
+use std::time::{Duration, Instant};
+
+/// Shares of the viewport's side that are rendered at.
+const SCALES: [f64; 6] = [1.0, 0.75, 0.5, 0.375, 0.25, 1.0 / 6.0];
+/// Milliseconds that a frame may take while the scene moves, and while only the technique changes (its truth
+/// stays valid as long as the size does).
+const MOVING_MS: f64 = 50.0;
+const TUNING_MS: f64 = 160.0;
+/// At rest the picture goes straight to full resolution, if that takes no longer.
+const STEP_MS: f64 = 120.0;
+/// Milliseconds of truth that are traced between two frames at rest.
+const TRUTH_MS: f64 = 60.0;
+/// What counts as rest.
+const SETTLE: Duration = Duration::from_millis(180);
+/// Frames kept for the chart.
+const RECENT: usize = 200;
+
+/// When to come again.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Next {
+    Now,
+    In(Duration),
+    /// Not before something changes.
+    Rest,
+}
+
+/// What changed since the last frame.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Change {
+    Nothing,
+    /// The way to look at it; errors stay.
+    View,
+    /// The technique; the truth stays.
+    Technique,
+    /// What is seen.
+    Scene,
+}
+
+/// Renders the viewport's picture, a frame at a time.
+pub struct Stage {
+    pub renderer: Renderer,
+    drawn: Option<Setup>,
+    full: [u32; 2],
+    size: [u32; 2],
+    scale: f64,
+    changed: Instant,
+    change: Change,
+    /// Nanoseconds a pixel, of all passes but the truth and of the truth.
+    cost: f64,
+    truth_cost: f64,
+    /// Pixels of truth traced in the last frame.
+    truth_pixels: f64,
+    traced: f32,
+    /// Frames since the size changed.
+    steady: u32,
+    failed: bool,
+    /// The errors have been asked for.
+    counting: bool,
+    /// Counts the changes, so that late errors are known as such.
+    generation: u64,
+    awaiting_times: u32,
+}
+
+impl Stage {
+    pub fn new(renderer: Renderer) -> Stage {
+        // Before anything is timed: half a GPU's worth of caution for software.
+        let cost = if renderer.gpu.software() { 250.0 } else { 2.0 };
+        Stage {
+            renderer,
+            drawn: None,
+            full: [0; 2],
+            size: [0; 2],
+            scale: 1.0,
+            changed: Instant::now(),
+            change: Change::Scene,
+            cost,
+            truth_cost: cost * 2.0,
+            truth_pixels: 0.0,
+            traced: 0.0,
+            steady: 0,
+            failed: false,
+            counting: false,
+            generation: 0,
+            awaiting_times: 0,
+        }
+    }
+
+    /// The picture, once there is one that belongs to the set-up.
+    pub fn picture(&self) -> Option<&wgpu::Texture> {
+        self.drawn.as_ref().and(self.renderer.output())
+    }
+
+    /// Renders the model's set-up for a viewport of `full` pixels, if that is due.
+    pub fn frame(&mut self, m: &mut Model, full: [u32; 2], desk: &Desk) -> Next {
+        if full.contains(&0) {
+            return Next::Rest;
+        }
+        let change = self.what_changed(&m.setup, full);
+        if change > Change::Nothing {
+            let settled = self.changed.elapsed() > SETTLE;
+            self.change = if settled { change } else { self.change.max(change) };
+            self.changed = Instant::now();
+            self.failed = false;
+        }
+        if change > Change::View {
+            self.generation += 1;
+            self.counting = false;
+            m.facts.error = None;
+        }
+        self.full = full;
+        m.facts.full = full;
+        if self.failed {
+            return Next::Rest;
+        }
+        let rest = self.changed.elapsed() >= SETTLE && !m.playing;
+        let served = techniques::TRUTH.refuses(&m.setup.light).is_none();
+        let shown = served && view::needs_truth(&m.setup.view);
+        let scale = self.next_scale(rest, shown);
+        let size = full.map(|side| ((side as f64 * scale).round() as u32).max(1));
+        let refining = scale < 1.0;
+        let missing = served && self.traced < 1.0;
+        let due =
+            change > Change::Nothing || size != self.size || (rest && missing && !refining) || self.drawn.is_none();
+        if !due {
+            self.times(m);
+            if rest && !refining && served && !missing && !self.counting {
+                self.counting = true;
+                if let Err(e) = self.count(desk) {
+                    m.fail(&e);
+                }
+            }
+            let waiting = self.awaiting_times > 0;
+            return match (rest, waiting) {
+                (true, false) => Next::Rest,
+                (true, true) => Next::In(Duration::from_millis(30)),
+                (false, _) => Next::In(SETTLE.saturating_sub(self.changed.elapsed()).max(Duration::from_millis(1))),
+            };
+        }
+        // While the scene moves every frame needs all of its truth: what an earlier frame left would be a lie.
+        let truth = match () {
+            _ if !served => Truth::Off,
+            _ if rest && !refining => Truth::Some((TRUTH_MS * 1e6 / self.truth_cost) as u32),
+            _ if shown && self.change == Change::Scene => Truth::All,
+            _ if shown => Truth::Some((TRUTH_MS * 1e6 / self.truth_cost) as u32),
+            _ => Truth::Off,
+        };
+        let before = if size == self.size && change < Change::Scene { self.traced } else { 0.0 };
+        self.steady = if size == self.size { self.steady + 1 } else { 0 };
+        self.size = size;
+        let ask = Ask { size, truth, timed: true, picture: true };
+        match self.renderer.render(&m.setup, ask) {
+            Ok(told) => {
+                self.traced = told.truth_done;
+                self.truth_pixels = ((told.truth_done - before).max(0.0) as f64) * size[0] as f64 * size[1] as f64;
+                m.facts.told = told;
+            }
+            Err(e) => {
+                m.fail(&e);
+                self.failed = true;
+                return Next::Rest;
+            }
+        }
+        self.drawn = Some(m.setup.clone());
+        self.scale = scale;
+        self.awaiting_times = if self.renderer.timer.mode() == TimerMode::Stamps { 20 } else { 1 };
+        self.times(m);
+        m.facts.size = size;
+        m.facts.traced = match (served, self.traced) {
+            (false, _) => Traced::NotServed,
+            (true, done) if done < 1.0 || refining => Traced::Partly(if refining { 0.0 } else { done }),
+            _ => Traced::Fully,
+        };
+        if refining && shown && self.traced >= 1.0 {
+            // A complete truth at fewer pixels: right as far as it goes.
+            m.facts.traced = Traced::Fully;
+        }
+        Next::Now
+    }
+
+    fn what_changed(&self, setup: &Setup, full: [u32; 2]) -> Change {
+        let Some(d) = &self.drawn else { return Change::Scene };
+        let scene = |s: &Setup| (s.camera, s.light, s.time, s.animation, s.seed);
+        if full != self.full || scene(d) != scene(setup) {
+            return Change::Scene;
+        }
+        if d.technique != setup.technique || d.params.get(&d.technique) != setup.params.get(&setup.technique) {
+            return Change::Technique;
+        }
+        if d.view != setup.view || d.split != setup.split { Change::View } else { Change::Nothing }
+    }
+
+    /// The share of the side to render at next.
+    fn next_scale(&self, rest: bool, truth: bool) -> f64 {
+        let pixels = self.full[0] as f64 * self.full[1] as f64;
+        let predicted = pixels * (self.cost + if truth { self.truth_cost } else { 0.0 }) * 1e-6;
+        if rest {
+            // In steps, so that a touch in between does not wait for the whole picture.
+            let straight = pixels * self.cost * 1e-6 <= STEP_MS || self.drawn.is_none() || self.scale >= 0.5;
+            return if straight { 1.0 } else { (self.scale * 2.0).min(1.0) };
+        }
+        let allowed = if self.change == Change::Scene { MOVING_MS } else { TUNING_MS };
+        let wanted = (allowed / predicted.max(1e-3)).sqrt();
+        // A little room before more pixels are drawn, so that the size does not swing.
+        let fits = |s: &f64| if *s > self.scale { *s * 1.2 <= wanted } else { *s <= wanted * 1.1 };
+        SCALES.iter().copied().find(fits).unwrap_or(SCALES[SCALES.len() - 1])
+    }
+
+    /// Takes in pass times that have arrived.
+    fn times(&mut self, m: &mut Model) {
+        if self.awaiting_times == 0 {
+            return;
+        }
+        let stamps = self.renderer.timer.mode() == TimerMode::Stamps;
+        if stamps {
+            // Errors of polling show when the frame's own check runs.
+            let _ = self.renderer.gpu.device.poll(wgpu::PollType::Poll);
+        }
+        if let Err(e) = self.renderer.collect_times(false) {
+            m.fail(&e);
+        }
+        self.awaiting_times -= 1;
+        let f = &mut m.facts;
+        f.wall_clock = !stamps;
+        f.passes.clear();
+        for (name, ms) in &self.renderer.timer.latest {
+            match f.passes.iter_mut().find(|p| p.0 == *name) {
+                Some(p) => p.1 += ms,
+                None => f.passes.push((name, *ms)),
+            }
+        }
+        // Timestamps come some frames late: those of another size do not count.
+        if f.passes.is_empty() || (stamps && self.steady < 3 && self.awaiting_times > 5) {
+            return;
+        }
+        let pixels = self.size[0] as f64 * self.size[1] as f64;
+        let traced: f64 = f.passes.iter().filter(|p| p.0 == "truth").map(|p| p.1).sum();
+        let cost = (f.frame_ms() - traced) * 1e6 / pixels;
+        self.cost += (cost.max(0.01) - self.cost) * 0.6;
+        if traced > 0.0 && self.truth_pixels > 0.0 {
+            let cost = (traced * 1e6 / self.truth_pixels).max(0.01);
+            self.truth_cost = cost.clamp(self.truth_cost / 4.0, self.truth_cost * 4.0);
+        }
+        if self.size == self.full && !stamps || self.awaiting_times == 19 {
+            if f.recent.len() == RECENT {
+                f.recent.pop_front();
+            }
+            f.recent.push_back(f.technique_ms());
+        }
+    }
+
+    /// Reads back what the errors need, and has them counted on a thread.
+    fn count(&mut self, desk: &Desk) -> Result<()> {
+        let (visibility, truth) = (self.renderer.read_visibility()?, self.renderer.read_truth()?);
+        let mask = self.renderer.read_mask()?;
+        let (width, generation) = (self.size[0] as usize, self.generation);
+        desk.start(move |post| {
+            let share = metrics::errors(&visibility, &truth, &mask, width).share();
+            post.send(Done::Counted(generation, share));
+        });
+        Ok(())
+    }
+
+    /// Whether errors that were counted belong to the present set-up.
+    pub fn is_current(&self, generation: u64) -> bool {
+        generation == self.generation
+    }
+
+    /// The surface point under a place of the viewport (0 to 1), if there is one.
+    pub fn point_at(&self, at: [f32; 2]) -> Result<Option<Vec3>> {
+        let pixel = [0, 1].map(|i| ((at[i] * self.size[i] as f32) as u32).min(self.size[i].saturating_sub(1)));
+        self.renderer.position_at(pixel)
+    }
+
+    /// Makes all passes anew from changed shaders; on an error those in use stay.
+    pub fn reload(&mut self, setup: &Setup) -> Result<()> {
+        let mut renderer = Renderer::new(self.renderer.gpu.clone(), self.renderer.scene().clone())?;
+        renderer.render(setup, Ask { size: [16, 16], truth: Truth::All, timed: false, picture: true })?;
+        *self = Stage::new(renderer);
+        Ok(())
+    }
+}

@@ -1,0 +1,117 @@
+//! The viewport: camera by mouse and keys, the split line, and what is written over the picture.
+
+use super::gizmo;
+use super::model::{Action, Model, Traced};
+use super::style::{ACCENT, TEXT};
+use crate::view;
+use egui::{Align2, Color32, CursorIcon, FontId, Id, Key, PointerButton, Pos2, Rect, Sense, Stroke, Ui, pos2, vec2};
+
+/// Radians that a drag of one point turns.
+const TURN: f32 = 0.006;
+
+/// Handles input on the viewport and draws over its picture.
+pub fn show(ui: &mut Ui, rect: Rect, m: &mut Model, out: &mut Vec<Action>) {
+    let r = ui.interact(rect, Id::unique("viewport"), Sense::click_and_drag());
+    let camera = &mut m.setup.camera;
+    let moved = r.drag_delta();
+    if r.dragged_by(PointerButton::Primary) {
+        camera.orbit(moved.x * TURN, moved.y * TURN);
+    } else if r.dragged_by(PointerButton::Secondary) {
+        camera.look(moved.x * TURN * 0.7, -moved.y * TURN * 0.7);
+    } else if r.dragged_by(PointerButton::Middle) {
+        let (right, up) = camera.axes();
+        let scale = camera.metres_per_point(camera.reach(), rect.height());
+        camera.shift((up * moved.y - right * moved.x) * scale);
+    }
+    if r.dragged() {
+        ui.ctx().set_cursor_icon(CursorIcon::Grabbing);
+    }
+    if r.contains_pointer() {
+        let wheel = ui.input(|i| i.smooth_scroll_delta.y);
+        if wheel != 0.0 {
+            camera.dolly((-wheel * 0.004).exp());
+        }
+    }
+    if r.double_clicked()
+        && let Some(at) = r.interact_pointer_pos()
+    {
+        let at = (at - rect.min) / rect.size();
+        out.push(Action::Focus([at.x, at.y]));
+    }
+    fly(ui, m);
+    untraced(ui, rect, m);
+    if m.setup.view == "split" {
+        split(ui, rect, m);
+    }
+    gizmo::show(ui, rect, m);
+    if let Some(reason) = m.info().refuses(&m.setup.light) {
+        let text = format!("{reason}: drawn without shadow");
+        label(ui, rect, rect.center_top() + vec2(0.0, 40.0), Align2::CENTER_TOP, &text);
+    }
+}
+
+/// Flies with W A S D and Q E; Shift is faster.
+fn fly(ui: &Ui, m: &mut Model) {
+    if ui.ctx().egui_wants_keyboard_input() {
+        return;
+    }
+    let keys = [Key::W, Key::S, Key::D, Key::A, Key::E, Key::Q];
+    let (down, fast, seconds) = ui.input(|i| {
+        let down = if i.modifiers.command { [false; 6] } else { keys.map(|k| i.key_down(k)) };
+        (down, i.modifiers.shift, i.stable_dt.min(0.2))
+    });
+    if down.iter().any(|d| *d) {
+        let axis = |plus: usize, minus: usize| down[plus] as i32 as f32 - down[minus] as i32 as f32;
+        let speed = m.setup.camera.reach().clamp(m.diagonal() * 0.01, m.diagonal()) * if fast { 3.0 } else { 0.8 };
+        let camera = &mut m.setup.camera;
+        let (right, up) = camera.axes();
+        let direction = camera.forward() * axis(0, 1) + right * axis(2, 3) + up * axis(4, 5);
+        camera.shift(direction * speed * seconds);
+        ui.ctx().request_repaint();
+    }
+}
+
+/// Shades the part of the picture whose truth is still missing, where the view shows it.
+fn untraced(ui: &Ui, rect: Rect, m: &Model) {
+    let Traced::Partly(done) = m.facts.traced else { return };
+    if !view::needs_truth(&m.setup.view) {
+        return;
+    }
+    let left = if m.setup.view == "split" { rect.left() + rect.width() * m.setup.split } else { rect.left() };
+    let rest = Rect::from_min_max(pos2(left, rect.top() + rect.height() * done), rect.max);
+    let painter = ui.painter().with_clip_rect(rect);
+    painter.rect_filled(rest, 0.0, Color32::from_black_alpha(200));
+    let text = format!("tracing the exact shadow: {:.0} %", done * 100.0);
+    painter.text(rest.center(), Align2::CENTER_CENTER, text, FontId::proportional(14.0), TEXT);
+}
+
+/// The line of the split view, which can be dragged.
+fn split(ui: &mut Ui, rect: Rect, m: &mut Model) {
+    let x = rect.left() + rect.width() * m.setup.split;
+    let handle = Rect::from_center_size(pos2(x, rect.center().y), vec2(12.0, rect.height()));
+    let r = ui.interact(handle, Id::unique("split line"), Sense::drag());
+    if r.hovered() || r.dragged() {
+        ui.ctx().set_cursor_icon(CursorIcon::ResizeHorizontal);
+    }
+    if r.dragged()
+        && let Some(at) = r.interact_pointer_pos()
+    {
+        m.setup.split = ((at.x - rect.left()) / rect.width()).clamp(0.0, 1.0);
+    }
+    let painter = ui.painter().with_clip_rect(rect);
+    let x = rect.left() + rect.width() * m.setup.split;
+    let stroke = Stroke::new(1.5, if r.hovered() || r.dragged() { ACCENT } else { Color32::WHITE });
+    painter.line_segment([pos2(x, rect.top()), pos2(x, rect.bottom())], stroke);
+    painter.circle(pos2(x, rect.center().y), 6.0, Color32::from_black_alpha(160), stroke);
+    label(ui, rect, pos2(x - 8.0, rect.top() + 12.0), Align2::RIGHT_TOP, m.info().title);
+    label(ui, rect, pos2(x + 8.0, rect.top() + 12.0), Align2::LEFT_TOP, "exact");
+}
+
+/// Text on a dark ground over the picture.
+fn label(ui: &Ui, clip: Rect, at: Pos2, align: Align2, text: &str) {
+    let painter = ui.painter().with_clip_rect(clip);
+    let galley = painter.layout_no_wrap(text.into(), FontId::proportional(13.0), TEXT);
+    let place = align.anchor_size(at, galley.size());
+    painter.rect_filled(place.expand2(vec2(5.0, 2.0)), 3.0, Color32::from_black_alpha(150));
+    painter.galley(place.min, galley, TEXT);
+}

@@ -1,0 +1,479 @@
+//! The event loop's side: window, input, one pass after the other, and what actions do.
+
+use super::canvas::Canvas;
+use super::model::{Action, Job, Model};
+use super::stage::{Next, Stage};
+use super::work::{Desk, Done, Loaded};
+use super::{Ended, shell, style};
+use crate::frame::Renderer;
+use crate::gpu::{self, Gpu};
+use anyhow::{Context, Result};
+use egui::{Event, Key, Modifiers, Rect};
+use glam::Vec3;
+use std::path::Path;
+use std::sync::Arc;
+use std::time::{Duration, Instant, SystemTime};
+use winit::application::ApplicationHandler;
+use winit::dpi::LogicalSize;
+use winit::event::{StartCause, WindowEvent};
+use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoopProxy};
+use winit::window::{Window, WindowId};
+
+/// The scene that opens when none is named.
+const FIRST: &str = "bench";
+/// How often changed shaders are looked for.
+const RELOAD: Duration = Duration::from_millis(500);
+/// How long the camera takes to turn to a point.
+const GLIDE: f32 = 0.3;
+
+/// The application as winit drives it.
+pub struct App {
+    what: String,
+    adapter: Option<String>,
+    wake: EventLoopProxy<()>,
+    open: Option<Open>,
+    error: Option<anyhow::Error>,
+}
+
+impl App {
+    pub fn new(what: Option<&str>, adapter: Option<&str>, wake: EventLoopProxy<()>) -> App {
+        let what = what.unwrap_or(FIRST).to_string();
+        App { what, adapter: adapter.map(String::from), wake, open: None, error: None }
+    }
+
+    /// How it went, after the event loop has ended.
+    pub fn ended(mut self) -> Result<Ended> {
+        if let Some(open) = &mut self.open {
+            open.desk.close();
+        }
+        self.error.map_or(Ok(Ended::Closed), Err)
+    }
+}
+
+impl ApplicationHandler for App {
+    fn resumed(&mut self, event_loop: &ActiveEventLoop) {
+        if self.open.is_none() {
+            match Open::new(event_loop, self.adapter.as_deref(), self.wake.clone()) {
+                Ok(mut open) => {
+                    open.load(self.what.clone());
+                    self.open = Some(open);
+                }
+                Err(e) => {
+                    self.error = Some(e);
+                    event_loop.exit();
+                }
+            }
+        }
+    }
+
+    fn new_events(&mut self, _: &ActiveEventLoop, cause: StartCause) {
+        if let (StartCause::ResumeTimeReached { .. }, Some(open)) = (cause, &mut self.open) {
+            open.window.request_redraw();
+        }
+    }
+
+    fn user_event(&mut self, event_loop: &ActiveEventLoop, _: ()) {
+        if let Some(open) = &mut self.open {
+            if let Err(e) = open.take_in() {
+                self.error = Some(e);
+                event_loop.exit();
+            }
+            open.window.request_redraw();
+        }
+    }
+
+    fn window_event(&mut self, event_loop: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
+        let Some(open) = &mut self.open else { return };
+        match &event {
+            WindowEvent::CloseRequested => event_loop.exit(),
+            WindowEvent::RedrawRequested => {
+                if open.redraw(event_loop) {
+                    event_loop.exit();
+                }
+                return;
+            }
+            WindowEvent::DroppedFile(path) => open.load(path.to_string_lossy().into_owned()),
+            _ => {}
+        }
+        if open.input.on_window_event(&open.window, &event).repaint {
+            open.window.request_redraw();
+        }
+    }
+
+    fn exiting(&mut self, _: &ActiveEventLoop) {
+        if let Some(open) = &mut self.open {
+            open.window.set_visible(false);
+        }
+    }
+}
+
+/// A turn of the camera towards a point.
+struct Glide {
+    from: Vec3,
+    to: Vec3,
+    start: Instant,
+}
+
+/// The open window.
+struct Open {
+    // Dropped in this order: the surface before the device and the window.
+    canvas: Canvas,
+    stage: Option<Stage>,
+    gpu: Arc<Gpu>,
+    input: egui_winit::State,
+    ctx: egui::Context,
+    window: Arc<Window>,
+    desk: Desk,
+    /// None until the first scene is there.
+    model: Option<Model>,
+    /// What is shown as being opened before there is a model.
+    opening: String,
+    /// Why what was named at the start could not be opened.
+    unopened: Option<anyhow::Error>,
+    /// Number of the latest request to load, to measure.
+    loading: u64,
+    measuring: u64,
+    /// The loading is of a step that was undone or redone.
+    restoring: bool,
+    glide: Option<Glide>,
+    clock: Instant,
+    shaders: Option<SystemTime>,
+    looked: Instant,
+}
+
+impl Open {
+    fn new(event_loop: &ActiveEventLoop, adapter: Option<&str>, wake: EventLoopProxy<()>) -> Result<Open> {
+        let attributes = Window::default_attributes()
+            .with_title("Shadowscope")
+            .with_inner_size(LogicalSize::new(1280.0, 800.0))
+            .with_min_inner_size(LogicalSize::new(640.0, 360.0));
+        let window = Arc::new(event_loop.create_window(attributes).context("no window can be opened")?);
+        let instance = gpu::instance();
+        let surface = instance.create_surface(window.clone()).context("the window cannot be drawn on")?;
+        let gpu = Arc::new(Gpu::on(&instance, Some(&surface), adapter)?);
+        let size = window.inner_size();
+        let canvas = Canvas::new(&gpu, surface, [size.width, size.height])?;
+        let ctx = egui::Context::default();
+        style::apply(&ctx);
+        let limit = gpu.device.limits().max_texture_dimension_2d as usize;
+        let scale = window.scale_factor() as f32;
+        let input =
+            egui_winit::State::new(ctx.clone(), egui::ViewportId::ROOT, &window, Some(scale), None, Some(limit));
+        Ok(Open {
+            canvas,
+            stage: None,
+            shaders: gpu.shaders.changed(),
+            gpu,
+            input,
+            ctx,
+            window,
+            desk: Desk::new(wake),
+            model: None,
+            opening: String::new(),
+            unopened: None,
+            loading: 0,
+            measuring: 0,
+            restoring: false,
+            glide: None,
+            clock: Instant::now(),
+            looked: Instant::now(),
+        })
+    }
+
+    /// Starts to open something; what is open stays until it is there.
+    fn load(&mut self, what: String) {
+        self.loading += 1;
+        self.restoring = false;
+        let name = Path::new(&what).file_name().map_or(what.clone(), |n| n.to_string_lossy().into_owned());
+        self.desk.open(self.loading, what);
+        self.say_loading(name);
+    }
+
+    fn say_loading(&mut self, name: String) {
+        match &mut self.model {
+            Some(m) => m.loading = Some(name),
+            None => self.opening = name,
+        }
+        self.window.request_redraw();
+    }
+
+    /// Takes in what the threads have done.
+    ///
+    /// # Errors
+    /// Not even the first scene can be drawn.
+    fn take_in(&mut self) -> Result<()> {
+        while let Some(done) = self.desk.take() {
+            if let Done::Loaded(job, loaded) = done {
+                if job == self.loading {
+                    self.loaded(loaded)?;
+                }
+                continue;
+            }
+            let Some(m) = &mut self.model else { continue };
+            match done {
+                Done::Loaded(..) => {}
+                Done::Progress(job, done) => {
+                    if let Some(running) = m.measuring.as_mut().filter(|_| job == self.measuring) {
+                        running.done = done;
+                    }
+                }
+                Done::Measured(job, result) if job == self.measuring => {
+                    m.measuring = None;
+                    match result {
+                        Ok(row) => {
+                            m.rows.insert(0, row);
+                            m.rows.truncate(6);
+                        }
+                        Err(e) => m.fail(&e.context("measuring failed")),
+                    }
+                }
+                Done::Measured(..) => {}
+                Done::Captured(result) => {
+                    m.capturing = false;
+                    match result {
+                        Ok(path) => m.say(format!("Saved {}.", path.display())),
+                        Err(e) => m.fail(&e),
+                    }
+                }
+                Done::Counted(generation, share) => {
+                    if self.stage.as_ref().is_some_and(|s| s.is_current(generation)) {
+                        m.facts.error = Some(share);
+                    }
+                }
+                Done::PickedFile(path) => self.load(path.to_string_lossy().into_owned()),
+                Done::PickedCapture(path) => {
+                    m.picture_path = path.to_string_lossy().into_owned();
+                    self.act(Action::Capture(path));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn loaded(&mut self, loaded: Result<Box<Loaded>>) -> Result<()> {
+        if let Some(m) = &mut self.model {
+            m.loading = None;
+        }
+        let shown = loaded.and_then(|l| {
+            let Loaded { setup, scene, geometry } = *l;
+            let bounds = geometry.bounds;
+            let renderer = Renderer::with_geometry(self.gpu.clone(), scene.clone(), geometry)?;
+            Ok((setup, scene, bounds, renderer))
+        });
+        match (shown, &mut self.model) {
+            (Ok((setup, scene, bounds, renderer)), Some(m)) => {
+                let restored = std::mem::take(&mut self.restoring);
+                m.open(setup, scene, bounds, restored);
+                self.stage = Some(Stage::new(renderer));
+                self.glide = None;
+            }
+            (Ok((setup, scene, bounds, renderer)), None) => {
+                let mut m = Model::new(setup, scene, bounds);
+                m.facts.adapter = self.gpu.info.name.clone();
+                m.facts.software = self.gpu.software();
+                self.stage = Some(Stage::new(renderer));
+                // A file that could not be opened is named over the scene that opened instead.
+                if let Some(e) = self.unopened.take() {
+                    m.fail(&e);
+                }
+                self.model = Some(m);
+            }
+            (Err(e), Some(m)) => {
+                if std::mem::take(&mut self.restoring) {
+                    m.keep_history();
+                }
+                m.fail(&e);
+            }
+            (Err(e), None) if self.opening != FIRST => {
+                self.unopened = Some(e);
+                self.load(FIRST.into());
+            }
+            (Err(e), None) => return Err(e),
+        }
+        Ok(())
+    }
+
+    /// Runs one pass. True: the window is to close.
+    fn redraw(&mut self, event_loop: &ActiveEventLoop) -> bool {
+        let size = self.window.inner_size();
+        if size.width == 0 || size.height == 0 {
+            event_loop.set_control_flow(ControlFlow::Wait);
+            return false;
+        }
+        self.canvas.resize([size.width, size.height]);
+        let mut raw = self.input.take_egui_input(&self.window);
+        self.take_tab(&mut raw);
+        let mut actions = Vec::new();
+        let mut rect = Rect::NOTHING;
+        let ctx = self.ctx.clone();
+        let output = ctx.run_ui(raw, |ui| match &mut self.model {
+            Some(m) => rect = shell::layout(ui, m, &mut actions),
+            None => shell::opening(ui, &self.opening),
+        });
+        self.input.handle_platform_output(&self.window, output.platform_output);
+        let quit = actions.contains(&Action::Quit);
+        for action in actions {
+            self.act(action);
+        }
+        self.tick();
+        self.reload();
+
+        let scale = output.pixels_per_point;
+        let [left, top, right, bottom] =
+            [rect.left(), rect.top(), rect.right(), rect.bottom()].map(|v| (v * scale).round());
+        let full = if rect.is_positive() { [(right - left) as u32, (bottom - top) as u32] } else { [0; 2] };
+        let mut next = Next::Rest;
+        if let (Some(stage), Some(m)) = (&mut self.stage, &mut self.model)
+            && m.measuring.is_none()
+        {
+            next = stage.frame(m, full, &self.desk);
+        }
+        let picture = self.stage.as_ref().and_then(Stage::picture).filter(|_| !full.contains(&0));
+        let picture = picture.map(|p| (p, [left, top, right - left, bottom - top]));
+        let jobs = self.ctx.tessellate(output.shapes, scale);
+        let presented = self.canvas.present(&self.gpu, picture, &jobs, output.textures_delta, scale);
+        if let (Err(e), Some(m)) = (self.gpu.check(), &mut self.model) {
+            m.fail(&e);
+        }
+
+        let root = output.viewport_output.get(&egui::ViewportId::ROOT);
+        let mut wait = root.map_or(Duration::MAX, |v| v.repaint_delay);
+        match next {
+            Next::Now => wait = Duration::ZERO,
+            Next::In(time) => wait = wait.min(time),
+            Next::Rest => {}
+        }
+        if self.glide.is_some() || self.model.as_ref().is_some_and(|m| m.playing) {
+            wait = Duration::ZERO;
+        }
+        if self.shaders.is_some() {
+            wait = wait.min(RELOAD);
+        }
+        if !presented {
+            wait = wait.max(Duration::from_millis(20)).min(Duration::from_millis(200));
+        }
+        if wait.is_zero() {
+            self.window.request_redraw();
+        }
+        event_loop.set_control_flow(match Instant::now().checked_add(wait) {
+            Some(at) if !wait.is_zero() && wait < Duration::from_secs(3600) => ControlFlow::WaitUntil(at),
+            _ => ControlFlow::Wait,
+        });
+        quit
+    }
+
+    /// Tab hides and shows the panel, except while text is typed.
+    fn take_tab(&mut self, raw: &mut egui::RawInput) {
+        let Some(m) = &mut self.model else { return };
+        if self.ctx.egui_wants_keyboard_input() {
+            return;
+        }
+        raw.events.retain(|e| match e {
+            Event::Key { key: Key::Tab, modifiers: Modifiers::NONE, pressed, repeat, .. } => {
+                m.show_panel ^= *pressed && !repeat;
+                false
+            }
+            _ => true,
+        });
+    }
+
+    /// Lets the clock run, and the camera turn.
+    fn tick(&mut self) {
+        let seconds = self.clock.elapsed().as_secs_f32().min(0.5);
+        self.clock = Instant::now();
+        let Some(m) = &mut self.model else { return };
+        if m.playing && m.measuring.is_none() {
+            let duration = m.duration();
+            m.setup.time = if duration > 0.0 { (m.setup.time + seconds) % duration } else { 0.0 };
+        }
+        if let Some(g) = &self.glide {
+            let t = (g.start.elapsed().as_secs_f32() / GLIDE).min(1.0);
+            m.setup.camera.target = g.from.lerp(g.to, t * t * (3.0 - 2.0 * t));
+            if t >= 1.0 {
+                self.glide = None;
+            }
+        }
+    }
+
+    /// Rebuilds the passes where shaders are read from a folder and have changed.
+    fn reload(&mut self) {
+        if self.shaders.is_none() || self.looked.elapsed() < RELOAD {
+            return;
+        }
+        self.looked = Instant::now();
+        let newest = self.gpu.shaders.changed();
+        if newest == self.shaders || newest.is_none() {
+            return;
+        }
+        self.shaders = newest;
+        if let (Some(stage), Some(m)) = (&mut self.stage, &mut self.model) {
+            match stage.reload(&m.setup) {
+                Ok(()) => {
+                    m.notes.retain(|n| !n.error);
+                    m.say("Shaders reloaded.");
+                }
+                Err(e) => m.fail(&e),
+            }
+        }
+    }
+
+    fn act(&mut self, action: Action) {
+        let Some(m) = &mut self.model else { return };
+        match action {
+            Action::Open(what) => self.load(what),
+            Action::Restore(setup) => {
+                self.loading += 1;
+                self.restoring = true;
+                let name = setup.scene.clone();
+                self.desk.restore(self.loading, *setup);
+                self.say_loading(name);
+            }
+            Action::CancelLoading => {
+                self.loading += 1;
+                m.loading = None;
+                if std::mem::take(&mut self.restoring) {
+                    m.keep_history();
+                }
+            }
+            Action::PickFile => self.desk.pick_file(),
+            Action::PickCapture => self.desk.pick_capture(),
+            Action::Measure => {
+                self.measuring += 1;
+                m.measuring = Some(Job { what: "measuring".into(), done: 0.0 });
+                let adapter = self.gpu.info.name.clone();
+                self.desk.measure(self.measuring, adapter, m.scene.clone(), m.setup.clone());
+            }
+            Action::CancelMeasuring => {
+                self.measuring += 1;
+                m.measuring = None;
+            }
+            Action::Capture(path) => {
+                if !m.capturing {
+                    m.capturing = true;
+                    self.desk.capture(self.gpu.info.name.clone(), m.scene.clone(), m.setup.clone(), path);
+                }
+            }
+            Action::SaveSetup(path) => match save(m, &path) {
+                Ok(()) => m.say(format!("Saved {}.", path.display())),
+                Err(e) => m.fail(&e),
+            },
+            Action::Focus(at) => {
+                let point = self.stage.as_ref().map(|s| s.point_at(at)).transpose();
+                match point {
+                    Ok(Some(Some(to))) if to.distance(m.setup.camera.position) > m.setup.camera.near => {
+                        self.glide = Some(Glide { from: m.setup.camera.target, to, start: Instant::now() });
+                    }
+                    Ok(_) => {}
+                    Err(e) => m.fail(&e),
+                }
+            }
+            Action::Quit => {}
+        }
+    }
+}
+
+/// Writes the set-up as TOML.
+fn save(m: &Model, path: &Path) -> Result<()> {
+    let text = m.setup.to_toml()?;
+    std::fs::write(path, text).with_context(|| format!("{} cannot be written", path.display()))
+}
