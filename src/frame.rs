@@ -5,7 +5,7 @@
 use crate::gpu::{Gpu, Pass, Raster, Recorder, Slot, Timer, bytes};
 use crate::light::Light;
 use crate::params::{Group, Values};
-use crate::scene::Scene;
+use crate::scene::{Camera, Scene};
 use crate::scene::geometry::{Geometry, SceneGpu};
 use crate::setup::Setup;
 use crate::techniques::{self, Info, Technique};
@@ -225,7 +225,8 @@ pub struct Renderer {
     technique: Option<(&'static Info, Box<dyn Technique>)>,
     params: HashMap<&'static str, (Vec<u32>, wgpu::Buffer)>,
     truth_params: wgpu::Buffer,
-    truth_key: Option<String>,
+    /// What the traced part of the truth was traced for.
+    truth_of: Option<(u64, Camera, Light, [u32; 2])>,
     truth_rows: u32,
     pub timer: Timer,
     frame_buffer: wgpu::Buffer,
@@ -290,7 +291,7 @@ impl Renderer {
             targets: Targets::default(),
             technique: None,
             params: HashMap::new(),
-            truth_key: None,
+            truth_of: None,
             truth_rows: 0,
             revision: 0,
         };
@@ -386,7 +387,7 @@ impl Renderer {
         let Frame { mut recorder, shown, .. } = f;
 
         // The truth goes on from the row where it stood, while nothing that it depends on changes.
-        let key = format!("{:?}", (self.revision, setup.camera, setup.light, ask.size));
+        let key = Some((self.revision, setup.camera, setup.light, ask.size));
         let serves = techniques::TRUTH.refuses(&setup.light).is_none();
         if self.truth_key.as_ref() != Some(&key) {
             self.truth_key = Some(key);
