@@ -5,8 +5,8 @@
 use crate::gpu::{Gpu, Pass, Raster, Recorder, Slot, Timer, bytes};
 use crate::light::Light;
 use crate::params::{Group, Values};
-use crate::scene::{Camera, Scene};
 use crate::scene::geometry::{Geometry, SceneGpu};
+use crate::scene::{Camera, Scene};
 use crate::setup::Setup;
 use crate::techniques::{self, Info, Technique};
 use crate::view;
@@ -389,8 +389,8 @@ impl Renderer {
         // The truth goes on from the row where it stood, while nothing that it depends on changes.
         let key = Some((self.revision, setup.camera, setup.light, ask.size));
         let serves = techniques::TRUTH.refuses(&setup.light).is_none();
-        if self.truth_key.as_ref() != Some(&key) {
-            self.truth_key = Some(key);
+        if self.truth_of != key {
+            self.truth_of = key;
             self.truth_rows = 0;
         }
         if ask.truth != Truth::Off && serves {

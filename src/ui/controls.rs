@@ -1,7 +1,8 @@
 //! Rows of the panel: a name, a control of fixed width, a tooltip.
 
 use crate::params::{Kind, Spec, Value};
-use egui::{Align, Button, ComboBox, DragValue, Label, Layout, Response, Slider, Ui, vec2};
+use egui::{Align, Button, ComboBox, DragValue, Label, Layout, Rect, Response, Sense, Shape, Slider, Stroke, Ui, Vec2};
+use egui::{Role, WidgetInfo, pos2, vec2};
 use std::ops::RangeInclusive;
 
 /// Width of the names, points.
@@ -18,7 +19,7 @@ pub fn row<R>(ui: &mut Ui, name: &str, tip: &str, add: impl FnOnce(&mut Ui, &Res
         let layout = Layout::left_to_right(Align::Center);
         let label = ui.allocate_ui_with_layout(vec2(NAME, HEIGHT), layout, |ui| {
             ui.set_min_width(NAME);
-            ui.add(Label::new(name).truncate().sense(egui::Sense::click()).show_tooltip_when_elided(false))
+            ui.add(Label::new(name).truncate().sense(Sense::click()).show_tooltip_when_elided(false))
         });
         let label = label.inner.on_hover_text(tip);
         add(ui, &label)
@@ -156,20 +157,28 @@ pub fn parameter(ui: &mut Ui, spec: &Spec, value: &mut Value) -> bool {
             _ => *value = spec.default(),
         }
         let default = *value == spec.default();
-        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-            let reset = Button::new("⟲").frame(false).min_size(vec2(RESET, HEIGHT));
-            let reset = ui.add_enabled_ui(!default, |ui| {
-                if default {
-                    ui.set_invisible();
-                }
-                ui.add(reset).on_hover_text(format!("Back to {}", spec.default()))
-            });
-            if reset.inner.clicked() || label.double_clicked() {
-                *value = spec.default();
-            }
-        });
+        let reset = !default && reset(ui, &name, &spec.default());
+        if reset || label.double_clicked() {
+            *value = spec.default();
+        }
     });
     *value != before
+}
+
+/// A small arrow that turns back, at the row's end. True when clicked.
+fn reset(ui: &mut Ui, name: &str, default: &Value) -> bool {
+    let right = ui.max_rect().right();
+    let rect = Rect::from_center_size(pos2(right - RESET / 2.0, ui.min_rect().center().y), vec2(RESET, HEIGHT));
+    let r = ui.allocate_rect(rect, Sense::click());
+    r.widget_info(|| WidgetInfo::labeled(Role::Button, true, format!("reset {name}")));
+    let color = ui.style().interact(&r).fg_stroke.color;
+    let at = |degrees: f32| rect.center() + 5.0 * Vec2::angled(degrees.to_radians());
+    let arc: Vec<_> = (0..=12).map(|i| at(-130.0 + i as f32 * 22.5)).collect();
+    ui.painter().line(arc, Stroke::new(1.3, color));
+    let tip = at(-130.0);
+    let head = [tip + vec2(-2.5, -3.5), tip + vec2(3.5, 0.5), tip + vec2(-3.0, 2.5)];
+    ui.painter().add(Shape::convex_polygon(head.to_vec(), color, Stroke::NONE));
+    r.on_hover_text(format!("Back to {default}.")).clicked()
 }
 
 /// Buttons of which one is chosen, in as many lines as they need. The one that was clicked.

@@ -20,8 +20,10 @@ pub fn show(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
     ui.separator();
     ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
         section(ui, "Scene", true, |ui| scene(ui, m, out));
-        section(ui, "View", true, |ui| views(ui, m));
+        // What differs from technique to technique comes last, so that the lists above stay where they are.
         section(ui, "Technique", true, |ui| technique(ui, m));
+        section(ui, "View", true, |ui| views(ui, m));
+        section(ui, "Parameters", true, |ui| parameters(ui, m));
         section(ui, "Light", false, |ui| lighting::show(ui, m));
         section(ui, "Camera", false, |ui| camera(ui, m));
         if !m.scene.animations.is_empty() {
@@ -97,7 +99,7 @@ fn scene(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
                 let named = !m.open_path.trim().is_empty();
                 let open = ui.add_enabled(named, Button::new("Open")).on_hover_text("Open the file at this path.");
                 let width = ui.available_width() - 8.0;
-                let edit = ui.add(TextEdit::singleline(&mut m.open_path).hint_text("path").desired_width(width));
+                let edit = ui.add_sized([width, 21.0], TextEdit::singleline(&mut m.open_path).hint_text("path"));
                 let edit = edit.labelled_by(label.id).on_hover_text("Type a path and press Enter.");
                 let entered = edit.lost_focus() && ui.input(|i| i.key_pressed(egui::Key::Enter));
                 if named && (open.clicked() || entered) {
@@ -174,7 +176,10 @@ fn technique(ui: &mut Ui, m: &mut Model) {
     if let Some(reason) = chosen.refuses(&m.setup.light) {
         ui.label(RichText::new(reason).color(ui.visuals().warn_fg_color));
     }
-    ui.add_space(4.0);
+}
+
+fn parameters(ui: &mut Ui, m: &mut Model) {
+    let chosen = m.info();
     ui.push_id(chosen.id, |ui| {
         let values = m.setup.params.entry(chosen.id.into()).or_default();
         for group in chosen.params {
@@ -314,6 +319,6 @@ fn capture(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
 fn path_row(ui: &mut Ui, name: &str, tip: &str, path: &mut String) {
     row(ui, name, tip, |ui, label| {
         let width = ui.available_width();
-        ui.add(TextEdit::singleline(path).desired_width(width - 8.0)).labelled_by(label.id).on_hover_text(tip);
+        ui.add_sized([width, 21.0], TextEdit::singleline(path)).labelled_by(label.id).on_hover_text(tip);
     });
 }
