@@ -1,5 +1,6 @@
 //!include lib/frame.wgsl
 //!include lib/gbuffer.wgsl
+//!include lib/light_view.wgsl
 // The picture: shading, the common views, and a technique's own maps.
 
 struct View {
@@ -22,14 +23,16 @@ const split_view = 1u;
 const visibility_view = 2u;
 const truth_view = 3u;
 const error_view = 4u;
-const facing_view = 5u;
-const normals_view = 6u;
-const albedo_view = 7u;
-const depth_view = 8u;
-const light_depth_view = 9u;
-const position_view = 10u;
-const triangles_view = 11u;
-const technique_map = 12u;
+const acne_view = 5u;
+const detachment_view = 6u;
+const facing_view = 7u;
+const normals_view = 8u;
+const albedo_view = 9u;
+const depth_view = 10u;
+const light_depth_view = 11u;
+const position_view = 12u;
+const triangles_view = 13u;
+const technique_map = 14u;
 
 fn view_ray(pixel: vec2u) -> vec3f {
     let ndc = (vec2f(pixel) + 0.5) / vec2f(frame.size) * 2.0 - 1.0;
@@ -85,7 +88,7 @@ fn light_depth(position: vec3f) -> f32 {
     return 0.5 + 0.5 * dot(position - center, frame.light_axis) / reach;
 }
 
-// A map fitted into the picture, near (stored 1) bright, on a quiet background.
+// A map fitted into the picture, near bright in proportion to the distance, on a quiet background.
 fn map_picture(pixel: vec2u) -> vec3f {
     let size = vec2f(textureDimensions(shown));
     let scale = max(size.x / f32(frame.size.x), size.y / f32(frame.size.y));
@@ -93,7 +96,8 @@ fn map_picture(pixel: vec2u) -> vec3f {
     if any(texel < vec2f(0.0)) || any(texel >= size) {
         return vec3f(0.12);
     }
-    return vec3f(textureLoad(shown, vec2u(texel), 0).x);
+    let z = linear_depth(light_view, textureLoad(shown, vec2u(texel), 0).x);
+    return vec3f(saturate((light_view.far - z) / (light_view.far - light_view.near)));
 }
 
 fn dimmed(s: Surface) -> vec3f {
@@ -146,6 +150,14 @@ fn color_of(pixel: vec2u) -> vec3f {
             }
             let hue = select(vec3f(0.95, 0.12, 0.10), vec3f(0.10, 0.25, 1.00), v > t);
             return mix(dimmed(s), hue, 0.35 + 0.65 * off);
+        }
+        case acne_view: {
+            let amount = textureLoad(truth, pixel, 0).x - v;
+            return mix(dimmed(s), vec3f(1.0, 0.85, 0.1), select(0.0, saturate(amount), faces_light(s)));
+        }
+        case detachment_view: {
+            let amount = v - textureLoad(truth, pixel, 0).x;
+            return mix(dimmed(s), vec3f(0.2, 0.9, 0.9), select(0.0, saturate(amount), faces_light(s)));
         }
         case facing_view: {
             let cosine = dot(s.normal, normalize(light_at(s.position).to_light));

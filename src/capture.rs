@@ -17,23 +17,44 @@ const KEYWORD: &str = "shadowscope-setup";
 /// # Errors
 /// A light that the technique does not serve, another file ending, or what the file system says.
 pub fn capture(renderer: &mut Renderer, setup: &Setup, path: &Path) -> Result<()> {
-    let truth = if view::needs_truth(&setup.view) { Truth::All } else { Truth::Off };
+    check(&setup.view, path)?;
     techniques::find_or_say(&setup.technique)?.serve(&setup.light)?;
+    let truth = if view::needs_truth(&setup.view) { Truth::All } else { Truth::Off };
     renderer.render(setup, Ask { size: setup.size, truth, timed: false, picture: true })?;
-    let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
-    match extension.as_str() {
-        "png" => write_png(path, setup.size, &renderer.read_picture()?, Some(&setup.to_toml()?)),
-        "exr" => write_exr(renderer, setup, path),
-        _ => bail!("{}: a capture's file name ends in .png or .exr", path.display()),
+    if is_exr(path) {
+        return write_exr(renderer, setup, path);
     }
+    create_folder(path)?;
+    write_png(path, setup.size, &renderer.read_picture()?, Some(&setup.to_toml(path)?))
+}
+
+/// The views that an .exr can hold.
+const RAW: [&str; 5] = ["visibility", "truth", "depth", "position", "normals"];
+
+/// Refuses a file whose ending or view cannot be written, before anything is rendered.
+pub fn check(view: &str, path: &Path) -> Result<()> {
+    let name = path.display();
+    let png = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png"));
+    ensure!(png || is_exr(path), "{name}: a capture's file name ends in .png or .exr");
+    ensure!(png || RAW.contains(&view), "{name}: the view {view} has no raw values; .exr takes {}", RAW.join(", "));
+    Ok(())
+}
+
+fn is_exr(path: &Path) -> bool {
+    path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"))
+}
+
+/// Makes the folder that a file is to lie in.
+pub fn create_folder(file: &Path) -> Result<()> {
+    if let Some(folder) = file.parent() {
+        std::fs::create_dir_all(folder).with_context(|| format!("{} cannot be made", folder.display()))?;
+    }
+    Ok(())
 }
 
 /// Writes four bytes a pixel, rows from the top, as PNG, with a set-up as an iTXt chunk if given.
 pub fn write_png(path: &Path, size: [u32; 2], rgba: &[u8], setup: Option<&str>) -> Result<()> {
     let doing = || format!("{} cannot be written", path.display());
-    if let Some(folder) = path.parent() {
-        std::fs::create_dir_all(folder).with_context(doing)?;
-    }
     let mut encoder = png::Encoder::new(BufWriter::new(File::create(path).with_context(doing)?), size[0], size[1]);
     encoder.set_color(png::ColorType::Rgba);
     encoder.set_depth(png::BitDepth::Eight);
@@ -82,17 +103,15 @@ fn write_exr(renderer: &Renderer, setup: &Setup, path: &Path) -> Result<()> {
         "truth" => one("Y", renderer.read_truth()?),
         "depth" => one("Y", renderer.read_position()?.iter().map(|p| p[3]).collect()),
         "position" => three(renderer.read_position()?.iter().map(|p| [p[0], p[1], p[2]]).collect()),
-        "normals" => three(renderer.read_surface()?.iter().map(|s| octahedral_decode(s[1])).collect()),
-        other => bail!(
-            "{}: the view {other} has no raw values; .exr takes visibility, truth, depth, position and normals",
-            path.display()
-        ),
+        _ => {
+            let position = renderer.read_position()?;
+            let normal = |(s, p): (&[u32; 4], &[f32; 4])| if p[3] > 0.0 { octahedral_decode(s[1]) } else { [0.0; 3] };
+            three(renderer.read_surface()?.iter().zip(&position).map(normal).collect())
+        }
     };
-    if let Some(folder) = path.parent() {
-        std::fs::create_dir_all(folder).with_context(doing)?;
-    }
+    create_folder(path)?;
     let mut attributes = LayerAttributes::named(setup.view.as_str());
-    attributes.comments = Text::new_or_none(setup.to_toml()?);
+    attributes.comments = Text::new_or_none(setup.to_toml(path)?);
     let layer = Layer::new((w, h), attributes, Encoding::SMALL_LOSSLESS, channels);
     Image::from_layer(layer).write().to_file(path).with_context(doing)
 }

@@ -8,6 +8,8 @@ use crate::{capture, measure, techniques, tour, ui, view};
 use anyhow::{Context, Result, bail};
 use clap::{Args, Parser, Subcommand};
 use indicatif::{ProgressBar, ProgressStyle};
+use std::fs::File;
+use std::io::{ErrorKind, Write};
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -112,6 +114,8 @@ pub fn run() -> Result<()> {
     match cli.command {
         None => open(cli.setup.as_deref(), adapter),
         Some(Command::Capture { wanted, output, view, technique }) => {
+            // What can be refused early is, before a scene is loaded and drawn.
+            capture::check(view.as_deref().unwrap_or("truth"), &output)?;
             let (mut setup, scene) = wanted.open()?;
             if let Some(technique) = &technique {
                 setup.select(technique)?;
@@ -187,10 +191,13 @@ fn run_measure(
     let (mut setup, scene) = wanted.open()?;
     let all = ids == ["all"];
     let ids: Vec<String> = if all { techniques::ALL.iter().map(|i| i.id.into()).collect() } else { ids };
+    // A capture may show a map that only its own technique has.
+    setup.view = "shaded".into();
     for id in &ids {
         setup.select(id)?;
     }
     wanted.apply(&mut setup, &scene, &ids)?;
+    let (json, csv) = (create(json)?, create(csv)?);
     let mut renderer = Renderer::new(Arc::new(Gpu::new(adapter)?), Arc::new(scene))?;
     let bar = progress_bar(ids.len() as u64 * 100);
     let mut rows = Vec::new();
@@ -200,34 +207,51 @@ fn run_measure(
             if !all {
                 bail!(reason);
             }
-            eprintln!("left out: {reason}");
+            bar.suspend(|| eprintln!("left out: {reason}"));
             continue;
         }
         bar.set_message(id.clone());
-        rows.push(measure::measure(&mut renderer, &setup, |done| bar.set_position((i as f32 + done) as u64 * 100))?);
+        rows.push(measure::measure(&mut renderer, &setup, |done| {
+            bar.set_position(((i as f32 + done) * 100.0) as u64)
+        })?);
     }
     bar.finish_and_clear();
-    let gpu = renderer.gpu.clone();
-    let mut printed = false;
-    let mut put = |file: &Option<PathBuf>, text: &dyn Fn() -> Result<String>| -> Result<()> {
+    let gpu = &renderer.gpu;
+    let mut table = true;
+    for (file, text) in
+        [(json, serde_json::to_string_pretty(&measure::json(gpu, &rows))? + "\n"), (csv, measure::csv(gpu, &rows))]
+    {
         match file {
-            Some(path) if path.as_os_str() == "-" => {
-                printed = true;
-                print!("{}", text()?);
+            Some((path, _)) if path.as_os_str() == "-" => {
+                table = false;
+                print(&text)?;
             }
-            Some(path) => {
-                std::fs::write(path, text()?).with_context(|| format!("{} cannot be written", path.display()))?
-            }
+            Some((path, file)) => file
+                .map_or(Ok(()), |mut file| file.write_all(text.as_bytes()))
+                .with_context(|| format!("{} cannot be written", path.display()))?,
             None => {}
         }
-        Ok(())
-    };
-    put(&json, &|| Ok(serde_json::to_string_pretty(&measure::json(&gpu, &rows))? + "\n"))?;
-    put(&csv, &|| Ok(measure::csv(&gpu, &rows)))?;
-    if !printed {
-        print!("{}", measure::text(&gpu, &rows));
     }
-    Ok(())
+    if table { print(&measure::text(gpu, &rows)) } else { Ok(()) }
+}
+
+/// A file to write results to later, made now so that no measurement is lost to a wrong path; none for `-`.
+fn create(path: Option<PathBuf>) -> Result<Option<(PathBuf, Option<File>)>> {
+    let Some(path) = path else { return Ok(None) };
+    if path.as_os_str() == "-" {
+        return Ok(Some((path, None)));
+    }
+    capture::create_folder(&path)?;
+    let file = File::create(&path).with_context(|| format!("{} cannot be written", path.display()))?;
+    Ok(Some((path, Some(file))))
+}
+
+/// Writes to standard output; a reader that has gone away is no error.
+fn print(text: &str) -> Result<()> {
+    match std::io::stdout().lock().write_all(text.as_bytes()) {
+        Err(e) if e.kind() != ErrorKind::BrokenPipe => Err(e).context("standard output cannot be written"),
+        _ => Ok(()),
+    }
 }
 
 /// A progress bar on standard error; nothing where that is not a terminal.
@@ -313,10 +337,5 @@ fn list(what: Listed, json: bool) -> Result<()> {
         }
     };
     let value: serde_json::Value = value;
-    if json {
-        println!("{}", serde_json::to_string_pretty(&value)?);
-    } else {
-        print!("{text}");
-    }
-    Ok(())
+    print(&if json { serde_json::to_string_pretty(&value)? + "\n" } else { text })
 }

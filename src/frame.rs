@@ -3,7 +3,7 @@
 //! Window, command line and tests all come through [`Renderer::render`].
 
 use crate::gpu::{Gpu, Pass, Raster, Recorder, Slot, Timer, bytes};
-use crate::light::Light;
+use crate::light::{Light, LightView};
 use crate::params::{Group, Values};
 use crate::scene::geometry::{Geometry, SceneGpu};
 use crate::scene::{Camera, Scene};
@@ -87,8 +87,8 @@ impl FrameUniform {
 /// How a technique's own map is drawn.
 #[derive(Clone)]
 enum Shown {
-    /// A map as the light sees it, fitted into the picture.
-    Texture(wgpu::TextureView),
+    /// A depth map and its light view, fitted into the picture.
+    Texture(wgpu::TextureView, wgpu::Buffer),
     /// Values of `map_out`, from dark at `range[0]` to bright at `range[1]`.
     Ramp([f32; 2]),
     /// Values of `map_out`: 0 and 1 as a chequerboard over the scene.
@@ -131,10 +131,10 @@ impl Frame<'_> {
         view::index(&self.setup.view).is_none()
     }
 
-    /// Shows a texture where the map `id` is asked for.
-    pub fn show_texture(&mut self, id: &str, texture: &wgpu::TextureView) {
+    /// Shows a depth map where the map `id` is asked for.
+    pub fn show_texture(&mut self, id: &str, texture: &wgpu::TextureView, light_view: &wgpu::Buffer) {
         if self.setup.view == id {
-            self.shown = Some(Shown::Texture(texture.clone()));
+            self.shown = Some(Shown::Texture(texture.clone(), light_view.clone()));
         }
     }
 
@@ -198,8 +198,6 @@ pub struct Told {
     pub gpu_bytes: u64,
     /// Share of the truth that is traced, 0 to 1.
     pub truth_done: f32,
-    /// CPU milliseconds for moving the animated geometry and refitting the BVH, if that happened.
-    pub animated_ms: Option<f64>,
     /// Why the technique does not serve the light; the frame is then drawn without shadow.
     pub refused: Option<String>,
 }
@@ -237,8 +235,17 @@ pub struct Renderer {
     truth: Pass,
     classify: Pass,
     draw: Pass,
+    /// Bound where no technique shows a map.
+    no_light_view: wgpu::Buffer,
+    /// How many rays gave up: the technique's, the truth's.
+    gave_up: [wgpu::Buffer; 2],
     revision: u64,
 }
+
+/// What the frame itself takes, beside its technique, by the names in the pass times.
+pub const SHARED_PASSES: [&str; 4] = [ANIMATION, "G-buffer", "truth", "shading"];
+/// Moving the animated geometry and building its BVH, on the CPU.
+const ANIMATION: &str = "geometry and BVH (CPU)";
 
 const SAMPLED: wgpu::TextureUsages = wgpu::TextureUsages::TEXTURE_BINDING.union(wgpu::TextureUsages::COPY_SRC);
 const DRAWN: wgpu::TextureUsages = SAMPLED.union(wgpu::TextureUsages::RENDER_ATTACHMENT);
@@ -269,8 +276,9 @@ impl Renderer {
                 stencil: Default::default(),
                 bias: Default::default(),
             }),
-            cull: None,
+            ..Raster::default()
         };
+        let count = |label| gpu.buffer(label, &[0; 16], wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC);
         let truth_words = techniques::TRUTH.params[0].words(&Values::new());
         let made = Renderer {
             timer: Timer::new(&gpu),
@@ -283,6 +291,12 @@ impl Renderer {
             truth: Pass::compute(&gpu, "truth", "techniques/rt_hard.wgsl", "resolve", techniques::TRUTH.params)?,
             classify: Pass::compute(&gpu, "mask", "mask.wgsl", "classify", &[])?,
             draw: Pass::compute(&gpu, "shading", "shade.wgsl", "shade", &[])?,
+            no_light_view: gpu.buffer(
+                "no light view",
+                bytemuck::bytes_of(&LightView::zeroed()),
+                wgpu::BufferUsages::STORAGE,
+            ),
+            gave_up: [count("rays that gave up"), count("the truth's rays that gave up")],
             gpu,
             scene,
             geometry,
@@ -320,8 +334,8 @@ impl Renderer {
             "{width} × {height} pixels are more than {} takes ({limit})",
             self.gpu.info.name
         );
-        let mut told =
-            Told { animated_ms: self.advance(setup), refused: info.refuses(&setup.light), ..Told::default() };
+        let animated_ms = self.advance(setup)?;
+        let mut told = Told { refused: info.refuses(&setup.light), ..Told::default() };
         self.make(info)?;
 
         let gpu = &*self.gpu;
@@ -342,20 +356,16 @@ impl Renderer {
         }
 
         let mut recorder = Recorder::new(gpu, &mut self.timer, ask.timed, ask.size);
-        let scene = &self.scene_gpu;
-        for (name, buffer) in [
-            ("frame", &self.frame_buffer),
-            ("vertices", &scene.vertices),
-            ("triangles", &scene.triangles),
-            ("materials", &scene.materials),
-            ("nodes", &scene.nodes),
-            ("corners", &scene.corners),
-            ("view", &self.view_buffer),
-        ] {
-            recorder.set(name, buffer);
+        if let Some(ms) = animated_ms {
+            recorder.note(ANIMATION, ms);
         }
+        let scene = &self.scene_gpu;
+        know_scene(&mut recorder, scene);
+        recorder.set("frame", &self.frame_buffer);
+        recorder.set("gave_up", &self.gave_up[0]);
+        recorder.clear(&self.gave_up[0]);
+        recorder.set("view", &self.view_buffer);
         for (name, view) in [
-            ("textures", &scene.textures),
             ("g_position", &position),
             ("g_surface", &surface),
             ("visibility_out", &visibility),
@@ -367,7 +377,6 @@ impl Renderer {
         ] {
             recorder.set(name, view);
         }
-        recorder.set("texture_sampler", &scene.sampler);
         for (name, (_, buffer)) in &self.params {
             recorder.set(name, buffer);
         }
@@ -392,6 +401,7 @@ impl Renderer {
         if self.truth_of != key {
             self.truth_of = key;
             self.truth_rows = 0;
+            recorder.clear(&self.gave_up[1]);
         }
         if ask.truth != Truth::Off && serves {
             let rows = match ask.truth {
@@ -407,6 +417,7 @@ impl Renderer {
                     .bind("frame", &self.truth_buffer)
                     .bind("params", &self.truth_params)
                     .bind("visibility_out", &truth)
+                    .bind("gave_up", &self.gave_up[1])
                     .dispatch(width.div_ceil(8), rows.div_ceil(8), 1);
                 self.truth_rows += rows;
             }
@@ -414,15 +425,15 @@ impl Renderer {
         told.truth_done = self.truth_rows as f32 / height as f32;
 
         if ask.picture {
-            let (mode, range, texture) = match &shown {
-                None => (0, [0.0, 1.0], &map),
-                Some(Shown::Texture(t)) => (1, [0.0, 1.0], t),
-                Some(Shown::Ramp(range)) => (2, *range, &map),
-                Some(Shown::Cells) => (3, [0.0, 1.0], &map),
+            let (mode, range, texture, light_view) = match &shown {
+                None => (0, [0.0, 1.0], &map, &self.no_light_view),
+                Some(Shown::Texture(t, light_view)) => (1, [0.0, 1.0], t, light_view),
+                Some(Shown::Ramp(range)) => (2, *range, &map, &self.no_light_view),
+                Some(Shown::Cells) => (3, [0.0, 1.0], &map, &self.no_light_view),
             };
             let view = ViewUniform { range, shown: mode, padding: 0 };
             gpu.queue.write_buffer(&self.view_buffer, 0, bytemuck::bytes_of(&view));
-            recorder.run(&self.draw).bind("shown", texture).per_pixel();
+            recorder.run(&self.draw).bind("shown", texture).bind("light_view", light_view).per_pixel();
         }
         recorder.finish()?;
         gpu.check()?;
@@ -430,17 +441,17 @@ impl Renderer {
     }
 
     /// Moves the animated geometry to the set-up's clock; the milliseconds that took, if it moved.
-    fn advance(&mut self, setup: &Setup) -> Option<f64> {
+    fn advance(&mut self, setup: &Setup) -> Result<Option<f64>> {
         let clock = (setup.animation, setup.time);
         if self.clock == clock || self.scene.animations.is_empty() {
-            return None;
+            return Ok(None);
         }
         let start = Instant::now();
-        self.geometry.update(&self.scene, setup.animation as usize, setup.time);
+        self.geometry = Geometry::new(&self.scene, setup.animation as usize, setup.time)?;
         self.scene_gpu.update(&self.gpu, &self.scene, &self.geometry);
         self.clock = clock;
         self.revision += 1;
-        Some(start.elapsed().as_secs_f64() * 1e3)
+        Ok(Some(start.elapsed().as_secs_f64() * 1e3))
     }
 
     /// Makes the technique, if another was in use.
@@ -474,6 +485,12 @@ impl Renderer {
         Ok(bytemuck::pod_collect_to_vec(&self.read(&self.targets.truth)?))
     }
 
+    /// How many of the technique's and of the truth's rays gave up before they knew (`max_visits`).
+    pub fn read_gave_up(&self) -> Result<[u32; 2]> {
+        let read = |b| anyhow::Ok(bytemuck::pod_read_unaligned(&self.gpu.read_buffer(b)?[..4]));
+        Ok([read(&self.gave_up[0])?, read(&self.gave_up[1])?])
+    }
+
     /// Classes of the last frame's pixels, as [`crate::measure::metrics`] names them.
     pub fn read_mask(&mut self) -> Result<Vec<u32>> {
         let held = |slot: &Slot| slot.texture().cloned().context("no frame has been rendered yet");
@@ -490,6 +507,38 @@ impl Renderer {
             .per_pixel();
         recorder.finish()?;
         Ok(bytemuck::pod_collect_to_vec(&self.read(&self.targets.mask)?))
+    }
+
+    /// Traces some more pixels of the truth and draws nothing else; the share that is traced then, 0 to 1. The last
+    /// frame must have asked for the truth.
+    pub fn trace(&mut self, pixels: u32) -> Result<f32> {
+        let held = self.targets.truth.texture().context("no frame has been rendered yet")?;
+        let size = [held.width(), held.height()];
+        let rows = (pixels / size[0]).max(8).min(size[1] - self.truth_rows);
+        if rows > 0 {
+            let t = &mut self.targets;
+            let position = t.position.get(&self.gpu, "position", size, Format::Rgba32Float, DRAWN);
+            let surface = t.surface.get(&self.gpu, "surface", size, Format::Rgba32Uint, DRAWN);
+            let truth = t.truth.get(&self.gpu, "truth", size, Format::R32Float, STORED);
+            let band = [self.truth_rows, rows];
+            let offset = std::mem::offset_of!(FrameUniform, band) as u64;
+            self.gpu.queue.write_buffer(&self.truth_buffer, offset, bytemuck::bytes_of(&band));
+            let mut recorder = Recorder::new(&self.gpu, &mut self.timer, true, size);
+            know_scene(&mut recorder, &self.scene_gpu);
+            recorder
+                .run(&self.truth)
+                .bind("frame", &self.truth_buffer)
+                .bind("params", &self.truth_params)
+                .bind("g_position", &position)
+                .bind("g_surface", &surface)
+                .bind("visibility_out", &truth)
+                .bind("gave_up", &self.gave_up[1])
+                .dispatch(size[0].div_ceil(8), rows.div_ceil(8), 1);
+            recorder.finish()?;
+            self.gpu.check()?;
+            self.truth_rows += rows;
+        }
+        Ok(self.truth_rows as f32 / size[1] as f32)
     }
 
     /// Takes in the pass times that have arrived; with `wait`, all of them.
@@ -525,6 +574,21 @@ impl Renderer {
         let all = [&t.position, &t.surface, &t.depth, &t.visibility, &t.truth, &t.map, &t.output];
         all.iter().filter_map(|s| s.texture()).map(bytes).sum()
     }
+}
+
+/// Makes the scene's buffers and textures known under the shaders' names.
+fn know_scene(recorder: &mut Recorder, scene: &SceneGpu) {
+    for (name, buffer) in [
+        ("vertices", &scene.vertices),
+        ("triangles", &scene.triangles),
+        ("materials", &scene.materials),
+        ("nodes", &scene.nodes),
+        ("corners", &scene.corners),
+    ] {
+        recorder.set(name, buffer);
+    }
+    recorder.set("textures", &scene.textures);
+    recorder.set("texture_sampler", &scene.sampler);
 }
 
 fn upload(gpu: &Gpu, held: &mut HashMap<&'static str, (Vec<u32>, wgpu::Buffer)>, group: &Group, values: &Values) {

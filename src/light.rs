@@ -182,9 +182,9 @@ impl LightView {
                 view.row_y = row(up, tangent);
                 view.axis = row(axis, 1.0);
                 view.row_w = view.axis;
-                // No receiver is farther than the scene's farthest corner.
-                view.far = range.min(high.z - axis.dot(position)).max(range * 1e-3);
-                // And no caster nearer than its nearest corner; a lamp inside the scene sees from a thousandth on.
+                // No receiver is farther than the scene's farthest corner. Casters nearer than `near` are clamped to it.
+                let farthest = high.z - axis.dot(position);
+                view.far = range.min(farthest.max(1e-3 * (high - low).length())).max(1e-6);
                 view.near = ((low.z - axis.dot(position)) * 0.999).clamp(view.far * 1e-3, view.far * 0.9);
                 view.row_z = (Vec4::W * view.far - view.axis) * (view.near / (view.far - view.near));
                 view.perspective = 1;

@@ -22,7 +22,8 @@ impl std::fmt::Display for Value {
         match self {
             Value::Bool(v) => v.fmt(f),
             Value::Int(v) => v.fmt(f),
-            Value::Float(v) => v.fmt(f),
+            // With its point, so that 3.0 is not taken for 3.
+            Value::Float(v) => write!(f, "{v:?}"),
             Value::Text(v) => v.fmt(f),
         }
     }

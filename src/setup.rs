@@ -2,6 +2,8 @@
 //!
 //! It is a bookmark, the command line's input, what a capture embeds, and what undo steps through.
 
+mod shape;
+
 use crate::light::Light;
 use crate::params::{Kind, Value, Values};
 use crate::scene::{Camera, Scene, builtin, gltf};
@@ -9,7 +11,7 @@ use crate::{capture, techniques, view};
 use anyhow::{Context, Result, bail, ensure};
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 /// Everything a frame depends on. Saved as TOML; lengths in metres, angles in degrees.
@@ -101,7 +103,7 @@ impl Setup {
                 Setup::from_toml(&text, path).with_context(|| format!("the set-up inside {what} cannot be used"))
             }
             _ => {
-                let scene = load_scene(what, Path::new("."))?;
+                let scene = load_scene(what)?;
                 Ok((Setup::new(what, &scene)?, scene))
             }
         }
@@ -111,10 +113,13 @@ impl Setup {
     /// `camera` and `light` may also be the name of one of the scene's, or be left out.
     pub fn from_toml(text: &str, path: &Path) -> Result<(Setup, Scene)> {
         let mut table: toml::Table = toml::from_str(text).map_err(|e| one_line(&e.to_string()))?;
+        shape::check(&table)?;
         let Some(name) = table.get("scene").and_then(|v| v.as_str()) else {
             bail!("the key scene is missing; give a built-in scene's name or the path of a glTF file");
         };
-        let scene = load_scene(name, path.parent().unwrap_or(Path::new(".")))?;
+        let name = beside(name, path.parent().unwrap_or(Path::new("")));
+        let scene = load_scene(&name)?;
+        table.insert("scene".into(), name.into());
         let camera = match table.get("camera") {
             Some(toml::Value::String(name)) => Some(scene_camera(&scene, name)?),
             None => Some(scene.cameras[0].camera),
@@ -135,12 +140,29 @@ impl Setup {
         setup.complete();
         setup.check()?;
         setup.widen();
+        let animations = scene.animations.len().max(1);
+        ensure!(
+            (setup.animation as usize) < animations,
+            "animation = {} is not allowed; {} takes 0 to {}",
+            setup.animation,
+            setup.scene,
+            animations - 1
+        );
         Ok((setup, scene))
     }
 
-    /// The set-up as TOML text.
-    pub fn to_toml(&self) -> Result<String> {
-        toml::to_string(self).context("the set-up cannot be written as TOML")
+    /// The set-up as TOML text for a file: the path of its scene counts from that file's folder.
+    pub fn to_toml(&self, file: &Path) -> Result<String> {
+        let mut setup = self.clone();
+        let folder = file.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        if !builtin::NAMES.contains(&self.scene.as_str())
+            && let (Ok(scene), Ok(folder)) = (Path::new(&self.scene).canonicalize(), folder.canonicalize())
+            && let Some(path) = pathdiff::diff_paths(scene, folder)
+        {
+            // Slashes are understood everywhere.
+            setup.scene = path.to_string_lossy().replace('\\', "/");
+        }
+        toml::to_string(&setup).context("the set-up cannot be written as TOML")
     }
 
     /// Fills in the defaults of the selected technique's parameters, so that a saved set-up holds them all.
@@ -191,11 +213,11 @@ impl Setup {
             }
         }
         if !found {
-            let mut names: Vec<&str> = Vec::new();
+            let mut names = BTreeSet::new();
             for id in &wanted {
                 names.extend(techniques::find_or_say(id)?.specs().map(|s| s.name));
             }
-            names.dedup();
+            let names: Vec<&str> = names.into_iter().collect();
             bail!("--set {assignment}: {} has no parameter {name}; there are {}", wanted.join(", "), names.join(", "));
         }
         Ok(())
@@ -266,7 +288,7 @@ impl Setup {
         };
         finite("light.position", position)?;
         finite("light.direction", direction)?;
-        ensure!(direction.length_squared() > 0.0, "the light's direction must not be zero");
+        ensure!(direction.try_normalize().is_some(), "the light's direction {direction} must not be zero nor endless");
         in_range("light.range", range, 1e-3, 1e9, " m")?;
         ensure!(
             color.is_finite() && color.min_element() >= 0.0,
@@ -292,8 +314,8 @@ fn one_line(message: &str) -> anyhow::Error {
     anyhow::anyhow!("{}", lines.collect::<Vec<_>>().join(" "))
 }
 
-/// Loads a built-in scene or a glTF file, whose path may be relative to the current folder or to `base`.
-pub fn load_scene(name: &str, base: &Path) -> Result<Scene> {
+/// Loads a built-in scene or a glTF file.
+pub fn load_scene(name: &str) -> Result<Scene> {
     if let Some(scene) = builtin::build(name) {
         return Ok(scene);
     }
@@ -304,7 +326,13 @@ pub fn load_scene(name: &str, base: &Path) -> Result<Scene> {
         "{name} is neither a built-in scene ({}) nor a .gltf, .glb, .toml or .png file",
         builtin::NAMES.join(", ")
     );
-    if !path.exists() && base.join(path).exists() { gltf::load(&base.join(path)) } else { gltf::load(path) }
+    gltf::load(path)
+}
+
+/// A scene's name as a set-up in `folder` means it: a path counts from there if such a file exists.
+fn beside(name: &str, folder: &Path) -> String {
+    let path = folder.join(name);
+    if !builtin::NAMES.contains(&name) && path.exists() { path.to_string_lossy().into_owned() } else { name.into() }
 }
 
 /// One of the scene's cameras by name.
@@ -332,7 +360,7 @@ pub fn scene_light(scene: &Scene, name: &str) -> Result<Light> {
 /// Reads `--camera`: a name, or `px,py,pz:tx,ty,tz:fov` (near and far then follow the scene's first camera).
 pub fn parse_camera(scene: &Scene, text: &str) -> Result<Camera> {
     let parts: Vec<&str> = text.split(':').collect();
-    if parts.len() != 3 {
+    if parts.len() != 3 || scene.cameras.iter().any(|c| c.name == text) {
         return scene_camera(scene, text);
     }
     let form = || format!("--camera {text}: write it as NAME or px,py,pz:tx,ty,tz:fov");
@@ -347,7 +375,8 @@ pub fn parse_camera(scene: &Scene, text: &str) -> Result<Camera> {
 
 /// Reads `--light`: a name, or `KIND:key=value;…` with the keys of the set-up's `[light]` table.
 pub fn parse_light(scene: &Scene, text: &str) -> Result<Light> {
-    let Some((kind, rest)) = text.split_once(':') else {
+    let named = scene.lights.iter().any(|l| l.name == text);
+    let Some((kind, rest)) = text.split_once(':').filter(|_| !named) else {
         return scene_light(scene, text);
     };
     let mut table = toml::Table::new();
@@ -363,6 +392,7 @@ pub fn parse_light(scene: &Scene, text: &str) -> Result<Light> {
         let value = if let [one] = numbers[..] { one.into() } else { numbers.into() };
         table.insert(key.trim().into(), value);
     }
+    shape::check_light(&table).with_context(|| format!("--light {text}"))?;
     Light::deserialize(toml::Value::Table(table)).map_err(|e| one_line(&format!("--light {text}: {e}")))
 }
 

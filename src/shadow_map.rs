@@ -116,7 +116,7 @@ impl ShadowMap {
                 f.run(masked).bind("light_view", &light_view).draw(&[], depth, false, |p| scene.draw_masked(p));
             }
         }
-        f.show_texture("shadow-map", &map);
+        f.show_texture("shadow-map", &map, &light_view);
         Ok(Drawn { map, light_view })
     }
 
@@ -129,9 +129,12 @@ impl ShadowMap {
         if self.casters.as_ref().is_some_and(|(made, _)| same(made)) {
             return Ok(());
         }
+        let unclipped_depth = gpu.features.contains(wgpu::Features::DEPTH_CLIP_CONTROL);
         let pass = |name, fragment| {
             let raster = Raster {
-                vertex: "caster",
+                // Casters nearer than the near plane must stay: clamped by the rasteriser, or else by their corners.
+                vertex: if unclipped_depth { "caster" } else { "clamped_caster" },
+                unclipped_depth,
                 fragment,
                 targets: &[],
                 depth: Some(wgpu::DepthStencilState {

@@ -19,6 +19,8 @@ const CAPTION: u32 = 26;
 /// Writes `SCENE-TECHNIQUE.png` for all of them, and `contact-sheet.png`, into a folder.
 pub fn write(folder: &Path, adapter: Option<&str>) -> Result<()> {
     let gpu = Arc::new(Gpu::new(adapter)?);
+    let sheet_path = folder.join("contact-sheet.png");
+    capture::create_folder(&sheet_path)?;
     let columns = techniques::ALL.len() as u32;
     let rows = builtin::NAMES.len() as u32;
     let sheet_size = [columns * (SIZE[0] / 2 + GAP) + GAP, rows * (SIZE[1] / 2 + GAP + CAPTION) + GAP];
@@ -48,9 +50,8 @@ pub fn write(folder: &Path, adapter: Option<&str>) -> Result<()> {
         }
     }
     bar.finish_and_clear();
-    let path = folder.join("contact-sheet.png");
-    write_png(&path, sheet_size, sheet.as_raw(), None)?;
-    eprintln!("wrote {} and a picture for each scene and technique beside it", path.display());
+    write_png(&sheet_path, sheet_size, sheet.as_raw(), None)?;
+    eprintln!("wrote {} and a picture for each scene and technique beside it", sheet_path.display());
     Ok(())
 }
 

@@ -115,6 +115,20 @@ fn measure_tells_all_it_should() {
     assert!(lines[1].contains(&format!(",{},{},", rows[0]["facing"], rows[0]["lit_correct"])), "{csv}");
 }
 
+/// A reader that goes away, a capture of another technique's map, and a file that cannot be made.
+#[test]
+fn measure_and_list_bear_with_their_surroundings() {
+    let dir = tempfile::tempdir().unwrap();
+    let pipe = format!("{} list techniques | true", env!("CARGO_BIN_EXE_shadowscope"));
+    let out = Command::new("sh").args(["-c", &pipe]).output().unwrap();
+    assert!(out.stderr.is_empty(), "{}", String::from_utf8_lossy(&out.stderr));
+    ok(dir.path(), &["capture", "cubes", "--size", "64x48", "--technique", "pcf", "--view", "taps", "-o", "t.png"]);
+    ok(dir.path(), &["measure", "t.png", "--techniques", "shadow-map", "--csv", "new/t.csv"]);
+    assert!(read(dir.path(), "new/t.csv").len() > 100);
+    let out = shadowscope(dir.path(), &["measure", "cubes", "--csv", "t.png/x.csv"]);
+    assert!(!out.status.success() && !String::from_utf8_lossy(&out.stderr).contains("panicked"));
+}
+
 #[test]
 fn lists_name_what_there_is() {
     let dir = tempfile::tempdir().unwrap();

@@ -32,7 +32,7 @@ fn a_set_up_survives_its_file() {
         range: 70.0,
         color: glam::Vec3::new(1.0, 0.9, 0.8),
     };
-    let text = setup.to_toml().unwrap();
+    let text = setup.to_toml(Path::new("x.toml")).unwrap();
     assert_eq!(read(&text).unwrap(), setup, "{text}");
     // All of the technique's parameters are in it, defaults too.
     for name in ["kernel = 7", "mode = \"disk\"", "samples = 16", "resolution = 1024", "hardware_clamp"] {
@@ -65,7 +65,7 @@ fn errors_name_the_key_the_value_and_the_range() {
         (with("technique = \"magic\"\n"), vec!["technique", "magic", "shadow-map"]),
         (with("view = \"xray\"\n"), vec!["view", "xray", "shaded"]),
         (with("size = [0, 100]\n"), vec!["size", "[0, 100]", "1 to 16384"]),
-        (with("size = \"big\"\n"), vec!["size"]),
+        (with("size = \"big\"\n"), vec!["size", "big", "1 to 16384"]),
         (with("colour = 3\n"), vec!["colour", "camera"]),
         (with("camera = \"nowhere\"\n"), vec!["nowhere", "default"]),
         (with("light = \"nowhere\"\n"), vec!["nowhere", "sun"]),
@@ -82,7 +82,22 @@ fn errors_name_the_key_the_value_and_the_range() {
         (with("[light]\nkind = \"directional\"\nto_light = [0,0,0]\n"), vec!["light", "zero"]),
         (with("[light]\nkind = \"laser\"\n"), vec!["laser", "directional"]),
         (with("[light]\nkind = \"omni\"\nposition = [0,1,0]\nrange = -4\n"), vec!["light.range", "-4"]),
-        (refusal("camera = 3"), vec!["scene", "missing"]),
+        (with("[light]\nkind = \"directional\"\nto_light = [1e25,1e25,0]\n"), vec!["light", "endless"]),
+        (with("[light]\nkind = \"spot\"\nposition = [0,1,0]\n"), vec!["spot", "direction", "outer_angle"]),
+        (
+            with("[light]\nkind = \"omni\"\nposition = [0,1,0]\nrange = \"wide\"\n"),
+            vec!["light.range", "wide", "0.001 to"],
+        ),
+        (
+            with("[light]\nkind = \"omni\"\nposition = [0,1,0]\nrange = 3\nto_light = [0,1,0]\n"),
+            vec!["light.to_light", "omni"],
+        ),
+        (with("animation = 7\n"), vec!["animation", "7", "0 to 0"]),
+        (with("time = \"x\"\n"), vec!["time", "x", "0 to"]),
+        (with("[params.pcf]\nkernel = [1]\n"), vec!["params.pcf.kernel", "[1]", "1 to 9"]),
+        (with("[params.pcf]\nkernel = 3.0\n"), vec!["params.pcf.kernel", "3.0", "1 to 9"]),
+        (refusal("scene = 3"), vec!["scene", "3", "built-in"]),
+        (refusal("camera = \"x\""), vec!["scene", "missing"]),
         (refusal("scene = \"atlantis\""), vec!["atlantis", "bench"]),
         (refusal("scene = \"missing.glb\""), vec!["missing.glb"]),
         (refusal("scene = [\n"), vec!["line"]),
@@ -116,4 +131,28 @@ fn the_command_lines_words_are_read() {
         let message = format!("{:#}", setup.set(bad, &both).expect_err(bad));
         assert!(!message.contains('\n') && message.len() > 20, "{message}");
     }
+}
+
+/// A set-up's scene lies where the set-up's file says, wherever the program is started.
+#[test]
+fn the_scenes_path_counts_from_the_set_ups_file() {
+    let dir = tempfile::tempdir().unwrap();
+    let models = dir.path().join("models");
+    let figures = dir.path().join("figures");
+    std::fs::create_dir(&models).unwrap();
+    std::fs::create_dir(&figures).unwrap();
+    let triangle = r#"{"asset":{"version":"2.0"},"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],
+        "meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],
+        "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"}],
+        "bufferViews":[{"buffer":0,"byteLength":36}],
+        "buffers":[{"byteLength":36,"uri":"data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}]}"#;
+    let model = models.join("a.gltf");
+    std::fs::write(&model, triangle).unwrap();
+    let (setup, _) = Setup::open(&model.to_string_lossy()).unwrap();
+    let file = figures.join("a.toml");
+    let text = setup.to_toml(&file).unwrap();
+    assert!(text.contains("scene = \"../models/a.gltf\""), "{text}");
+    std::fs::write(&file, &text).unwrap();
+    let (again, scene) = Setup::open(&file.to_string_lossy()).unwrap();
+    assert_eq!((scene.triangles(), again.to_toml(&file).unwrap()), (1, text));
 }

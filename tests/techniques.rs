@@ -62,6 +62,7 @@ fn spot() -> Light {
     }
 }
 
+/// The counts of a technique that is the truth itself add up and hold no error.
 #[test]
 fn the_reference_has_no_error() {
     let (mut r, mut s) = built_in("bench", "flowers-against", [192, 108]);
@@ -360,4 +361,134 @@ fn a_progressive_truth_ends_the_same() {
     }
     assert!(steps > 5, "{steps}");
     assert_eq!(r.read_truth().unwrap(), whole);
+}
+
+/// A node that slides `from` one place `to` another, and grows from one scale to the other, in two seconds.
+fn moving(parts: Vec<[Vec3; 3]>, from: (Vec3, f32), to: (Vec3, f32)) -> Scene {
+    let ground = mesh(&floor(Vec2::splat(-6.0), Vec2::splat(6.0), 0.0), 0);
+    let view = camera(Vec3::new(0.0, 8.0, 7.0), Vec3::ZERO);
+    let meshes = vec![ground, mesh(&parts, 0)];
+    let mut scene = scene(meshes, vec![material(Vec3::ONE)], view, sun(Vec3::new(0.2, 1.0, 0.1)));
+    scene.nodes[0].meshes = vec![0];
+    let local = Local::Trs { translation: from.0, rotation: Quat::IDENTITY, scale: Vec3::splat(from.1) };
+    scene.nodes.push(Node { parent: None, local, meshes: vec![1], instances: vec![] });
+    let channel = |property, from: Vec3, to: Vec3| Channel {
+        node: 1,
+        property,
+        interpolation: Interpolation::Linear,
+        times: vec![0.0, 2.0],
+        values: vec![from.extend(0.0), to.extend(0.0)],
+    };
+    let channels = vec![
+        channel(Property::Translation, from.0, to.0),
+        channel(Property::Scale, Vec3::splat(from.1), Vec3::splat(to.1)),
+    ];
+    scene.animations.push(Animation { name: "move".into(), channels });
+    scene
+}
+
+/// What was a point, a duplicate or inside out at the clock's start is none later: every frame is as good as a file
+/// that stands there.
+#[test]
+fn an_animation_may_begin_degenerate() {
+    let body = || cuboid(Vec3::new(-1.0, 0.5, -1.0), Vec3::new(1.0, 1.5, 1.0));
+    let sheet = || floor(Vec2::splat(-6.0), Vec2::splat(6.0), 0.0);
+    for (name, parts, from, to) in [
+        ("grows from a point", body(), (Vec3::ZERO, 0.0), (Vec3::ZERO, 2.0)),
+        ("rises off its duplicate", sheet(), (Vec3::ZERO, 1.0), (Vec3::Y * 2.0, 1.0)),
+        ("turns inside out", body(), (Vec3::Y * 3.0, 1.0), (Vec3::Y * 3.0, -1.0)),
+    ] {
+        let (mut r, mut s) = start(moving(parts.clone(), from, to), [160, 120]);
+        // Not the middle, where the last one is a point.
+        s.time = 1.5;
+        let moved = errors(&mut r, &mut s, "shadow-map", &["resolution=2048"]);
+        let at = (from.0.lerp(to.0, 0.75), from.1 + (to.1 - from.1) * 0.75);
+        let (mut r, mut s) = start(moving(parts, at, at), [160, 120]);
+        let still = errors(&mut r, &mut s, "shadow-map", &["resolution=2048"]);
+        assert_eq!(moved, still, "{name}");
+        assert!(still.share() < 0.01, "{name}: {still:?}");
+    }
+}
+
+/// Hundreds of triangles in one place are legal: the BVH must not nest without end.
+#[test]
+fn many_triangles_in_one_place_are_taken() {
+    let mut triangles = floor(Vec2::splat(-4.0), Vec2::splat(4.0), 0.0);
+    triangles.extend([[Vec3::new(-1.0, 1.0, -1.0), Vec3::new(-1.0, 1.0, 1.0), Vec3::new(1.0, 1.0, 0.0)]; 600]);
+    triangles.extend([[Vec3::new(2.0, 1.0, 2.0); 3]; 3000]);
+    let view = camera(Vec3::new(0.0, 6.0, 5.0), Vec3::ZERO);
+    let (mut r, mut s) = start(
+        scene(vec![mesh(&triangles, 0)], vec![material(Vec3::ONE)], view, sun(Vec3::new(0.3, 1.0, 0.0))),
+        [96, 72],
+    );
+    let e = errors(&mut r, &mut s, "shadow-map", &["resolution=2048"]);
+    assert!(e.share() < 0.01 && e.shadow_correct > 50, "{e:?}");
+}
+
+/// A caster close to a spot's lamp, far nearer than the scene is large, still casts.
+#[test]
+fn a_caster_near_the_lamp_casts() {
+    let mut triangles = floor(Vec2::splat(-500.0), Vec2::splat(500.0), 0.0);
+    triangles.extend(floor(Vec2::new(-0.06, -0.2), Vec2::new(0.0, 0.2), 7.9));
+    for range in [40.0, 1e9] {
+        let light = Light::Spot {
+            position: Vec3::new(0.0, 8.0, 0.0),
+            direction: Vec3::new(0.7, -1.0, 0.0),
+            outer_angle: 60.0,
+            range,
+            color: Vec3::ONE,
+        };
+        let view = camera(Vec3::new(0.0, 9.0, 12.0), Vec3::ZERO);
+        let lit = scene(vec![mesh(&triangles, 0)], vec![material(Vec3::ONE)], view, light);
+        let (mut r, mut s) = start(lit, [160, 120]);
+        let e = errors(&mut r, &mut s, "shadow-map", &["resolution=2048"]);
+        assert!(e.share() < 0.01 && e.shadow_correct > 1000, "range {range}: {e:?}");
+    }
+}
+
+/// On a slope the receiver's plane alone keeps the acne away, for one sample and for many, at any size of the world.
+#[test]
+fn the_receivers_plane_replaces_the_slope_bias() {
+    for size in [1.0, 1e6] {
+        let ground = floor(Vec2::splat(-5.0 * size), Vec2::splat(5.0 * size), 0.0);
+        let mut view = camera(Vec3::new(0.0, 3.0, 5.0) * size, Vec3::ZERO);
+        (view.near, view.far) = (0.1 * size, 200.0 * size);
+        let sloping = scene(vec![mesh(&ground, 0)], vec![material(Vec3::ONE)], view, sun(Vec3::new(1.0, 0.5, 0.0)));
+        let (mut r, mut s) = start(sloping, [128, 96]);
+        let slope = ["bias=0.002", "slope_bias=0.75"];
+        assert_eq!(errors(&mut r, &mut s, "shadow-map", &slope).rmse, 0.0, "slope bias at size {size}");
+        if size == 1.0 {
+            let bare = errors(&mut r, &mut s, "shadow-map", &["slope_bias=0"]);
+            let plane = errors(&mut r, &mut s, "shadow-map", &["slope_bias=0", "receiver_plane=true"]);
+            assert!(bare.share() > 0.05, "{bare:?}");
+            assert_eq!(plane.rmse, 0.0, "{plane:?}");
+        }
+    }
+}
+
+/// The map's picture shows what the light sees, near bright, under parallel light and under a spot.
+#[test]
+fn the_maps_picture_tells_near_from_far() {
+    for light in [sun(Vec3::new(0.1, 1.0, 0.05)), spot()] {
+        let (mut r, mut s) = start(hovering(light), [120, 120]);
+        s.view = "shadow-map".into();
+        r.render(&s, ask(&s)).unwrap();
+        let picture = r.read_picture().unwrap();
+        let values: Vec<u8> = picture.chunks_exact(4).map(|p| p[0]).collect();
+        let bright = values.iter().filter(|v| **v > 60).count();
+        let dark = values.iter().filter(|v| **v < 40).count();
+        assert!(bright > 500 && dark > 500, "{}: {bright} bright, {dark} dark", light.kind());
+    }
+}
+
+/// Rays that give up are counted and said.
+#[test]
+fn rays_that_give_up_are_reported() {
+    let (mut r, mut s) = built_in("bench", "flowers-against", [160, 90]);
+    errors(&mut r, &mut s, "rt-hard", &["max_visits=64"]);
+    let [own, truth] = r.read_gave_up().unwrap();
+    assert!(own > 100 && truth == 0, "{own} {truth}");
+    s.set("max_visits=65536", &["rt-hard".into()]).unwrap();
+    let row = measure::measure(&mut r, &s, |_| {}).unwrap();
+    assert!(row.notes.is_empty(), "{:?}", row.notes);
 }

@@ -18,7 +18,8 @@ enum Exact {
 }
 
 /// Tests every triangle (Möller, Trumbore 1997). `margin` is relative: barycentric, or of the distance.
-fn brute_force(triangles: &[[Vec3; 3]], own: usize, origin: Vec3, to_light: DVec3, far: f64) -> Exact {
+/// `rounding`: how far along the ray the origin's own rounding reaches.
+fn brute_force(triangles: &[[Vec3; 3]], own: usize, origin: Vec3, to_light: DVec3, far: f64, rounding: f64) -> Exact {
     let margin = 2e-5;
     let o = origin.as_dvec3();
     let mut tie = false;
@@ -44,7 +45,7 @@ fn brute_force(triangles: &[[Vec3; 3]], own: usize, origin: Vec3, to_light: DVec
         if inside < -slack || distance < -slack || distance > far + slack {
             continue;
         }
-        if inside > slack && distance > slack && distance < far - slack {
+        if inside > slack && distance > slack.max(rounding) && distance < far - slack {
             return Exact::Blocked;
         }
         tie = true;
@@ -83,7 +84,11 @@ fn compare(scene: Scene, size: [u32; 2]) -> (usize, [usize; 3]) {
                 continue;
             }
         }
-        match brute_force(&triangles, surface[i][3] as usize, p, to_light, far) {
+        let own = surface[i][3] as usize;
+        let [a, b, c] = triangles[own].map(|p| p.as_dvec3());
+        let cosine = (b - a).cross(c - a).normalize().dot(to_light.normalize()).abs();
+        let rounding = 1e-6 * p.abs().max_element() as f64 / cosine.max(0.01) / to_light.length();
+        match brute_force(&triangles, own, p, to_light, far, rounding) {
             Exact::Lit => {
                 counts[0] += 1;
                 differing += (truth[i] != 1.0) as usize;
@@ -175,4 +180,21 @@ fn duplicates_do_not_shadow_each_other() {
     renderer.render(&setup, ask(&setup)).unwrap();
     let (truth, mask) = (renderer.read_truth().unwrap(), renderer.read_mask().unwrap());
     assert!((0..truth.len()).all(|i| mask[i] != FACING || truth[i] == 1.0));
+}
+
+/// Coplanar surfaces that are no exact duplicates do not speckle each other: the floor again, cut along its other diagonal.
+#[test]
+fn coplanar_neighbours_do_not_speckle() {
+    let height = 0.3;
+    let ground = floor(Vec2::splat(-3.0), Vec2::splat(3.0), height);
+    let [a, b, c, d] = [ground[0][0], ground[0][1], ground[0][2], ground[1][2]];
+    let again = [[a, b, d], [b, c, d]];
+    let view = camera(Vec3::new(0.0, 4.0, 5.0), Vec3::ZERO);
+    let meshes = vec![mesh(&ground, 0), mesh(&again, 0)];
+    let (mut renderer, setup) =
+        start(scene(meshes, vec![material(Vec3::ONE)], view, sun(Vec3::new(0.4, 1.0, 0.1))), [128, 96]);
+    renderer.render(&setup, ask(&setup)).unwrap();
+    let (truth, mask) = (renderer.read_truth().unwrap(), renderer.read_mask().unwrap());
+    let dark = (0..truth.len()).filter(|i| mask[*i] == FACING && truth[*i] == 0.0).count();
+    assert_eq!(dark, 0);
 }

@@ -97,7 +97,7 @@ fn settled(folder: &Path, rect: egui::Rect, accept: impl Fn(&[u32]) -> bool, wha
             since = Instant::now();
             return None;
         }
-        (since.elapsed() > Duration::from_millis(1500)).then(|| now)
+        (since.elapsed() > Duration::from_millis(1500)).then_some(now)
     })
 }
 

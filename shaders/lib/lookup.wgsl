@@ -57,8 +57,10 @@ fn plane_gradient(normal: vec3f, clip: vec4f, scale: f32) -> vec2f {
     let a = along(t0, clip, scale);
     let b = along(t1, clip, scale);
     let determinant = a.x * b.y - a.y * b.x;
-    if abs(determinant) < 1e-12 * scale * scale {
-        return vec2f(0.0);
+    if abs(determinant) <= 1e-6 * length(a.xy) * length(b.xy) {
+        // Edge-on to the light: as steep as can be, deeper along the normal.
+        let out = along(normal, clip, scale).xy;
+        return -1e20 * out / max(length(out), 1e-30);
     }
     return vec2f(a.z * b.y - b.z * a.y, b.z * a.x - a.z * b.x) / determinant;
 }
@@ -76,11 +78,16 @@ fn outside_map(texel: vec2f) -> bool {
 }
 
 // One nearest sample; lit outside the map, where nothing can cast.
-fn compare(texel: vec2f, depth: f32) -> f32 {
+fn compare(r: Receiver, texel: vec2f) -> f32 {
     if outside_map(texel) {
         return 1.0;
     }
-    return select(0.0, 1.0, depth >= textureLoad(shadow_map, vec2u(texel), 0));
+    return select(0.0, 1.0, depth_at(r, floor(texel) + 0.5) >= textureLoad(shadow_map, vec2u(texel), 0));
+}
+
+// What to compare with at a place in the map: the receiver's plane there, if it is followed.
+fn depth_at(r: Receiver, texel: vec2f) -> f32 {
+    return max(r.depth + dot(r.gradient, texel - r.texel), 0.0);
 }
 
 // The maps that every technique with one shadow map shows; numbered as `MAPS` in Rust.

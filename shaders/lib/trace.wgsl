@@ -39,6 +39,8 @@ struct Ray {
 
 struct Hit {
     blocked: bool,
+    // It passed `max_visits`, so that nothing is known.
+    gave_up: bool,
     // Nodes visited.
     visits: u32,
 }
@@ -128,14 +130,14 @@ fn trace(ray: Ray) -> Hit {
     var index = 0u;
     var visits = 1u;
     if enters(ray, inverse, nodes[0]) < 0.0 {
-        return Hit(false, visits);
+        return Hit(false, false, visits);
     }
     loop {
         let node = nodes[index];
         if node.count > 0u {
             for (var i = node.first; i < node.first + node.count; i++) {
                 if corners[i].surface != ray.own && hits_triangle(ray, h, corners[i]) {
-                    return Hit(true, visits);
+                    return Hit(true, false, visits);
                 }
             }
         } else {
@@ -143,7 +145,7 @@ fn trace(ray: Ray) -> Hit {
             let right = enters(ray, inverse, nodes[node.first + 1u]);
             visits += 2u;
             if visits > ray.max_visits {
-                return Hit(false, visits);
+                return Hit(false, true, visits);
             }
             if left >= 0.0 && right >= 0.0 {
                 // The nearer child first.
@@ -166,5 +168,5 @@ fn trace(ray: Ray) -> Hit {
         top--;
         index = stack[top];
     }
-    return Hit(false, visits);
+    return Hit(false, false, visits);
 }

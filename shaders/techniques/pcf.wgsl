@@ -84,15 +84,14 @@ fn visibility(s: Surface) -> f32 {
     for (var i = 0u; i < n; i++) {
         let t = tap(i, r.texel, turn);
         let texel = r.texel + t.offset;
-        let depth = max(r.depth + dot(r.gradient, t.offset), 0.0);
         if hardware() {
             var v = 1.0;
             if !outside_map(texel) {
-                v = textureSampleCompareLevel(shadow_map, compare_sampler, texel / light_view.resolution, depth);
+                v = textureSampleCompareLevel(shadow_map, compare_sampler, texel / light_view.resolution, depth_at(r, texel));
             }
             lit += t.weight * v;
         } else {
-            lit += t.weight * compare(texel, depth);
+            lit += t.weight * compare(r, texel);
         }
     }
     // Weights of many taps add up to 1 only nearly; fully lit is exactly 1.

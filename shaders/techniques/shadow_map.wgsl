@@ -3,7 +3,7 @@
 
 fn visibility(s: Surface) -> f32 {
     let r = receive(s, 0.0, 1.0);
-    return compare(r.texel, r.depth);
+    return compare(r, r.texel);
 }
 
 fn inspect_map(s: Surface) -> f32 {

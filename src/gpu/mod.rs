@@ -21,7 +21,7 @@ pub struct Gpu {
 }
 
 /// What we use where an adapter has it; nothing of it is required.
-const WANTED: wgpu::Features = wgpu::Features::TIMESTAMP_QUERY;
+const WANTED: wgpu::Features = wgpu::Features::TIMESTAMP_QUERY.union(wgpu::Features::DEPTH_CLIP_CONTROL);
 
 /// The instance that windows and the command line share.
 pub fn instance() -> wgpu::Instance {
@@ -153,7 +153,9 @@ impl Gpu {
         );
         self.queue.submit([encoder.finish()]);
         let bytes = self.read_staging(&staging)?;
-        Ok(bytes.chunks_exact(padded).flat_map(|r| &r[..row]).copied().collect())
+        let mut packed = Vec::with_capacity(row * size.height as usize);
+        bytes.chunks_exact(padded).for_each(|r| packed.extend_from_slice(&r[..row]));
+        Ok(packed)
     }
 
     fn staging(&self, size: u64) -> wgpu::Buffer {

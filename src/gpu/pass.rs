@@ -57,6 +57,8 @@ pub struct Raster<'a> {
     pub targets: &'a [wgpu::TextureFormat],
     pub depth: Option<wgpu::DepthStencilState>,
     pub cull: Option<wgpu::Face>,
+    /// Depth beyond the near and far planes is clamped to them, not clipped; needs `DEPTH_CLIP_CONTROL`.
+    pub unclipped_depth: bool,
 }
 
 impl Pass {
@@ -88,7 +90,11 @@ impl Pass {
                 compilation_options: Default::default(),
                 buffers: &[],
             },
-            primitive: wgpu::PrimitiveState { cull_mode: raster.cull, ..Default::default() },
+            primitive: wgpu::PrimitiveState {
+                cull_mode: raster.cull,
+                unclipped_depth: raster.unclipped_depth,
+                ..Default::default()
+            },
             depth_stencil: raster.depth,
             multisample: Default::default(),
             fragment: raster.fragment.map(|entry| wgpu::FragmentState {
@@ -179,9 +185,19 @@ pub struct Timer {
     queries: Option<(wgpu::QuerySet, wgpu::Buffer)>,
     names: Vec<&'static str>,
     wall: Vec<f64>,
-    pending: Vec<(wgpu::Buffer, Vec<&'static str>, Arc<AtomicBool>)>,
+    /// Work on the CPU that belongs to the frame.
+    noted: Vec<(&'static str, f64)>,
+    pending: Vec<Pending>,
     /// The last complete frame.
     pub latest: Vec<(&'static str, f64)>,
+}
+
+/// Timestamps on their way back.
+struct Pending {
+    staging: wgpu::Buffer,
+    names: Vec<&'static str>,
+    noted: Vec<(&'static str, f64)>,
+    ready: Arc<AtomicBool>,
 }
 
 const MAX_PASSES: u32 = 128;
@@ -206,7 +222,15 @@ impl Timer {
             });
             (set, buffer)
         });
-        Timer { mode, queries, names: Vec::new(), wall: Vec::new(), pending: Vec::new(), latest: Vec::new() }
+        Timer {
+            mode,
+            queries,
+            names: Vec::new(),
+            wall: Vec::new(),
+            noted: Vec::new(),
+            pending: Vec::new(),
+            latest: Vec::new(),
+        }
     }
 
     pub fn mode(&self) -> TimerMode {
@@ -218,17 +242,14 @@ impl Timer {
         if wait {
             gpu.wait()?;
         }
-        while let Some((buffer, names, ready)) = self.pending.first() {
-            if !ready.load(Ordering::Acquire) {
-                break;
-            }
-            let bytes = buffer.get_mapped_range(..).map_err(|e| anyhow!("reading the pass times failed: {e}"))?;
+        while self.pending.first().is_some_and(|p| p.ready.load(Ordering::Acquire)) {
+            let Pending { staging, names, noted, .. } = self.pending.remove(0);
+            let bytes = staging.get_mapped_range(..).map_err(|e| anyhow!("reading the pass times failed: {e}"))?;
             let stamps: &[u64] = bytemuck::cast_slice(&bytes);
             let to_ms = gpu.queue.get_timestamp_period() as f64 * 1e-6;
             let times = names.iter().zip(stamps.chunks_exact(2));
-            self.latest = times.map(|(n, s)| (*n, s[1].saturating_sub(s[0]) as f64 * to_ms)).collect();
-            drop(bytes);
-            self.pending.remove(0);
+            self.latest = noted;
+            self.latest.extend(times.map(|(n, s)| (*n, s[1].saturating_sub(s[0]) as f64 * to_ms)));
         }
         Ok(())
     }
@@ -250,6 +271,7 @@ impl<'a> Recorder<'a> {
     pub fn new(gpu: &'a Gpu, timer: &'a mut Timer, timed: bool, pixels: [u32; 2]) -> Recorder<'a> {
         timer.names.clear();
         timer.wall.clear();
+        timer.noted.clear();
         let encoder = gpu.device.create_command_encoder(&Default::default());
         Recorder { gpu, resources: HashMap::new(), encoder, timer, timed, pixels, error: None }
     }
@@ -262,6 +284,11 @@ impl<'a> Recorder<'a> {
     /// Starts a pass.
     pub fn run<'r>(&'r mut self, pass: &'r Pass) -> Run<'r, 'a> {
         Run { recorder: self, pass, extra: Vec::new() }
+    }
+
+    /// Adds work on the CPU to the frame's times.
+    pub fn note(&mut self, name: &'static str, ms: f64) {
+        self.timer.noted.push((name, ms));
     }
 
     /// Zeroes a buffer.
@@ -296,12 +323,18 @@ impl<'a> Recorder<'a> {
                 let ready = Arc::new(AtomicBool::new(false));
                 let flag = ready.clone();
                 staging.map_async(wgpu::MapMode::Read, .., move |r| flag.store(r.is_ok(), Ordering::Release));
-                timer.pending.push((staging, std::mem::take(&mut timer.names), ready));
+                timer.pending.push(Pending {
+                    staging,
+                    names: std::mem::take(&mut timer.names),
+                    noted: std::mem::take(&mut timer.noted),
+                    ready,
+                });
             }
             _ => {
                 self.gpu.queue.submit([self.encoder.finish()]);
                 if self.timed && timer.mode == TimerMode::Wall {
-                    timer.latest = timer.names.iter().copied().zip(timer.wall.iter().copied()).collect();
+                    timer.latest = std::mem::take(&mut timer.noted);
+                    timer.latest.extend(timer.names.iter().copied().zip(timer.wall.iter().copied()));
                 }
             }
         }

@@ -24,6 +24,8 @@ pub struct Row {
     pub times: Times,
     /// Bytes of GPU memory that the technique holds.
     pub gpu_bytes: u64,
+    /// What must be known to read the row, a sentence each.
+    pub notes: Vec<String>,
 }
 
 /// The errors of the set-up's technique against the truth, at the set-up's full size.
@@ -41,6 +43,13 @@ pub fn errors(renderer: &mut Renderer, setup: &Setup) -> Result<Errors> {
 /// Measures the set-up's technique: errors and times. `tick` is told the share done.
 pub fn measure(renderer: &mut Renderer, setup: &Setup, tick: impl Fn(f32)) -> Result<Row> {
     let errors = errors(renderer, setup)?;
+    let [own, truth] = renderer.read_gave_up()?;
+    let mut notes = Vec::new();
+    for (rays, whose) in [(own, "the technique's"), (truth, "the truth's")] {
+        if rays > 0 {
+            notes.push(format!("{rays} of {whose} rays passed max_visits and count as lit."));
+        }
+    }
     let (times, gpu_bytes) = timing::time(renderer, setup, tick)?;
-    Ok(Row { technique: setup.technique.clone(), params: setup.values(), errors, times, gpu_bytes })
+    Ok(Row { technique: setup.technique.clone(), params: setup.values(), errors, times, gpu_bytes, notes })
 }

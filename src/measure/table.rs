@@ -24,14 +24,15 @@ pub fn json(gpu: &Gpu, rows: &[Row]) -> serde_json::Value {
                 "away": e.away, "background": e.background,
                 "rmse": e.rmse, "boundary_px": boundary, "gpu_ms": r.times.gpu,
                 "wall_clock": r.times.wall_clock, "passes": passes,
-                "cpu_ms": r.times.cpu_ms, "gpu_bytes": r.gpu_bytes,
+                "cpu_ms": r.times.cpu_ms, "gpu_bytes": r.gpu_bytes, "notes": r.notes,
             })
         })
         .collect();
     json!({"adapter": gpu.info.name, "driver": gpu.info.driver_info, "software": gpu.software(), "rows": rows})
 }
 
-/// The rows as CSV, a line a technique; parameters and passes as `name=value` lists.
+/// The rows as CSV, a line a technique; parameters as `name=value` lists, passes as
+/// `name=median|q1|q3`.
 pub fn csv(gpu: &Gpu, rows: &[Row]) -> String {
     let mut out = String::from(
         "adapter,software,technique,params,facing,lit_correct,lit_incorrect,shadow_correct,shadow_incorrect,away,\
@@ -41,7 +42,8 @@ pub fn csv(gpu: &Gpu, rows: &[Row]) -> String {
     for r in rows {
         let e = &r.errors;
         let params: Vec<String> = r.params.iter().map(|(k, v)| format!("{k}={v}")).collect();
-        let passes: Vec<String> = r.times.passes.iter().map(|(n, q)| format!("{n}={}", q.median)).collect();
+        let passes: Vec<String> =
+            r.times.passes.iter().map(|(n, q)| format!("{n}={}|{}|{}", q.median, q.q1, q.q3)).collect();
         let b = e.boundary.map_or(",,".into(), |b| format!("{},{},{}", b.median, b.p95, b.max));
         let t = &r.times.gpu;
         out += &format!(
@@ -73,11 +75,22 @@ pub fn csv(gpu: &Gpu, rows: &[Row]) -> String {
 /// The rows as a table for people, with what must be known to read it.
 pub fn text(gpu: &Gpu, rows: &[Row]) -> String {
     let mut lines = vec![
-        ["technique", "facing", "lit ok", "lit wrong", "shadow ok", "shadow wrong", "error %", "RMSE", "edge px p95"]
-            .into_iter()
-            .chain(["GPU ms", "quartiles", "frames", "CPU ms", "MiB"])
-            .map(String::from)
-            .collect::<Vec<_>>(),
+        [
+            "technique",
+            "facing",
+            "lit ok",
+            "lit wrong",
+            "shadow ok",
+            "shadow wrong",
+            "away",
+            "backgr.",
+            "error %",
+            "RMSE",
+        ]
+        .into_iter()
+        .chain(["px off, median/p95/max", "GPU ms", "quartiles", "frames", "CPU ms", "MiB"])
+        .map(String::from)
+        .collect::<Vec<_>>(),
     ];
     for r in rows {
         let (e, t) = (&r.errors, &r.times.gpu);
@@ -88,9 +101,11 @@ pub fn text(gpu: &Gpu, rows: &[Row]) -> String {
             e.lit_incorrect.to_string(),
             e.shadow_correct.to_string(),
             e.shadow_incorrect.to_string(),
+            e.away.to_string(),
+            e.background.to_string(),
             format!("{:.4}", e.share() * 100.0),
             format!("{:.5}", e.rmse),
-            e.boundary.map_or("-".into(), |b| format!("{:.2}", b.p95)),
+            e.boundary.map_or("-".into(), |b| format!("{:.1}/{:.1}/{:.1}", b.median, b.p95, b.max)),
             format!("{:.3}", t.median),
             format!("{:.3}-{:.3}", t.q1, t.q3),
             t.frames.to_string(),
@@ -109,9 +124,12 @@ pub fn text(gpu: &Gpu, rows: &[Row]) -> String {
     for r in rows {
         out += &format!("{} passes, ms:", r.technique);
         for (name, q) in &r.times.passes {
-            out += &format!("  {name} {:.3}", q.median);
+            out += &format!("  {name} {:.3} ({:.3}-{:.3})", q.median, q.q1, q.q3);
         }
         out.push('\n');
+        for note in &r.notes {
+            out += &format!("{}: {note}\n", r.technique);
+        }
     }
     if rows.iter().any(|r| r.times.wall_clock) {
         out += "Times are wall clock, each pass submitted alone: this adapter's timestamps cannot be trusted.\n";

@@ -1,6 +1,6 @@
 //! Times of a technique: many frames, warm-up left out, median with quartiles.
 
-use crate::frame::{Ask, Renderer, Truth};
+use crate::frame::{Ask, Renderer, SHARED_PASSES, Truth};
 use crate::gpu::TimerMode;
 use crate::setup::Setup;
 use anyhow::Result;
@@ -50,9 +50,6 @@ const WARM_UP: usize = 10;
 const BUDGET: Duration = Duration::from_secs(3);
 const FEWEST: usize = 5;
 
-/// The pass that belongs to the frame and not to the technique.
-const GBUFFER: &str = "G-buffer";
-
 /// Times the set-up's technique; also the bytes of GPU memory that it holds.
 pub fn time(renderer: &mut Renderer, setup: &Setup, tick: impl Fn(f32)) -> Result<(Times, u64)> {
     // A technique's own map would add passes that are not part of it.
@@ -82,7 +79,7 @@ pub fn time(renderer: &mut Renderer, setup: &Setup, tick: impl Fn(f32)) -> Resul
                 None => frame_passes.push((name, *ms)),
             }
         }
-        totals.push(frame_passes.iter().filter(|(n, _)| *n != GBUFFER).map(|(_, ms)| ms).sum());
+        totals.push(frame_passes.iter().filter(|(n, _)| !SHARED_PASSES.contains(n)).map(|(_, ms)| ms).sum());
         for (name, ms) in frame_passes {
             match passes.iter_mut().find(|(n, _)| n == name) {
                 Some((_, all)) => all.push(ms),

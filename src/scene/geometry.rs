@@ -5,9 +5,9 @@ use crate::gpu::Gpu;
 use anyhow::{Result, ensure};
 use bytemuck::{Pod, Zeroable};
 use glam::{Mat3, Mat4, Quat, Vec2, Vec3, Vec4};
-use obvhs::bvh2::Bvh2;
+use obvhs::bvh2::node::Bvh2Node;
+use obvhs::triangle::Triangle;
 use rayon::prelude::*;
-use std::collections::HashMap;
 
 /// A vertex as `Vertex` in `shaders/lib/scene.wgsl`.
 #[repr(C)]
@@ -53,17 +53,20 @@ pub struct Geometry {
     /// How many of the triangles are opaque.
     pub opaque: usize,
     pub bounds: [Vec3; 2],
-    pub bvh: Bvh2,
+    /// The BVH: the root first, children side by side.
+    pub nodes: Vec<Bvh2Node>,
+    /// The triangles in the order in which the BVH's leaves name them.
+    pub order: Vec<u32>,
 }
 
-/// Nodes that the shader's traversal stack can hold.
+/// Levels that the shader's traversal stack can hold.
 const MAX_DEPTH: usize = 64;
 
 impl Geometry {
     /// Flattens the scene as it stands at `time` seconds of animation `clip`, and builds its BVH.
     ///
     /// # Errors
-    /// No triangles, or a BVH deeper than the shader's stack.
+    /// No triangles.
     pub fn new(scene: &Scene, clip: usize, time: f32) -> Result<Geometry> {
         let worlds = world_matrices(scene, Some(clip), time);
         let placed = placements(scene, &worlds);
@@ -89,52 +92,13 @@ impl Geometry {
         ensure!(!triangles.is_empty(), "{} holds no triangles to draw", scene.name);
         let vertices = transformed(scene, &placed);
         number_surfaces(&vertices, &mut triangles);
-        let tris: Vec<_> = triangles.iter().map(|t| obvh_triangle(&vertices, t)).collect();
-        let config = obvhs::BvhBuildParams { pre_split: false, ..obvhs::BvhBuildParams::medium_build() };
-        let bvh = obvhs::bvh2::builder::build_bvh2_from_tris(&tris, config, &mut Default::default());
-        let depth = depth(&bvh);
-        ensure!(
-            depth <= MAX_DEPTH,
-            "{} nests too deeply for the ray tracer ({depth} levels of {MAX_DEPTH})",
-            scene.name
-        );
-        let mut geometry = Geometry { vertices, triangles, opaque, bounds: [Vec3::ZERO; 2], bvh };
-        geometry.refit();
-        Ok(geometry)
-    }
-
-    /// Moves everything to another moment of the clock; the BVH keeps its shape and is refitted.
-    pub fn update(&mut self, scene: &Scene, clip: usize, time: f32) {
-        let worlds = world_matrices(scene, Some(clip), time);
-        self.vertices = transformed(scene, &placements(scene, &worlds));
-        self.refit();
-    }
-
-    fn refit(&mut self) {
-        for i in 0..self.bvh.nodes.len() {
-            let node = self.bvh.nodes[i];
-            if node.is_leaf() {
-                let first = node.first_index as usize;
-                let mut low = Vec3::INFINITY;
-                let mut high = Vec3::NEG_INFINITY;
-                for p in &self.bvh.primitive_indices[first..first + node.prim_count as usize] {
-                    for v in &self.triangles[*p as usize][..3] {
-                        let p = self.vertices[*v as usize].position;
-                        low = low.min(p);
-                        high = high.max(p);
-                    }
-                }
-                // An ulp of room, so that rounding in the shader loses nothing.
-                let low = low.to_array().map(f32::next_down).into();
-                let high = high.to_array().map(f32::next_up).into();
-                self.bvh.nodes[i].min = low;
-                self.bvh.nodes[i].max = high;
-            }
+        let (mut nodes, order) = hierarchy(&vertices, &triangles);
+        // An ulp of room, so that rounding in the shader loses nothing.
+        for node in &mut nodes {
+            node.min = node.min.to_array().map(f32::next_down).into();
+            node.max = node.max.to_array().map(f32::next_up).into();
         }
-        self.bvh.refit_all();
-        if let Some(root) = self.bvh.nodes.first() {
-            self.bounds = [root.min, root.max];
-        }
+        Ok(Geometry { bounds: [nodes[0].min, nodes[0].max], vertices, triangles, opaque, nodes, order })
     }
 
     /// The three corners of a triangle.
@@ -144,7 +108,7 @@ impl Geometry {
     }
 
     /// The triangles in BVH order, as the rays read them.
-    pub fn bvh_order(&self, scene: &Scene) -> Vec<Corners> {
+    fn bvh_order(&self, scene: &Scene) -> Vec<Corners> {
         let corners = |p: &u32| {
             let t = self.triangles[*p as usize];
             let [a, b, c] = self.corners(*p as usize);
@@ -152,24 +116,64 @@ impl Geometry {
             let masked = scene.materials[material as usize].alpha_cutoff.is_some();
             Corners { a, surface: t[3], b, masked: if masked { material + 1 } else { 0 }, c, triangle: *p }
         };
-        self.bvh.primitive_indices.par_iter().map(corners).collect()
+        self.order.par_iter().map(corners).collect()
+    }
+
+    fn flat_indices(&self) -> Vec<u32> {
+        self.triangles.iter().flat_map(|t| [t[0], t[1], t[2]]).collect()
     }
 }
 
-fn obvh_triangle(vertices: &[Vertex], t: &[u32; 4]) -> obvhs::triangle::Triangle {
-    let [v0, v1, v2] = [0, 1, 2].map(|i| vertices[t[i] as usize].position.into());
-    obvhs::triangle::Triangle { v0, v1, v2 }
+/// A BVH over the triangles, and their order in it, no deeper than the shader's stack.
+fn hierarchy(vertices: &[Vertex], triangles: &[[u32; 4]]) -> (Vec<Bvh2Node>, Vec<u32>) {
+    let corner = |t: &[u32; 4], i: usize| vertices[t[i] as usize].position.into();
+    let tris: Vec<_> =
+        triangles.iter().map(|t| Triangle { v0: corner(t, 0), v1: corner(t, 1), v2: corner(t, 2) }).collect();
+    let config = obvhs::BvhBuildParams { pre_split: false, ..obvhs::BvhBuildParams::fast_build() };
+    let bvh = obvhs::bvh2::builder::build_bvh2_from_tris(&tris, config, &mut Default::default());
+    if depth(&bvh.nodes) <= MAX_DEPTH {
+        return (bvh.nodes, bvh.primitive_indices);
+    }
+    // Many triangles in one place can make that builder nest without end; halving the list cannot.
+    let boxes: Vec<[Vec3; 2]> =
+        tris.iter().map(|t| [t.v0.min(t.v1).min(t.v2).into(), t.v0.max(t.v1).max(t.v2).into()]).collect();
+    let mut order: Vec<u32> = (0..triangles.len() as u32).collect();
+    let mut nodes = vec![Bvh2Node::default()];
+    halve(&boxes, &mut order, 0, 0, &mut nodes);
+    (nodes, order)
 }
 
-fn depth(bvh: &Bvh2) -> usize {
+/// Makes node `at` of the triangles `order`, which begin at `first` of the whole list, by halves along the longest axis.
+fn halve(boxes: &[[Vec3; 2]], order: &mut [u32], first: usize, at: usize, nodes: &mut Vec<Bvh2Node>) {
+    let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+    for i in order.iter() {
+        low = low.min(boxes[*i as usize][0]);
+        high = high.max(boxes[*i as usize][1]);
+    }
+    nodes[at] = Bvh2Node { min: low, max: high, prim_count: order.len() as u32, first_index: first as u32 };
+    if order.len() > 4 {
+        let axis = (high - low).max_position();
+        let middle = order.len() / 2;
+        let place = |i: &u32| boxes[*i as usize][0][axis] + boxes[*i as usize][1][axis];
+        order.select_nth_unstable_by(middle, |a, b| place(a).total_cmp(&place(b)));
+        let children = nodes.len();
+        nodes[at].prim_count = 0;
+        nodes[at].first_index = children as u32;
+        nodes.extend([Bvh2Node::default(); 2]);
+        let (left, right) = order.split_at_mut(middle);
+        halve(boxes, left, first, children, nodes);
+        halve(boxes, right, first + middle, children + 1, nodes);
+    }
+}
+
+fn depth(nodes: &[Bvh2Node]) -> usize {
     let mut deepest = 0;
     let mut stack = vec![(0usize, 1usize)];
     while let Some((i, depth)) = stack.pop() {
         deepest = deepest.max(depth);
-        let node = bvh.nodes[i];
-        if !node.is_leaf() {
-            stack.push((node.first_index as usize, depth + 1));
-            stack.push((node.first_index as usize + 1, depth + 1));
+        if !nodes[i].is_leaf() {
+            stack.push((nodes[i].first_index as usize, depth + 1));
+            stack.push((nodes[i].first_index as usize + 1, depth + 1));
         }
     }
     deepest
@@ -178,11 +182,17 @@ fn depth(bvh: &Bvh2) -> usize {
 /// Gives exact duplicates (same corners in any order) one surface id, so that a ray that starts on one
 /// does not hit the other.
 fn number_surfaces(vertices: &[Vertex], triangles: &mut [[u32; 4]]) {
-    let mut seen = HashMap::with_capacity(triangles.len());
-    for (i, t) in triangles.iter_mut().enumerate() {
+    let key = |t: &[u32; 4]| {
         let mut key = [0, 1, 2].map(|c| vertices[t[c] as usize].position.to_array().map(|x| (x + 0.0).to_bits()));
         key.sort_unstable();
-        t[3] = *seen.entry(key).or_insert(i as u32);
+        key
+    };
+    let mut sorted: Vec<_> = triangles.par_iter().enumerate().map(|(i, t)| (key(t), i as u32)).collect();
+    sorted.par_sort_unstable();
+    for same in sorted.chunk_by(|a, b| a.0 == b.0) {
+        for (_, i) in same {
+            triangles[*i as usize][3] = same[0].1;
+        }
     }
 }
 
@@ -282,6 +292,11 @@ fn sample(channel: &super::Channel, time: f32) -> Vec4 {
     }
 }
 
+/// The most nodes that a BVH of that many triangles has.
+fn most_nodes(triangles: usize) -> usize {
+    2 * triangles.max(1)
+}
+
 /// A scene's buffers on the GPU.
 pub struct SceneGpu {
     pub vertices: wgpu::Buffer,
@@ -305,7 +320,9 @@ impl SceneGpu {
     pub fn new(gpu: &Gpu, scene: &Scene, geometry: &Geometry) -> Result<SceneGpu> {
         let limits = gpu.device.limits();
         let corners = geometry.bvh_order(scene);
-        let largest = (geometry.vertices.len() * size_of::<Vertex>()).max(corners.len() * size_of::<Corners>()) as u64;
+        let (vertices, nodes) =
+            (size_of_val(&geometry.vertices[..]), most_nodes(corners.len()) * size_of::<Bvh2Node>());
+        let largest = vertices.max(nodes).max(size_of_val(&corners[..])) as u64;
         ensure!(
             largest <= limits.max_storage_buffer_binding_size,
             "{} needs {} MiB in one buffer, and {} allows {}",
@@ -315,7 +332,6 @@ impl SceneGpu {
             limits.max_storage_buffer_binding_size >> 20
         );
         let storage = wgpu::BufferUsages::STORAGE;
-        let flat: Vec<u32> = geometry.triangles.iter().flat_map(|t| [t[0], t[1], t[2]]).collect();
         let wrap = |w: Wrap| w as u32;
         let materials: Vec<GpuMaterial> = scene
             .materials
@@ -333,10 +349,15 @@ impl SceneGpu {
             .collect();
         Ok(SceneGpu {
             vertices: gpu.buffer("vertices", bytemuck::cast_slice(&geometry.vertices), storage),
-            indices: gpu.buffer("indices", bytemuck::cast_slice(&flat), wgpu::BufferUsages::INDEX),
+            indices: gpu.buffer("indices", bytemuck::cast_slice(&geometry.flat_indices()), wgpu::BufferUsages::INDEX),
             triangles: gpu.buffer("triangles", bytemuck::cast_slice(&geometry.triangles), storage),
             materials: gpu.buffer("materials", bytemuck::cast_slice(&materials), storage),
-            nodes: gpu.buffer("BVH nodes", bytemuck::cast_slice(&geometry.bvh.nodes), storage),
+            nodes: {
+                // Room for any BVH of as many triangles: an animation rebuilds it.
+                let mut nodes = geometry.nodes.clone();
+                nodes.resize(most_nodes(corners.len()), Bvh2Node::default());
+                gpu.buffer("BVH nodes", bytemuck::cast_slice(&nodes), storage)
+            },
             corners: gpu.buffer("BVH triangles", bytemuck::cast_slice(&corners), storage),
             textures: super::textures::upload(gpu, scene)?,
             sampler: gpu.device.create_sampler(&wgpu::SamplerDescriptor {
@@ -366,10 +387,13 @@ impl SceneGpu {
         pass.draw_indexed(self.opaque_count * 3..self.triangle_count * 3, 0, 0..1);
     }
 
-    /// Uploads what an animation moved.
+    /// Uploads the same scene's geometry at another moment.
     pub fn update(&mut self, gpu: &Gpu, scene: &Scene, geometry: &Geometry) {
         gpu.queue.write_buffer(&self.vertices, 0, bytemuck::cast_slice(&geometry.vertices));
-        gpu.queue.write_buffer(&self.nodes, 0, bytemuck::cast_slice(&geometry.bvh.nodes));
+        // Winding and surface ids can change too: a scale may pass through zero.
+        gpu.queue.write_buffer(&self.indices, 0, bytemuck::cast_slice(&geometry.flat_indices()));
+        gpu.queue.write_buffer(&self.triangles, 0, bytemuck::cast_slice(&geometry.triangles));
+        gpu.queue.write_buffer(&self.nodes, 0, bytemuck::cast_slice(&geometry.nodes));
         gpu.queue.write_buffer(&self.corners, 0, bytemuck::cast_slice(&geometry.bvh_order(scene)));
         self.bounds = geometry.bounds;
     }

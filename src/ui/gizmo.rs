@@ -5,7 +5,7 @@ use super::model::Model;
 use super::style::{SUN, TEXT};
 use crate::light::Light;
 use crate::scene::Camera;
-use egui::{Align2, Color32, CursorIcon, FontId, Id, Pos2, Rect, Response, Sense, Stroke, Ui, Vec2, pos2, vec2};
+use egui::{Align, Align2, Color32, CursorIcon, FontId, Id, Pos2, Rect, Response, Sense, Stroke, Ui, Vec2, pos2, vec2};
 use glam::Vec3;
 
 /// Radius of the sun's sky, points.
@@ -119,14 +119,36 @@ fn aimed(ui: &mut Ui, rect: Rect, camera: &Camera, position: &mut Vec3, directio
 fn lamp(ui: &mut Ui, rect: Rect, camera: &Camera, position: &mut Vec3, id: &str) {
     let tip = "Drag to move the light across the picture; with Shift nearer and farther.";
     handle(ui, rect, camera, position, id, 8.0, tip);
+    beyond(ui, rect, camera, *position);
+}
+
+/// An arrow at the picture's edge towards a lamp that is out of sight.
+fn beyond(ui: &Ui, rect: Rect, camera: &Camera, point: Vec3) {
+    let inner = rect.shrink(16.0);
+    let eye = point - camera.position;
+    let (right, up) = camera.axes();
+    let ahead = eye.dot(camera.forward()) > camera.near;
+    let way = match project(camera, rect, point) {
+        Some(at) if inner.contains(at) => return,
+        Some(at) => at - rect.center(),
+        None => vec2(eye.dot(right), -eye.dot(up)),
+    };
+    let way = if way.length() > 1e-6 { way.normalized() } else { vec2(0.0, 1.0) };
+    let half = inner.size() / 2.0;
+    let at = inner.center() + way * (half.x / way.x.abs().max(1e-6)).min(half.y / way.y.abs().max(1e-6));
+    let painter = ui.painter().with_clip_rect(rect);
+    painter.circle_filled(at, 13.0, GROUND);
+    painter.arrow(at - way * 8.0, way * 16.0, Stroke::new(2.0, SUN));
+    let text = if ahead { "light" } else { "light behind" };
+    let align = Align2([Align::Center, Align::Center]);
+    painter.text(at - way * 30.0, align, text, FontId::proportional(12.0), TEXT);
 }
 
 /// A point in space that can be dragged. True while it moves.
 fn handle(ui: &mut Ui, rect: Rect, camera: &Camera, point: &mut Vec3, id: &str, radius: f32, tip: &str) -> bool {
-    let Some(at) = project(camera, rect, *point) else { return false };
-    if !rect.shrink(radius).contains(at) {
+    let Some(at) = project(camera, rect, *point).filter(|at| rect.shrink(radius).contains(*at)) else {
         return false;
-    }
+    };
     let area = Rect::from_center_size(at, Vec2::splat(2.0 * radius + 10.0));
     let r = ui.interact(area, Id::unique(id), Sense::drag());
     let color = hot(ui, &r);

@@ -1,7 +1,7 @@
 //! What the window shows and changes, without the device that draws it.
 
 use super::history::History;
-use crate::frame::Told;
+use crate::frame::{SHARED_PASSES, Told};
 use crate::measure::Row;
 use crate::scene::{Camera, Scene};
 use crate::setup::Setup;
@@ -70,12 +70,11 @@ pub struct Facts {
     pub recent: VecDeque<f64>,
     pub told: Told,
     pub traced: Traced,
+    /// The picture shown is an earlier one of fewer pixels, complete, while the truth is traced for all.
+    pub keeping: bool,
     /// Share of the pixels facing the light that are wrong; None until it is known.
     pub error: Option<f64>,
 }
-
-/// Passes that belong to every frame and not to the technique.
-pub const SHARED_PASSES: [&str; 3] = ["G-buffer", "truth", "shading"];
 
 impl Facts {
     /// Milliseconds of all passes.

@@ -8,7 +8,7 @@ use super::style::WEAK;
 use crate::scene::builtin;
 use crate::techniques;
 use crate::view;
-use egui::{Align, Button, CollapsingHeader, DragValue, Layout, RichText, ScrollArea, TextEdit, Ui, vec2};
+use egui::{Align, Button, CollapsingHeader, DragValue, Layout, RichText, ScrollArea, TextEdit, Ui, UiBuilder, vec2};
 use std::path::PathBuf;
 
 /// Width of the panel, points.
@@ -18,7 +18,11 @@ pub const WIDTH: f32 = 340.0;
 pub fn show(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
     head(ui, m, out);
     ui.separator();
-    ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
+    // A space of its own: contents that are too wide are cut off and never widen the panel.
+    let rest = ui.available_rect_before_wrap();
+    let mut inside = ui.new_child(UiBuilder::new().max_rect(rest));
+    inside.shrink_clip_rect(rest);
+    ScrollArea::vertical().auto_shrink([false, false]).show(&mut inside, |ui| {
         section(ui, "Scene", true, |ui| scene(ui, m, out));
         // What differs from technique to technique comes last, so that the lists above stay where they are.
         section(ui, "Technique", true, |ui| technique(ui, m));

@@ -1,7 +1,8 @@
 //! The panel's figures: pass times and measurements.
 
-use super::model::{Action, Facts, Model, SHARED_PASSES};
+use super::model::{Action, Facts, Model};
 use super::style::{ACCENT, WEAK};
+use crate::frame::SHARED_PASSES;
 use crate::measure::Row;
 use egui::{Button, Grid, ProgressBar, RichText, Ui};
 use egui_plot::{Line, Plot, PlotPoints};
@@ -22,7 +23,7 @@ pub fn timings(ui: &mut Ui, facts: &Facts) {
         ui.end_row();
         let memory = "GPU memory that the technique holds, such as its shadow map.";
         ui.label(RichText::new("memory")).on_hover_text(memory);
-        ui.label(RichText::new(format!("{:9.2} MiB", facts.told.gpu_bytes as f64 / 1048576.0)).monospace());
+        ui.label(RichText::new(format!("{:8.2} MiB", facts.told.gpu_bytes as f64 / 1048576.0)).monospace());
         ui.end_row();
     });
     let how = match (facts.wall_clock, facts.software) {
@@ -112,11 +113,8 @@ fn measured(ui: &mut Ui, i: usize, r: &Row) {
         ("RMSE", format!("{:.5}", e.rmse), "Root mean square of visibility minus truth: counts soft errors too."),
         ("edge error", edge, "Distance of wrong pixels from the true shadow edge: median, 95th percentile, greatest."),
         ("GPU time", format!("{:.3} ms", t.median), "Median of the technique's time."),
-        (
-            "quartiles",
-            format!("{:.3} to {:.3} ms, {} frames", t.q1, t.q3, t.frames),
-            "The middle half of the frames lies between these.",
-        ),
+        ("quartiles", format!("{:.3} to {:.3} ms", t.q1, t.q3), "The middle half of the frames lies between these."),
+        ("frames", t.frames.to_string(), "Frames that were timed, after some to warm up."),
         ("CPU time", format!("{:.3} ms", r.times.cpu_ms), "Recording the technique's passes."),
         ("memory", format!("{:.2} MiB", r.gpu_bytes as f64 / 1048576.0), "GPU memory that the technique holds."),
     ];

@@ -156,14 +156,15 @@ fn messages(ctx: &Context, rect: Rect, m: &mut Model) {
             let color = if note.error { ERROR } else { super::style::ACCENT };
             let frame = Frame::popup(ui.style()).stroke(egui::Stroke::new(1.0, color.gamma_multiply(0.7)));
             frame.show(ui, |ui| {
-                ui.set_width((rect.width() - 60.0).clamp(120.0, 620.0));
-                ui.with_layout(Layout::right_to_left(Align::Min), |ui| {
+                let width = (rect.width() - 60.0).clamp(120.0, 620.0);
+                ui.horizontal_top(|ui| {
+                    ui.vertical(|ui| {
+                        ui.set_width(width - 30.0);
+                        ui.add(Label::new(RichText::new(&note.text).color(TEXT)).wrap().selectable(true));
+                    });
                     if ui.small_button("×").on_hover_text("Dismiss.").clicked() {
                         dismissed = Some(i);
                     }
-                    ui.with_layout(Layout::left_to_right(Align::Min).with_main_wrap(true), |ui| {
-                        ui.add(Label::new(RichText::new(&note.text).color(TEXT)).wrap().selectable(true));
-                    });
                 });
             });
         }

@@ -13,10 +13,11 @@ use std::time::{Duration, Instant};
 
 /// Shares of the viewport's side that are rendered at.
 const SCALES: [f64; 6] = [1.0, 0.75, 0.5, 0.375, 0.25, 1.0 / 6.0];
-/// Milliseconds that a frame may take while the scene moves, and while only the technique changes (its truth
-/// stays valid as long as the size does).
+/// Milliseconds that a frame may take while the scene moves; while only the technique or the view changes; and
+/// then, where the truth is there already, which fewer pixels would lose.
 const MOVING_MS: f64 = 50.0;
 const TUNING_MS: f64 = 160.0;
+const KEEPING_MS: f64 = 400.0;
 /// At rest the picture goes straight to full resolution, if that takes no longer.
 const STEP_MS: f64 = 120.0;
 /// Milliseconds of truth that are traced between two frames at rest.
@@ -62,6 +63,12 @@ pub struct Stage {
     /// Pixels of truth traced in the last frame.
     truth_pixels: f64,
     traced: f32,
+    /// Share of the truth in the picture drawn last, and whether that frame lets it go on alone.
+    drawn_truth: f32,
+    traceable: bool,
+    picture: Option<wgpu::Texture>,
+    /// The picture is an earlier, complete one of fewer pixels.
+    keeping: bool,
     /// Frames since the size changed.
     steady: u32,
     failed: bool,
@@ -88,6 +95,10 @@ impl Stage {
             truth_cost: cost * 2.0,
             truth_pixels: 0.0,
             traced: 0.0,
+            drawn_truth: 0.0,
+            traceable: false,
+            picture: None,
+            keeping: false,
             steady: 0,
             failed: false,
             counting: false,
@@ -98,7 +109,7 @@ impl Stage {
 
     /// The picture, once there is one that belongs to the set-up.
     pub fn picture(&self) -> Option<&wgpu::Texture> {
-        self.drawn.as_ref().and(self.renderer.output())
+        self.picture.as_ref()
     }
 
     /// Renders the model's set-up for a viewport of `full` pixels, if that is due.
@@ -130,8 +141,32 @@ impl Stage {
         let size = full.map(|side| ((side as f64 * scale).round() as u32).max(1));
         let refining = scale < 1.0;
         let missing = served && self.traced < 1.0;
-        let due =
-            change > Change::Nothing || size != self.size || (rest && missing && !refining) || self.drawn.is_none();
+        let still = change == Change::Nothing && size == self.size && rest && !refining;
+        // The truth may have been completed by a frame that drew no picture.
+        let mut redraw = self.keeping && self.traced >= 1.0;
+        if still && missing && self.traceable {
+            match self.trace() {
+                Ok(()) => self.times(m),
+                Err(e) => {
+                    m.fail(&e);
+                    self.failed = true;
+                    return Next::Rest;
+                }
+            }
+            let step = !self.keeping && self.traced - self.drawn_truth >= 0.2;
+            redraw = shown && (self.traced >= 1.0 || step);
+            if !redraw {
+                if !shown || self.keeping {
+                    m.facts.traced = if self.traced < 1.0 { Traced::Partly(self.traced) } else { Traced::Fully };
+                }
+                return Next::Now;
+            }
+        }
+        let due = redraw
+            || change > Change::Nothing
+            || size != self.size
+            || (rest && missing && !refining)
+            || self.drawn.is_none();
         if !due {
             self.times(m);
             if rest && !refining && served && !missing && !self.counting {
@@ -158,10 +193,19 @@ impl Stage {
         let before = if size == self.size && change < Change::Scene { self.traced } else { 0.0 };
         self.steady = if size == self.size { self.steady + 1 } else { 0 };
         self.size = size;
-        let ask = Ask { size, truth, timed: true, picture: true };
+        // A complete picture of fewer pixels stays until one of all pixels is complete too.
+        let complete = |traced: f32| shown && traced >= 1.0;
+        self.keeping = change == Change::Nothing && rest && !refining && !redraw && complete(self.drawn_truth);
+        let ask = Ask { size, truth, timed: true, picture: !self.keeping };
         match self.renderer.render(&m.setup, ask) {
             Ok(told) => {
                 self.traced = told.truth_done;
+                self.traceable = truth != Truth::Off;
+                if ask.picture {
+                    self.drawn_truth = told.truth_done;
+                    self.picture = self.renderer.output().cloned();
+                    m.facts.size = size;
+                }
                 self.truth_pixels = ((told.truth_done - before).max(0.0) as f64) * size[0] as f64 * size[1] as f64;
                 m.facts.told = told;
             }
@@ -173,9 +217,9 @@ impl Stage {
         }
         self.drawn = Some(m.setup.clone());
         self.scale = scale;
-        self.awaiting_times = if self.renderer.timer.mode() == TimerMode::Stamps { 20 } else { 1 };
+        self.awaiting_times = self.times_late();
         self.times(m);
-        m.facts.size = size;
+        m.facts.keeping = self.keeping;
         m.facts.traced = match (served, self.traced) {
             (false, _) => Traced::NotServed,
             (true, done) if done < 1.0 || refining => Traced::Partly(if refining { 0.0 } else { done }),
@@ -203,13 +247,19 @@ impl Stage {
     /// The share of the side to render at next.
     fn next_scale(&self, rest: bool, truth: bool) -> f64 {
         let pixels = self.full[0] as f64 * self.full[1] as f64;
-        let predicted = pixels * (self.cost + if truth { self.truth_cost } else { 0.0 }) * 1e-6;
         if rest {
             // In steps, so that a touch in between does not wait for the whole picture.
             let straight = pixels * self.cost * 1e-6 <= STEP_MS || self.drawn.is_none() || self.scale >= 0.5;
             return if straight { 1.0 } else { (self.scale * 2.0).min(1.0) };
         }
-        let allowed = if self.change == Change::Scene { MOVING_MS } else { TUNING_MS };
+        // Only what moves needs all of its truth in every frame.
+        let moving = self.change == Change::Scene;
+        let predicted = pixels * (self.cost + if moving && truth { self.truth_cost } else { 0.0 }) * 1e-6;
+        let allowed = match moving {
+            true => MOVING_MS,
+            false if self.traced >= 1.0 && self.size == self.full => KEEPING_MS,
+            false => TUNING_MS,
+        };
         let wanted = (allowed / predicted.max(1e-3)).sqrt();
         // A little room before more pixels are drawn, so that the size does not swing.
         let fits = |s: &f64| if *s > self.scale { *s * 1.2 <= wanted } else { *s <= wanted * 1.1 };
@@ -232,8 +282,18 @@ impl Stage {
         self.awaiting_times -= 1;
         let f = &mut m.facts;
         f.wall_clock = !stamps;
+        let latest = &self.renderer.timer.latest;
+        let traced: f64 = latest.iter().filter(|p| p.0 == "truth").map(|p| p.1).sum();
+        if traced > 0.0 && self.truth_pixels > 0.0 {
+            let cost = (traced * 1e6 / self.truth_pixels).max(0.01);
+            self.truth_cost = cost.clamp(self.truth_cost / 4.0, self.truth_cost * 4.0);
+        }
+        if latest.len() == 1 {
+            // The truth went on alone: the list keeps the last whole frame.
+            return;
+        }
         f.passes.clear();
-        for (name, ms) in &self.renderer.timer.latest {
+        for (name, ms) in latest {
             match f.passes.iter_mut().find(|p| p.0 == *name) {
                 Some(p) => p.1 += ms,
                 None => f.passes.push((name, *ms)),
@@ -244,19 +304,28 @@ impl Stage {
             return;
         }
         let pixels = self.size[0] as f64 * self.size[1] as f64;
-        let traced: f64 = f.passes.iter().filter(|p| p.0 == "truth").map(|p| p.1).sum();
         let cost = (f.frame_ms() - traced) * 1e6 / pixels;
         self.cost += (cost.max(0.01) - self.cost) * 0.6;
-        if traced > 0.0 && self.truth_pixels > 0.0 {
-            let cost = (traced * 1e6 / self.truth_pixels).max(0.01);
-            self.truth_cost = cost.clamp(self.truth_cost / 4.0, self.truth_cost * 4.0);
-        }
         if self.size == self.full && !stamps || self.awaiting_times == 19 {
             if f.recent.len() == RECENT {
                 f.recent.pop_front();
             }
             f.recent.push_back(f.technique_ms());
         }
+    }
+
+    /// Goes on with the truth alone; the picture stays.
+    fn trace(&mut self) -> Result<()> {
+        let before = self.traced;
+        self.traced = self.renderer.trace((TRUTH_MS * 1e6 / self.truth_cost) as u32)?;
+        self.truth_pixels = (self.traced - before) as f64 * self.size[0] as f64 * self.size[1] as f64;
+        self.awaiting_times = self.times_late();
+        Ok(())
+    }
+
+    /// Passes after which times are no longer waited for.
+    fn times_late(&self) -> u32 {
+        if self.renderer.timer.mode() == TimerMode::Stamps { 20 } else { 1 }
     }
 
     /// Reads back what the errors need, and has them counted on a thread.

@@ -74,13 +74,13 @@ fn fly(ui: &Ui, m: &mut Model) {
 /// Shades the part of the picture whose truth is still missing, where the view shows it.
 fn untraced(ui: &Ui, rect: Rect, m: &Model) {
     let Traced::Partly(done) = m.facts.traced else { return };
-    if !view::needs_truth(&m.setup.view) {
+    if m.facts.keeping || !view::needs_truth(&m.setup.view) {
         return;
     }
     let left = if m.setup.view == "split" { rect.left() + rect.width() * m.setup.split } else { rect.left() };
     let rest = Rect::from_min_max(pos2(left, rect.top() + rect.height() * done), rect.max);
     let painter = ui.painter().with_clip_rect(rect);
-    painter.rect_filled(rest, 0.0, Color32::from_black_alpha(200));
+    painter.rect_filled(rest, 0.0, Color32::from_rgba_unmultiplied(19, 21, 25, 240));
     let text = format!("tracing the exact shadow: {:.0} %", done * 100.0);
     painter.text(rest.center(), Align2::CENTER_CENTER, text, FontId::proportional(14.0), TEXT);
 }

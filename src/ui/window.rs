@@ -7,6 +7,7 @@ use super::work::{Desk, Done, Loaded};
 use super::{Ended, shell, style};
 use crate::frame::Renderer;
 use crate::gpu::{self, Gpu};
+use crate::view;
 use anyhow::{Context, Result};
 use egui::{Event, Key, Modifiers, Rect};
 use glam::Vec3;
@@ -306,11 +307,12 @@ impl Open {
         let mut actions = Vec::new();
         let mut rect = Rect::NOTHING;
         let ctx = self.ctx.clone();
-        let output = ctx.run_ui(raw, |ui| match &mut self.model {
+        let quiet = egui::RawInput { events: Vec::new(), dropped_files: Vec::new(), ..raw.clone() };
+        let mut output = ctx.run_ui(raw, |ui| match &mut self.model {
             Some(m) => rect = shell::layout(ui, m, &mut actions),
             None => shell::opening(ui, &self.opening),
         });
-        self.input.handle_platform_output(&self.window, output.platform_output);
+        self.input.handle_platform_output(&self.window, std::mem::take(&mut output.platform_output));
         let quit = actions.contains(&Action::Quit);
         for action in actions {
             self.act(action);
@@ -326,7 +328,14 @@ impl Open {
         if let (Some(stage), Some(m)) = (&mut self.stage, &mut self.model)
             && m.measuring.is_none()
         {
+            let traced = m.facts.traced;
             next = stage.frame(m, full, &self.desk);
+            if traced != m.facts.traced && view::needs_truth(&m.setup.view) {
+                // What covers the untraced part must fit this picture, not the last one.
+                let again = ctx.run_ui(quiet, |ui| _ = shell::layout(ui, m, &mut Vec::new()));
+                output.shapes = again.shapes;
+                output.textures_delta.append(again.textures_delta);
+            }
         }
         let picture = self.stage.as_ref().and_then(Stage::picture).filter(|_| !full.contains(&0));
         let picture = picture.map(|p| (p, [left, top, right - left, bottom - top]));
@@ -474,6 +483,6 @@ impl Open {
 
 /// Writes the set-up as TOML.
 fn save(m: &Model, path: &Path) -> Result<()> {
-    let text = m.setup.to_toml()?;
+    let text = m.setup.to_toml(path)?;
     std::fs::write(path, text).with_context(|| format!("{} cannot be written", path.display()))
 }

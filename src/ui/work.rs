@@ -8,7 +8,7 @@ use crate::scene::Scene;
 use crate::scene::geometry::Geometry;
 use crate::setup::{self, Setup};
 use anyhow::{Context, Result, anyhow};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread::JoinHandle;
@@ -84,7 +84,7 @@ impl Desk {
     /// Loads a set-up's scene again.
     pub fn restore(&self, job: u64, setup: Setup) {
         self.start(move |post| {
-            let loaded = setup::load_scene(&setup.scene, Path::new(".")).and_then(|scene| prepared(setup, scene));
+            let loaded = setup::load_scene(&setup.scene).and_then(|scene| prepared(setup, scene));
             post.send(Done::Loaded(job, loaded));
         });
     }

@@ -169,5 +169,7 @@ fn detail(scene: &Scene) -> Option<Bounds> {
 
 /// `seen` is what the camera looks at; it sets the near plane.
 fn camera(position: Vec3, target: Vec3, fov: f32, seen: Bounds, far: f32) -> Camera {
-    Camera { position, target, fov, near: 0.002 * seen.radius(), far }
+    // Within what a set-up takes, also for things a hair wide.
+    let near = (0.002 * seen.radius()).max(1e-6);
+    Camera { position, target, fov, near, far: far.max(10.0 * near) }
 }

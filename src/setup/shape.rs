@@ -1,0 +1,135 @@
+//! The types of a set-up file's keys, so that a wrong one is refused by name, value and range.
+
+use crate::light::KINDS;
+use crate::techniques;
+use anyhow::{Result, bail};
+use toml::{Table, Value};
+
+/// A key, what its value must be, and what it takes in words.
+type Rule = (&'static str, fn(&Value) -> bool, &'static str);
+
+fn text(v: &Value) -> bool {
+    v.is_str()
+}
+fn number(v: &Value) -> bool {
+    v.is_float() || v.is_integer()
+}
+fn count(v: &Value) -> bool {
+    v.as_integer().is_some_and(|v| (0..=u32::MAX as i64).contains(&v))
+}
+fn three(v: &Value) -> bool {
+    v.as_array().is_some_and(|v| v.len() == 3 && v.iter().all(number))
+}
+fn two_counts(v: &Value) -> bool {
+    v.as_array().is_some_and(|v| v.len() == 2 && v.iter().all(count))
+}
+
+const TOP: &[Rule] = &[
+    ("scene", text, "a built-in scene's name or the path of a glTF file, in quotes"),
+    ("time", number, "a number from 0 to 1000000 s"),
+    ("animation", count, "a whole number from 0"),
+    ("technique", text, "a technique's id, in quotes"),
+    ("view", text, "a view's id, in quotes"),
+    ("split", number, "a number from 0 to 1"),
+    ("size", two_counts, "two whole numbers from 1 to 16384 pixels, such as [1280, 720]"),
+    ("seed", count, "a whole number from 0 to 4294967295"),
+    ("camera", |v| v.is_str() || v.is_table(), "a camera's name, in quotes, or a table"),
+    ("light", |v| v.is_str() || v.is_table(), "a light's name, in quotes, or a table"),
+    ("params", Value::is_table, "a table for each technique"),
+];
+
+const CAMERA: &[Rule] = &[
+    ("position", three, "three numbers, metres"),
+    ("target", three, "three numbers, metres"),
+    ("fov", number, "a number from 1 to 170°"),
+    ("near", number, "a number from 0.000001 to 1000000000 m"),
+    ("far", number, "a number greater than near, metres"),
+];
+
+const LIGHT: &[Rule] = &[
+    (
+        "kind",
+        |v| v.as_str().is_some_and(|k| KINDS.contains(&k)),
+        "one of directional, spot, omni, hemisphere, rect-area",
+    ),
+    ("to_light", three, "three numbers, a direction"),
+    ("direction", three, "three numbers, a direction"),
+    ("position", three, "three numbers, metres"),
+    ("center", three, "three numbers, metres"),
+    ("half_u", three, "three numbers, metres"),
+    ("half_v", three, "three numbers, metres"),
+    ("outer_angle", number, "a number from 0.1 to 89°"),
+    ("range", number, "a number from 0.001 to 1000000000 m"),
+    ("color", three, "three numbers from 0 up"),
+];
+
+/// The keys that a light of each kind needs.
+const NEEDED: [&[&str]; 5] = [
+    &["to_light"],
+    &["position", "direction", "outer_angle", "range"],
+    &["position", "range"],
+    &["position", "direction", "range"],
+    &["center", "half_u", "half_v", "range"],
+];
+
+/// Refuses keys that do not exist, and values of the wrong type.
+pub fn check(table: &Table) -> Result<()> {
+    apply(TOP, table, "")?;
+    if let Some(Value::Table(camera)) = table.get("camera") {
+        apply(CAMERA, camera, "camera.")?;
+        need(camera, &["position", "target", "fov", "near", "far"], "camera")?;
+    }
+    if let Some(Value::Table(light)) = table.get("light") {
+        check_light(light)?;
+    }
+    if let Some(Value::Table(params)) = table.get("params") {
+        for (id, values) in params {
+            let info = techniques::find_or_say(id)?;
+            let Some(values) = values.as_table() else {
+                bail!("params.{id} = {values} is not allowed; it takes a table of {id}'s parameters");
+            };
+            for (name, value) in values {
+                if let (Value::Array(_) | Value::Table(_) | Value::Datetime(_), Some(spec)) =
+                    (value, info.specs().find(|s| s.name == name))
+                {
+                    bail!("params.{id}.{name} = {value} is not allowed; it takes {}", spec.range());
+                }
+            }
+        }
+    }
+    Ok(())
+}
+
+/// The same for a light's table, which must hold what its kind needs and nothing else.
+pub fn check_light(light: &Table) -> Result<()> {
+    apply(LIGHT, light, "light.")?;
+    need(light, &["kind"], "light")?;
+    let kind = light.get("kind").and_then(Value::as_str).unwrap_or_default();
+    let needed = KINDS.iter().position(|k| *k == kind).map_or(&[][..], |i| NEEDED[i]);
+    need(light, needed, &format!("a {kind} light"))?;
+    if let Some(key) = light.keys().find(|k| !needed.contains(&k.as_str()) && *k != "kind" && *k != "color") {
+        bail!("light.{key} is not a key of a {kind} light; there are {}, color", needed.join(", "));
+    }
+    Ok(())
+}
+
+fn apply(rules: &[Rule], table: &Table, path: &str) -> Result<()> {
+    for (key, value) in table {
+        match rules.iter().find(|r| r.0 == key) {
+            Some((_, fits, takes)) if !fits(value) => bail!("{path}{key} = {value} is not allowed; it takes {takes}"),
+            Some(_) => {}
+            None => {
+                let keys: Vec<&str> = rules.iter().map(|r| r.0).collect();
+                bail!("{path}{key} is unknown; there are {}", keys.join(", "))
+            }
+        }
+    }
+    Ok(())
+}
+
+fn need(table: &Table, keys: &[&str], whose: &str) -> Result<()> {
+    match keys.iter().find(|k| !table.contains_key(**k)) {
+        Some(key) => bail!("{whose} lacks the key {key}; it needs {}", keys.join(", ")),
+        None => Ok(()),
+    }
+}
