@@ -168,6 +168,33 @@ fn a_closed_lid_is_watertight() {
     }
 }
 
+/// A ray that passes exactly through the corner that six triangles share is stopped: each has an edge function of zero.
+#[test]
+fn a_ray_through_a_shared_corner_is_stopped() {
+    let ground = floor(Vec2::splat(-3.0), Vec2::splat(3.0), 0.0);
+    let view = camera(Vec3::new(0.1, 1.5, 3.5), Vec3::ZERO);
+    let (mut renderer, setup) =
+        start(scene(vec![mesh(&ground, 0)], vec![material(Vec3::ONE)], view, sun(Vec3::Y)), [96, 72]);
+    renderer.render(&setup, ask(&setup)).unwrap();
+    let position = renderer.read_position().unwrap();
+    let pixels: Vec<usize> = (0..position.len()).step_by(7).filter(|i| position[*i][3] > 0.0).collect();
+    // A small umbrella whose tip is straight above each of these pixels' positions, higher than the camera.
+    let mut umbrellas = Vec::new();
+    for i in &pixels {
+        let tip = Vec3::new(position[*i][0], 2.0, position[*i][2]);
+        let rim = |k: usize| tip + Vec3::new((k as f32).cos() * 0.003, -0.001, (k as f32).sin() * 0.003);
+        umbrellas.extend((0..6).map(|k| [tip, rim(k), rim((k + 1) % 6)]));
+    }
+    let meshes = vec![mesh(&ground, 0), mesh(&umbrellas, 0)];
+    let (mut renderer, setup) = start(scene(meshes, vec![material(Vec3::ONE)], view, sun(Vec3::Y)), [96, 72]);
+    renderer.render(&setup, ask(&setup)).unwrap();
+    assert_eq!(renderer.read_position().unwrap(), position, "the umbrellas are out of the camera's sight");
+    let truth = renderer.read_truth().unwrap();
+    let leaks = pixels.iter().filter(|i| truth[**i] > 0.0).count();
+    assert!(pixels.len() > 400);
+    assert_eq!(leaks, 0, "{leaks} of {} rays slip through the tip", pixels.len());
+}
+
 /// Triangles that are exact duplicates do not shadow each other.
 #[test]
 fn duplicates_do_not_shadow_each_other() {
