@@ -9,6 +9,7 @@ use crate::scene::geometry::{Geometry, SceneGpu};
 use crate::scene::{Camera, Scene};
 use crate::setup::Setup;
 use crate::techniques::{self, Info, Technique};
+use crate::truth::Tracing;
 use crate::view;
 use anyhow::{Context, Result, ensure};
 use bytemuck::{Pod, Zeroable};
@@ -222,23 +223,18 @@ pub struct Renderer {
     targets: Targets,
     technique: Option<(&'static Info, Box<dyn Technique>)>,
     params: HashMap<&'static str, (Vec<u32>, wgpu::Buffer)>,
-    truth_params: wgpu::Buffer,
-    /// What the traced part of the truth was traced for.
-    truth_of: Option<(u64, Camera, Light, [u32; 2])>,
-    truth_rows: u32,
     pub timer: Timer,
     frame_buffer: wgpu::Buffer,
-    truth_buffer: wgpu::Buffer,
     view_buffer: wgpu::Buffer,
     gbuffer: Pass,
     unshadowed: Pass,
-    truth: Pass,
+    truth: Tracing,
     classify: Pass,
     draw: Pass,
     /// Bound where no technique shows a map.
     no_light_view: wgpu::Buffer,
-    /// How many rays gave up: the technique's, the truth's.
-    gave_up: [wgpu::Buffer; 2],
+    /// How many of the technique's rays gave up.
+    gave_up: wgpu::Buffer,
     revision: u64,
 }
 
@@ -278,17 +274,13 @@ impl Renderer {
             }),
             ..Raster::default()
         };
-        let count = |label| gpu.buffer(label, &[0; 16], wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC);
-        let truth_words = techniques::TRUTH.params[0].words(&Values::new());
         let made = Renderer {
             timer: Timer::new(&gpu),
             frame_buffer: uniform("frame", size_of::<FrameUniform>()),
-            truth_buffer: uniform("frame of the truth", size_of::<FrameUniform>()),
             view_buffer: uniform("view", size_of::<ViewUniform>()),
-            truth_params: gpu.buffer("truth", bytemuck::cast_slice(&truth_words), wgpu::BufferUsages::UNIFORM),
             gbuffer: Pass::render(&gpu, "G-buffer", "gbuffer.wgsl", gbuffer, &[])?,
             unshadowed: Pass::compute(&gpu, "no shadow", "unshadowed.wgsl", "fill", &[])?,
-            truth: Pass::compute(&gpu, "truth", "techniques/rt_hard.wgsl", "resolve", techniques::TRUTH.params)?,
+            truth: Tracing::new(&gpu)?,
             classify: Pass::compute(&gpu, "mask", "mask.wgsl", "classify", &[])?,
             draw: Pass::compute(&gpu, "shading", "shade.wgsl", "shade", &[])?,
             no_light_view: gpu.buffer(
@@ -296,7 +288,7 @@ impl Renderer {
                 bytemuck::bytes_of(&LightView::zeroed()),
                 wgpu::BufferUsages::STORAGE,
             ),
-            gave_up: [count("rays that gave up"), count("the truth's rays that gave up")],
+            gave_up: counter(&gpu, "rays that gave up"),
             gpu,
             scene,
             geometry,
@@ -305,8 +297,6 @@ impl Renderer {
             targets: Targets::default(),
             technique: None,
             params: HashMap::new(),
-            truth_of: None,
-            truth_rows: 0,
             revision: 0,
         };
         made.gpu.check()?;
@@ -348,7 +338,7 @@ impl Renderer {
         let map = t.map.get(gpu, "technique's map", ask.size, Format::R32Float, STORED);
         let output = t.output.get(gpu, "picture", ask.size, Format::Rgba8Unorm, STORED);
 
-        let mut uniform = FrameUniform::new(setup, info, ask.size, self.scene_gpu.bounds);
+        let uniform = FrameUniform::new(setup, info, ask.size, self.scene_gpu.bounds);
         gpu.queue.write_buffer(&self.frame_buffer, 0, bytemuck::bytes_of(&uniform));
         let values = setup.values();
         for group in info.params {
@@ -362,8 +352,8 @@ impl Renderer {
         let scene = &self.scene_gpu;
         know_scene(&mut recorder, scene);
         recorder.set("frame", &self.frame_buffer);
-        recorder.set("gave_up", &self.gave_up[0]);
-        recorder.clear(&self.gave_up[0]);
+        recorder.set("gave_up", &self.gave_up);
+        recorder.clear(&self.gave_up);
         recorder.set("view", &self.view_buffer);
         for (name, view) in [
             ("g_position", &position),
@@ -396,33 +386,12 @@ impl Renderer {
         let Frame { mut recorder, shown, .. } = f;
 
         // The truth goes on from the row where it stood, while nothing that it depends on changes.
-        let key = Some((self.revision, setup.camera, setup.light, ask.size));
-        let serves = techniques::TRUTH.refuses(&setup.light).is_none();
-        if self.truth_of != key {
-            self.truth_of = key;
-            self.truth_rows = 0;
-            recorder.clear(&self.gave_up[1]);
+        self.truth.start((self.revision, setup.camera, setup.light, ask.size), &mut recorder, &uniform);
+        if ask.truth != Truth::Off && techniques::TRUTH.refuses(&setup.light).is_none() {
+            let pixels = if let Truth::Some(pixels) = ask.truth { pixels } else { u32::MAX };
+            self.truth.record(&mut recorder, &truth, pixels);
         }
-        if ask.truth != Truth::Off && serves {
-            let rows = match ask.truth {
-                Truth::Some(pixels) => (pixels / width).max(8),
-                _ => height,
-            };
-            let rows = rows.min(height - self.truth_rows);
-            if rows > 0 {
-                uniform.band = [self.truth_rows, rows];
-                gpu.queue.write_buffer(&self.truth_buffer, 0, bytemuck::bytes_of(&uniform));
-                recorder
-                    .run(&self.truth)
-                    .bind("frame", &self.truth_buffer)
-                    .bind("params", &self.truth_params)
-                    .bind("visibility_out", &truth)
-                    .bind("gave_up", &self.gave_up[1])
-                    .dispatch(width.div_ceil(8), rows.div_ceil(8), 1);
-                self.truth_rows += rows;
-            }
-        }
-        told.truth_done = self.truth_rows as f32 / height as f32;
+        told.truth_done = self.truth.done();
 
         if ask.picture {
             let (mode, range, texture, light_view) = match &shown {
@@ -488,7 +457,7 @@ impl Renderer {
     /// How many of the technique's and of the truth's rays gave up before they knew (`max_visits`).
     pub fn read_gave_up(&self) -> Result<[u32; 2]> {
         let read = |b| anyhow::Ok(bytemuck::pod_read_unaligned(&self.gpu.read_buffer(b)?[..4]));
-        Ok([read(&self.gave_up[0])?, read(&self.gave_up[1])?])
+        Ok([read(&self.gave_up)?, read(&self.truth.gave_up)?])
     }
 
     /// Classes of the last frame's pixels, as [`crate::measure::metrics`] names them.
@@ -513,32 +482,19 @@ impl Renderer {
     /// frame must have asked for the truth.
     pub fn trace(&mut self, pixels: u32) -> Result<f32> {
         let held = self.targets.truth.texture().context("no frame has been rendered yet")?;
-        let size = [held.width(), held.height()];
-        let rows = (pixels / size[0]).max(8).min(size[1] - self.truth_rows);
-        if rows > 0 {
-            let t = &mut self.targets;
-            let position = t.position.get(&self.gpu, "position", size, Format::Rgba32Float, DRAWN);
-            let surface = t.surface.get(&self.gpu, "surface", size, Format::Rgba32Uint, DRAWN);
-            let truth = t.truth.get(&self.gpu, "truth", size, Format::R32Float, STORED);
-            let band = [self.truth_rows, rows];
-            let offset = std::mem::offset_of!(FrameUniform, band) as u64;
-            self.gpu.queue.write_buffer(&self.truth_buffer, offset, bytemuck::bytes_of(&band));
-            let mut recorder = Recorder::new(&self.gpu, &mut self.timer, true, size);
-            know_scene(&mut recorder, &self.scene_gpu);
-            recorder
-                .run(&self.truth)
-                .bind("frame", &self.truth_buffer)
-                .bind("params", &self.truth_params)
-                .bind("g_position", &position)
-                .bind("g_surface", &surface)
-                .bind("visibility_out", &truth)
-                .bind("gave_up", &self.gave_up[1])
-                .dispatch(size[0].div_ceil(8), rows.div_ceil(8), 1);
-            recorder.finish()?;
-            self.gpu.check()?;
-            self.truth_rows += rows;
-        }
-        Ok(self.truth_rows as f32 / size[1] as f32)
+        let (gpu, size) = (&*self.gpu, [held.width(), held.height()]);
+        let t = &mut self.targets;
+        let position = t.position.get(gpu, "position", size, Format::Rgba32Float, DRAWN);
+        let surface = t.surface.get(gpu, "surface", size, Format::Rgba32Uint, DRAWN);
+        let truth = t.truth.get(gpu, "truth", size, Format::R32Float, STORED);
+        let mut recorder = Recorder::new(gpu, &mut self.timer, true, size);
+        know_scene(&mut recorder, &self.scene_gpu);
+        recorder.set("g_position", &position);
+        recorder.set("g_surface", &surface);
+        self.truth.record(&mut recorder, &truth, pixels);
+        recorder.finish()?;
+        gpu.check()?;
+        Ok(self.truth.done())
     }
 
     /// Takes in the pass times that have arrived; with `wait`, all of them.
@@ -574,6 +530,11 @@ impl Renderer {
         let all = [&t.position, &t.surface, &t.depth, &t.visibility, &t.truth, &t.map, &t.output];
         all.iter().filter_map(|s| s.texture()).map(bytes).sum()
     }
+}
+
+/// A count that shaders add to.
+pub(crate) fn counter(gpu: &Gpu, label: &str) -> wgpu::Buffer {
+    gpu.buffer(label, &[0; 16], wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC)
 }
 
 /// Makes the scene's buffers and textures known under the shaders' names.

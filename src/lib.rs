@@ -4,7 +4,7 @@
 //! [`setup`] (what to draw) → [`scene`] (glTF and built-in scenes, flattened) → [`frame`] (G-buffer,
 //! technique, truth, picture) → [`measure`] (errors and times) → [`cli`] and [`ui`].
 //! Underneath: [`gpu`] (device, passes bound by name), [`params`] (declared once), [`light`],
-//! [`shadow_map`] (depth maps and fits), [`techniques`] (a file each), [`view`] (ways to look), [`capture`] (files).
+//! [`shadow_map`] (depth maps and fits), [`techniques`] (a file each), `truth` (the exact shadow, band by band), [`view`] (ways to look), [`capture`] (files).
 
 pub mod capture;
 pub mod cli;
@@ -18,5 +18,6 @@ pub mod setup;
 pub mod shadow_map;
 pub mod techniques;
 pub mod tour;
+mod truth;
 pub mod ui;
 pub mod view;
