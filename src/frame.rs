@@ -6,7 +6,7 @@ use crate::gpu::{Gpu, Pass, Raster, Recorder, Slot, Timer, bytes};
 use crate::light::{Light, LightView};
 use crate::params::{Group, Values};
 use crate::scene::geometry::{Geometry, SceneGpu};
-use crate::scene::{Camera, Scene};
+use crate::scene::Scene;
 use crate::setup::Setup;
 use crate::techniques::{self, Info, Technique};
 use crate::truth::Tracing;
