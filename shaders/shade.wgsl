@@ -17,22 +17,7 @@ struct View {
 @group(1) @binding(4) var shown: texture_2d<f32>;
 @group(1) @binding(5) var output: texture_storage_2d<rgba8unorm, write>;
 
-// The common views, numbered as `VIEWS` in Rust.
-const shaded = 0u;
-const split_view = 1u;
-const visibility_view = 2u;
-const truth_view = 3u;
-const error_view = 4u;
-const acne_view = 5u;
-const detachment_view = 6u;
-const facing_view = 7u;
-const normals_view = 8u;
-const albedo_view = 9u;
-const depth_view = 10u;
-const light_depth_view = 11u;
-const position_view = 12u;
-const triangles_view = 13u;
-const technique_map = 14u;
+// The common views are numbered by Rust: constants `view_shaded`, `view_split` and so on.
 
 fn view_ray(pixel: vec2u) -> vec3f {
     let ndc = (vec2f(pixel) + 0.5) / vec2f(frame.size) * 2.0 - 1.0;
@@ -109,10 +94,10 @@ fn dimmed(s: Surface) -> vec3f {
 fn color_of(pixel: vec2u) -> vec3f {
     let s = load_surface(pixel);
     let v = textureLoad(visibility, pixel, 0).x;
-    if frame.view == technique_map && view.shown == 1u {
+    if frame.view == view_technique_map && view.shown == 1u {
         return map_picture(pixel);
     }
-    if frame.view == technique_map {
+    if frame.view == view_technique_map {
         let x = textureLoad(map, pixel, 0).x;
         if x >= 0.0 && view.shown == 2u {
             return ramp((x - view.range.x) / (view.range.y - view.range.x));
@@ -124,11 +109,11 @@ fn color_of(pixel: vec2u) -> vec3f {
     }
     if !s.valid {
         // Only pictures have a sky; data have a plain background.
-        let data = frame.view != shaded && frame.view != split_view;
+        let data = frame.view != view_shaded && frame.view != view_split;
         return select(linear_to_srgb(sky(view_ray(pixel))), vec3f(0.22, 0.24, 0.27), data);
     }
     switch frame.view {
-        case split_view: {
+        case view_split: {
             let line = frame.split * f32(frame.size.x);
             let x = f32(pixel.x) + 0.5;
             if abs(x - line) < 1.0 {
@@ -136,13 +121,13 @@ fn color_of(pixel: vec2u) -> vec3f {
             }
             return linear_to_srgb(lit(s, select(textureLoad(truth, pixel, 0).x, v, x < line)));
         }
-        case visibility_view: {
+        case view_visibility: {
             return vec3f(v);
         }
-        case truth_view: {
+        case view_truth: {
             return vec3f(textureLoad(truth, pixel, 0).x);
         }
-        case error_view: {
+        case view_error: {
             let t = textureLoad(truth, pixel, 0).x;
             let off = abs(v - t);
             if !faces_light(s) || off < 1.0 / 255.0 {
@@ -151,37 +136,37 @@ fn color_of(pixel: vec2u) -> vec3f {
             let hue = select(vec3f(0.95, 0.12, 0.10), vec3f(0.10, 0.25, 1.00), v > t);
             return mix(dimmed(s), hue, 0.35 + 0.65 * off);
         }
-        case acne_view: {
+        case view_acne: {
             let amount = textureLoad(truth, pixel, 0).x - v;
             return mix(dimmed(s), vec3f(1.0, 0.85, 0.1), select(0.0, saturate(amount), faces_light(s)));
         }
-        case detachment_view: {
+        case view_detachment: {
             let amount = v - textureLoad(truth, pixel, 0).x;
             return mix(dimmed(s), vec3f(0.2, 0.9, 0.9), select(0.0, saturate(amount), faces_light(s)));
         }
-        case facing_view: {
+        case view_facing: {
             let cosine = dot(s.normal, normalize(light_at(s.position).to_light));
             return select(vec3f(0.35), mix(vec3f(0.10, 0.30, 0.18), vec3f(0.55, 0.88, 0.55), cosine), cosine > 0.0);
         }
-        case normals_view: {
+        case view_normals: {
             return 0.5 + 0.5 * s.shading_normal;
         }
-        case albedo_view: {
+        case view_albedo: {
             return linear_to_srgb(s.albedo);
         }
-        case depth_view: {
+        case view_depth: {
             // Logarithmic from the nearest to the farthest corner of the scene, so that near things differ too.
             let low = max(frame.near, 1e-3);
             let reach = length(max(abs(frame.eye - frame.bounds_min), abs(frame.eye - frame.bounds_max)));
             return vec3f(saturate(log(s.depth / low) / log(max(min(frame.far, reach), 2.0 * low) / low)));
         }
-        case light_depth_view: {
+        case view_light_depth: {
             return vec3f(saturate(light_depth(s.position)));
         }
-        case position_view: {
+        case view_position: {
             return fract(s.position);
         }
-        case triangles_view: {
+        case view_triangles: {
             return random_color(s.triangle);
         }
         default: {

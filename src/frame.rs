@@ -5,8 +5,8 @@
 use crate::gpu::{Gpu, Pass, Raster, Recorder, Slot, Timer, bytes};
 use crate::light::{Light, LightView};
 use crate::params::{Group, Values};
-use crate::scene::geometry::{Geometry, SceneGpu};
 use crate::scene::Scene;
+use crate::scene::geometry::{Geometry, SceneGpu};
 use crate::setup::Setup;
 use crate::techniques::{self, Info, Technique};
 use crate::truth::Tracing;
@@ -282,7 +282,7 @@ impl Renderer {
             unshadowed: Pass::compute(&gpu, "no shadow", "unshadowed.wgsl", "fill", &[])?,
             truth: Tracing::new(&gpu)?,
             classify: Pass::compute(&gpu, "mask", "mask.wgsl", "classify", &[])?,
-            draw: Pass::compute(&gpu, "shading", "shade.wgsl", "shade", &[])?,
+            draw: Pass::compute(&gpu, "shading", "shade.wgsl", "shade", &[view::GROUP])?,
             no_light_view: gpu.buffer(
                 "no light view",
                 bytemuck::bytes_of(&LightView::zeroed()),

@@ -1,5 +1,6 @@
 //! What can be drawn of a frame.
 
+use crate::params::{Group, Kind, Spec};
 use crate::techniques::Info;
 use anyhow::{Result, bail};
 
@@ -31,6 +32,18 @@ pub const VIEWS: &[View] = &[
         true,
     ),
     view(
+        "acne",
+        "Acne",
+        "Only the false shadow, in yellow: what should be lit but is dark. Specks on lit faces are acne.",
+        true,
+    ),
+    view(
+        "detachment",
+        "Detachment",
+        "Only the missing shadow, in cyan: what should be dark but is lit. A gap at a caster's foot is detachment.",
+        true,
+    ),
+    view(
         "facing",
         "Facing",
         "Green: the surface turns towards the light. Grey: it turns away and is dark without any shadow technique.",
@@ -48,6 +61,22 @@ pub const VIEWS: &[View] = &[
     view("position", "Position", "World position in metres, repeating every metre, as a colour.", false),
     view("triangles", "Triangles", "Each triangle in a colour of its own.", false),
 ];
+
+/// The views' numbers for the shader: constants `view_shaded` and so on, and behind them `view_technique_map`.
+pub const GROUP: Group = Group {
+    name: "Views",
+    specs: &[Spec { name: "view", doc: "", unit: "", kind: Kind::Choice { default: "shaded", options: &IDS } }],
+};
+
+const IDS: [&str; VIEWS.len() + 1] = {
+    let mut ids = ["technique-map"; VIEWS.len() + 1];
+    let mut i = 0;
+    while i < VIEWS.len() {
+        ids[i] = VIEWS[i].id;
+        i += 1;
+    }
+    ids
+};
 
 /// Index of a view that every technique has, as the shader numbers it.
 pub fn index(id: &str) -> Option<usize> {

@@ -5,12 +5,15 @@ use shadowscope::gpu::{Shaders, shader_files};
 use shadowscope::light::LightView;
 use shadowscope::params::Group;
 use shadowscope::scene::geometry::{Corners, GpuMaterial, Vertex};
-use shadowscope::techniques;
+use shadowscope::{techniques, view};
 use std::mem::{offset_of, size_of};
 use wgpu::naga;
 
-/// The parameter groups of the technique that a file belongs to.
+/// The parameter groups that Rust gives a file: its technique's, or the views'.
 fn groups(file: &str) -> &'static [Group] {
+    if file == "shade.wgsl" {
+        return &[view::GROUP];
+    }
     let stem = file.trim_start_matches("techniques/").trim_end_matches(".wgsl").replace('_', "-");
     techniques::find(&stem).map_or(&[], |i| i.params)
 }

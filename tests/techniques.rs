@@ -474,6 +474,7 @@ fn the_maps_picture_tells_near_from_far() {
         s.view = "shadow-map".into();
         r.render(&s, ask(&s)).unwrap();
         let picture = r.read_picture().unwrap();
+        assert!(picture.chunks_exact(4).all(|p| p[0] == p[1] && p[1] == p[2]), "depth is grey");
         let values: Vec<u8> = picture.chunks_exact(4).map(|p| p[0]).collect();
         let bright = values.iter().filter(|v| **v > 60).count();
         let dark = values.iter().filter(|v| **v < 40).count();
