@@ -211,9 +211,11 @@ fn run_measure(
             continue;
         }
         bar.set_message(id.clone());
-        rows.push(measure::measure(&mut renderer, &setup, |done| {
-            bar.set_position(((i as f32 + done) * 100.0) as u64)
-        })?);
+        let tick = |done: f32| {
+            bar.set_position(((i as f32 + done) * 100.0) as u64);
+            true
+        };
+        rows.push(measure::measure(&mut renderer, &setup, tick)?);
     }
     bar.finish_and_clear();
     let gpu = &renderer.gpu;

@@ -490,6 +490,7 @@ fn rays_that_give_up_are_reported() {
     let [own, truth] = r.read_gave_up().unwrap();
     assert!(own > 100 && truth == 0, "{own} {truth}");
     s.set("max_visits=65536", &["rt-hard".into()]).unwrap();
-    let row = measure::measure(&mut r, &s, |_| {}).unwrap();
+    let row = measure::measure(&mut r, &s, |_| true).unwrap();
     assert!(row.notes.is_empty(), "{:?}", row.notes);
+    assert!(measure::measure(&mut r, &s, |_| false).is_err(), "a measurement that is told to stop gives no row");
 }

@@ -40,8 +40,11 @@ pub fn errors(renderer: &mut Renderer, setup: &Setup) -> Result<Errors> {
     Ok(metrics::errors(&renderer.read_visibility()?, &renderer.read_truth()?, &mask, setup.size[0] as usize))
 }
 
-/// Measures the set-up's technique: errors and times. `tick` is told the share done.
-pub fn measure(renderer: &mut Renderer, setup: &Setup, tick: impl Fn(f32)) -> Result<Row> {
+/// Measures the set-up's technique: errors and times. `tick` is told the share done, and stops the work by saying no.
+///
+/// # Errors
+/// As [`errors`], or that it was stopped.
+pub fn measure(renderer: &mut Renderer, setup: &Setup, tick: impl Fn(f32) -> bool) -> Result<Row> {
     let errors = errors(renderer, setup)?;
     let [own, truth] = renderer.read_gave_up()?;
     let mut notes = Vec::new();

@@ -3,7 +3,7 @@
 use crate::frame::{Ask, Renderer, SHARED_PASSES, Truth};
 use crate::gpu::TimerMode;
 use crate::setup::Setup;
-use anyhow::Result;
+use anyhow::{Result, ensure};
 use std::time::{Duration, Instant};
 
 /// Middle and quartiles of the counted frames, milliseconds.
@@ -51,7 +51,7 @@ const BUDGET: Duration = Duration::from_secs(3);
 const FEWEST: usize = 5;
 
 /// Times the set-up's technique; also the bytes of GPU memory that it holds.
-pub fn time(renderer: &mut Renderer, setup: &Setup, tick: impl Fn(f32)) -> Result<(Times, u64)> {
+pub fn time(renderer: &mut Renderer, setup: &Setup, tick: impl Fn(f32) -> bool) -> Result<(Times, u64)> {
     // A technique's own map would add passes that are not part of it.
     let setup = &Setup { view: "shaded".into(), ..setup.clone() };
     let ask = Ask { size: setup.size, truth: Truth::Off, timed: true, picture: false };
@@ -87,7 +87,8 @@ pub fn time(renderer: &mut Renderer, setup: &Setup, tick: impl Fn(f32)) -> Resul
             }
         }
         let spent = start.elapsed().as_secs_f32() / BUDGET.as_secs_f32();
-        tick(if software { spent.min(1.0) } else { (frame + 1) as f32 / FRAMES as f32 });
+        let done = if software { spent.min(1.0) } else { (frame + 1) as f32 / FRAMES as f32 };
+        ensure!(tick(done), "measuring was cancelled");
     }
     let times = Times {
         gpu: Quartiles::of(totals),

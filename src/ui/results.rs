@@ -128,4 +128,7 @@ fn measured(ui: &mut Ui, i: usize, r: &Row) {
     if r.times.wall_clock {
         ui.label(RichText::new("times are wall clock").small().color(WEAK));
     }
+    for note in &r.notes {
+        ui.label(RichText::new(note).small().color(ui.visuals().warn_fg_color));
+    }
 }

@@ -135,9 +135,11 @@ fn status(ui: &mut Ui, m: &Model) {
         let size = if f.size == f.full { size } else { size.color(super::style::SUN) };
         field(ui, 96.0, size, "Pixels that the picture is rendered at. Fewer while it moves, if the adapter is slow; never fewer for captures and measurements.");
         ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
+            // The name's first part; all of it is in the tooltip.
+            let name = f.adapter.split(" (").next().unwrap_or_default();
             let software = if f.software { " (software)" } else { "" };
-            let adapter = RichText::new(format!("{}{software}", f.adapter)).size(12.5).color(WEAK);
-            let tip = "The graphics adapter. Start with --adapter NAME to use another.";
+            let adapter = RichText::new(format!("{name}{software}")).size(12.5).color(WEAK);
+            let tip = format!("{}: the graphics adapter. Start with --adapter NAME to use another.", f.adapter);
             ui.add(Label::new(adapter).truncate()).on_hover_text(tip);
         });
     });

@@ -222,7 +222,7 @@ impl Open {
                     m.measuring = None;
                     match result {
                         Ok(row) => {
-                            m.rows.insert(0, row);
+                            m.rows.insert(0, *row);
                             m.rows.truncate(6);
                         }
                         Err(e) => m.fail(&e.context("measuring failed")),
@@ -453,6 +453,7 @@ impl Open {
                 self.desk.measure(self.measuring, adapter, m.scene.clone(), m.setup.clone());
             }
             Action::CancelMeasuring => {
+                self.desk.cancel_measuring();
                 self.measuring += 1;
                 m.measuring = None;
             }

@@ -10,6 +10,7 @@ use crate::setup::{self, Setup};
 use anyhow::{Context, Result, anyhow};
 use std::path::PathBuf;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread::JoinHandle;
 use winit::event_loop::EventLoopProxy;
@@ -25,7 +26,7 @@ pub struct Loaded {
 pub enum Done {
     Loaded(u64, Result<Box<Loaded>>),
     Progress(u64, f32),
-    Measured(u64, Result<Row>),
+    Measured(u64, Result<Box<Row>>),
     Captured(Result<PathBuf>),
     /// Share of wrong pixels in the picture.
     Counted(u64, f64),
@@ -54,12 +55,14 @@ pub struct Desk {
     receiver: Receiver<Done>,
     /// Threads with a device of their own, which must end before the program does.
     drawing: Vec<JoinHandle<()>>,
+    /// The measurement that is still wanted.
+    measuring: Arc<AtomicU64>,
 }
 
 impl Desk {
     pub fn new(wake: EventLoopProxy<()>) -> Desk {
         let (sender, receiver) = channel();
-        Desk { post: Post { sender, wake }, receiver, drawing: Vec::new() }
+        Desk { post: Post { sender, wake }, receiver, drawing: Vec::new(), measuring: Arc::default() }
     }
 
     /// The next thing done.
@@ -91,13 +94,23 @@ impl Desk {
 
     /// Measures a set-up on a device of its own, so that the window's work does not mix with it.
     pub fn measure(&mut self, job: u64, adapter: String, scene: Arc<Scene>, setup: Setup) {
+        let wanted = self.measuring.clone();
+        wanted.store(job, Ordering::Relaxed);
         let thread = self.start(move |post| {
             let measured = renderer(&adapter, scene).and_then(|mut renderer| {
-                measure::measure(&mut renderer, &setup, |done| post.send(Done::Progress(job, done)))
+                measure::measure(&mut renderer, &setup, |done| {
+                    post.send(Done::Progress(job, done));
+                    wanted.load(Ordering::Relaxed) == job
+                })
             });
-            post.send(Done::Measured(job, measured));
+            post.send(Done::Measured(job, measured.map(Box::new)));
         });
         self.drawing.push(thread);
+    }
+
+    /// Lets a measurement that runs end early.
+    pub fn cancel_measuring(&self) {
+        self.measuring.store(0, Ordering::Relaxed);
     }
 
     /// Captures a set-up into a file, likewise.
@@ -132,6 +145,7 @@ impl Desk {
 
     /// Waits for the threads that draw: a driver must not be torn down under them.
     pub fn close(&mut self) {
+        self.cancel_measuring();
         for thread in self.drawing.drain(..) {
             // A thread that panicked has said so already.
             let _ = thread.join();
