@@ -3,7 +3,7 @@
 //! The map of the house, in the order of the data:
 //! [`setup`] (what to draw) → [`scene`] (glTF and built-in scenes, flattened) → [`frame`] (G-buffer,
 //! technique, truth, picture) → [`measure`] (errors and times) → [`cli`] and [`ui`].
-//! Underneath: [`gpu`] (device, passes bound by name), [`params`] (declared once), [`light`],
+//! Underneath: [`gpu`] (device, passes bound by name), [`mod@params`] (declared once), [`light`],
 //! [`shadow_map`] (depth maps and fits), [`techniques`] (a file each), `truth` (the exact shadow, band by band), [`view`] (ways to look), [`capture`] (files).
 
 pub mod capture;

@@ -1,7 +1,7 @@
 //! The window.
 //!
-//! A pass runs from [`shell::layout`] (input to changes of the [`Model`]) over [`stage`] (which picture to
-//! render, and when) to [`canvas`] (picture and panel onto the surface). What takes long runs in [`work`].
+//! A pass runs from `shell::layout` (input to changes of the `Model`) over `stage` (which picture to
+//! render, and when) to `canvas` (picture and panel onto the surface). What takes long runs in `work`.
 
 mod camera;
 mod canvas;

@@ -216,6 +216,7 @@ impl Model {
 
     fn take(&mut self, setup: Setup) -> Option<Action> {
         if setup.scene != self.setup.scene {
+            self.loading = Some(setup.scene.clone());
             return Some(Action::Restore(Box::new(setup)));
         }
         self.setup = setup;

@@ -32,7 +32,8 @@ pub fn layout(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) -> Rect {
     busy(ui.ctx(), rect, m, out);
     help(ui.ctx(), m);
     let ctx = ui.ctx();
-    if !ctx.input(|i| i.pointer.any_down()) && !ctx.egui_wants_keyboard_input() {
+    // While another scene is on its way the history waits: a step undone may be what is loading.
+    if m.loading.is_none() && !ctx.input(|i| i.pointer.any_down()) && !ctx.egui_wants_keyboard_input() {
         let chosen = std::mem::take(&mut m.camera_chosen);
         m.history.commit(&m.setup, chosen);
     }
