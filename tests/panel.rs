@@ -151,6 +151,28 @@ fn a_camera_preset_is_a_step() {
 }
 
 #[test]
+fn undo_goes_back_to_the_scene_before() {
+    let mut harness = harness("cubes", 1200.0);
+    let before = setup(&harness);
+    let (other, scene) = Setup::open("blocks").unwrap();
+    let bounds = harness.state().model.bounds;
+    harness.state_mut().model.open(other.clone(), Arc::new(scene), bounds, false);
+    harness.run_steps(2);
+    click(&mut harness, "Undo");
+    assert_eq!(harness.state().actions, [Action::Restore(Box::new(before.clone()))]);
+    // The window loads it; until it is there the other scene stays.
+    assert_eq!(harness.state().model.loading.as_deref(), Some("cubes"));
+    assert_eq!(setup(&harness), other);
+    let (_, scene) = Setup::open("cubes").unwrap();
+    harness.state_mut().model.loading = None;
+    harness.state_mut().model.open(before.clone(), Arc::new(scene), bounds, true);
+    harness.run_steps(2);
+    assert!(!harness.state().model.history.can_undo());
+    click(&mut harness, "Redo");
+    assert_eq!(harness.state().actions.last(), Some(&Action::Restore(Box::new(other))));
+}
+
+#[test]
 fn a_technique_that_does_not_serve_the_light_says_so() {
     let mut harness = harness("cubes", 2400.0);
     open(&mut harness, "Light");

@@ -494,3 +494,25 @@ fn rays_that_give_up_are_reported() {
     assert!(row.notes.is_empty(), "{:?}", row.notes);
     assert!(measure::measure(&mut r, &s, |_| false).is_err(), "a measurement that is told to stop gives no row");
 }
+
+/// Timestamps come back for every pass, in order, also where they are not the way of choice (software).
+#[test]
+fn timestamps_arrive_for_every_pass() {
+    use shadowscope::gpu::{Timer, TimerMode};
+    let gpu = gpu();
+    if !gpu.features.contains(wgpu::Features::TIMESTAMP_QUERY) {
+        eprintln!("skipped: {} has no timestamps", gpu.info.name);
+        return;
+    }
+    let (mut r, mut s) = start(hovering(spot()), [160, 120]);
+    s.select("pcf").unwrap();
+    r.timer = Timer::with(&gpu, TimerMode::Stamps);
+    for _ in 0..3 {
+        r.render(&s, shadowscope::frame::Ask { timed: true, ..ask(&s) }).unwrap();
+    }
+    r.collect_times(true).unwrap();
+    let names: Vec<&str> = r.timer.latest.iter().map(|(n, _)| *n).collect();
+    // The truth was traced in the first frame only.
+    assert_eq!(names, ["G-buffer", "fit: receivers", "fit: narrow", "shadow map", "resolve", "shading"]);
+    assert!(r.timer.latest.iter().all(|(_, ms)| ms.is_finite() && *ms >= 0.0), "{:?}", r.timer.latest);
+}

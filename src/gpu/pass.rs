@@ -172,7 +172,6 @@ fn prepare(gpu: &Gpu, file: &str, entries: &[&str], groups: &[Group]) -> Result<
 /// How passes are timed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TimerMode {
-    Off,
     /// GPU timestamps at the start and end of each pass.
     Stamps,
     /// Each pass submitted alone and waited for: wall-clock time, for software adapters and those without timestamps.
@@ -203,12 +202,16 @@ struct Pending {
 const MAX_PASSES: u32 = 128;
 
 impl Timer {
-    /// The way that the adapter allows: timestamps, or wall clock (lavapipe's compute timestamps are wrong
-    /// once a render pass has run).
+    /// The way that can be trusted on the adapter: timestamps, or wall clock on software (lavapipe's compute
+    /// timestamps are wrong once a render pass has run) and where there are none.
     pub fn new(gpu: &Gpu) -> Timer {
         let stamps = gpu.features.contains(wgpu::Features::TIMESTAMP_QUERY) && !gpu.software();
-        let mode = if stamps { TimerMode::Stamps } else { TimerMode::Wall };
-        let queries = stamps.then(|| {
+        Timer::with(gpu, if stamps { TimerMode::Stamps } else { TimerMode::Wall })
+    }
+
+    /// A way of one's choice; timestamps need the feature.
+    pub fn with(gpu: &Gpu, mode: TimerMode) -> Timer {
+        let queries = (mode == TimerMode::Stamps).then(|| {
             let set = gpu.device.create_query_set(&wgpu::QuerySetDescriptor {
                 label: Some("pass times"),
                 ty: wgpu::QueryType::Timestamp,

@@ -85,7 +85,10 @@ fn sun(ui: &mut Ui, rect: Rect, camera: &Camera, to_light: &mut Vec3) {
         painter.circle_filled(at, 6.0, color);
     }
     let text = format!("sun at {elevation:.0}°");
-    painter.text(center + vec2(0.0, SKY + 4.0), Align2::CENTER_TOP, text, FontId::proportional(12.0), TEXT);
+    let under = center + vec2(0.0, SKY + 4.0);
+    // A dark ground, so that it can be read over a bright sky too.
+    painter.rect_filled(Rect::from_center_size(under + vec2(0.0, 8.0), vec2(70.0, 17.0)), 4.0, GROUND);
+    painter.text(under, Align2::CENTER_TOP, text, FontId::proportional(12.0), TEXT);
 }
 
 /// A lamp with a direction: two handles, and the cone's outline where it has one.
