@@ -144,7 +144,9 @@ fn beyond(ui: &Ui, rect: Rect, camera: &Camera, point: Vec3) {
     painter.arrow(at - way * 8.0, way * 16.0, Stroke::new(2.0, SUN));
     let text = if ahead { "light" } else { "light behind" };
     let align = Align2([Align::Center, Align::Center]);
-    painter.text(at - way * 30.0, align, text, FontId::proportional(12.0), TEXT);
+    let label = at - way * 34.0;
+    painter.rect_filled(Rect::from_center_size(label, vec2(7.0 * text.len() as f32 + 8.0, 17.0)), 4.0, GROUND);
+    painter.text(label, align, text, FontId::proportional(12.0), TEXT);
 }
 
 /// A point in space that can be dragged. True while it moves.
