@@ -26,8 +26,12 @@ fn view_ray(pixel: vec2u) -> vec3f {
 }
 
 fn sky(direction: vec3f) -> vec3f {
-    let up = saturate(direction.y);
-    return mix(vec3f(0.78, 0.83, 0.88), vec3f(0.36, 0.52, 0.74), pow(up, 0.6));
+    let horizon = vec3f(0.78, 0.83, 0.88);
+    if direction.y < 0.0 {
+        // Darker below, so that bright floors stand out.
+        return mix(horizon, vec3f(0.30, 0.31, 0.33), smoothstep(0.0, 0.12, -direction.y));
+    }
+    return mix(horizon, vec3f(0.36, 0.52, 0.74), pow(direction.y, 0.6));
 }
 
 // Light of the sky and what the ground throws back: no shadow technique touches it.

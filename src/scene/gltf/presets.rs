@@ -134,7 +134,7 @@ fn low(scene: &Scene, detail: Bounds, far: f32) -> Camera {
         false => center + Vec3::new(0.35 * half.x, 0.0, half.z + outside),
     };
     let near = 0.05 * diagonal;
-    let mut ground = detail.min.y;
+    let mut ground = floor_height(scene, 0.02 * diagonal).unwrap_or(detail.min.y);
     for_each_vertex(scene, |vertex| {
         if (vertex - position).with_y(0.0).length_squared() < near * near {
             ground = ground.max(vertex.y);
@@ -143,6 +143,35 @@ fn low(scene: &Scene, detail: Bounds, far: f32) -> Camera {
     position.y = ground + eye;
     let target = center.with_y((detail.min.y + 0.3 * half.y).max(ground));
     camera(position, target, 55.0, detail, far)
+}
+
+/// The height at which most of the level surface lies, within `band` metres; None if nothing is level.
+fn floor_height(scene: &Scene, band: f32) -> Option<f32> {
+    let mut level = Vec::new();
+    for (mesh, world) in placements(scene, &world_matrices(scene, None, 0.0)) {
+        let mesh = &scene.meshes[mesh];
+        for t in mesh.indices.chunks_exact(3) {
+            let [a, b, c] = [t[0], t[1], t[2]].map(|i| world.transform_point3(mesh.positions[i as usize]));
+            let area = (b - a).cross(c - a);
+            if area.y.abs() > 0.9 * area.length() {
+                level.push(((a.y + b.y + c.y) / 3.0, area.length()));
+            }
+        }
+    }
+    level.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
+    // A window of that height slides over them: the one that holds the most counts.
+    let (mut first, mut held, mut most, mut height) = (0, 0.0, 0.0, None);
+    for (y, area) in &level {
+        held += area;
+        while level[first].0 < y - band {
+            held -= level[first].1;
+            first += 1;
+        }
+        if held > most * 1.001 {
+            (most, height) = (held, Some(*y));
+        }
+    }
+    height
 }
 
 /// The box around most of the vertices: without the wide floor or sky that holds few of them.
