@@ -117,7 +117,9 @@ fn the_window_opens_follows_a_click_and_closes() {
     let folder = tempfile::tempdir().unwrap();
     let screen_size = format!("{}x{}x24", SIZE[0], SIZE[1]);
     let mut xvfb = Command::new("Xvfb");
-    xvfb.args(["-displayfd", "1", "-nolisten", "tcp", "-screen", "0", &screen_size, "-fbdir"]).arg(folder.path());
+    // Without -noreset the server starts over when a client leaves it alone, under the feet of one that is just coming.
+    xvfb.args(["-displayfd", "1", "-noreset", "-nolisten", "tcp", "-screen", "0", &screen_size, "-fbdir"])
+        .arg(folder.path());
     let mut xvfb = start(xvfb.stdout(Stdio::piped()).stderr(Stdio::null()));
     let mut number = String::new();
     BufReader::new(xvfb.0.stdout.take().unwrap()).read_line(&mut number).unwrap();
