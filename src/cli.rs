@@ -10,7 +10,7 @@ use clap::{Args, Parser, Subcommand};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::fs::File;
 use std::io::{ErrorKind, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// Explore shadow techniques beside the exact shadow. Without a command the window opens.
@@ -197,7 +197,9 @@ fn run_measure(
         setup.select(id)?;
     }
     wanted.apply(&mut setup, &scene, &ids)?;
-    let (json, csv) = (create(json)?, create(csv)?);
+    for path in [&json, &csv].into_iter().flatten() {
+        try_file(path)?;
+    }
     let mut renderer = Renderer::new(Arc::new(Gpu::new(adapter)?), Arc::new(scene))?;
     let bar = progress_bar(ids.len() as u64 * 100);
     let mut rows = Vec::new();
@@ -220,32 +222,33 @@ fn run_measure(
     bar.finish_and_clear();
     let gpu = &renderer.gpu;
     let mut table = true;
-    for (file, text) in
+    for (path, text) in
         [(json, serde_json::to_string_pretty(&measure::json(gpu, &rows))? + "\n"), (csv, measure::csv(gpu, &rows))]
     {
-        match file {
-            Some((path, _)) if path.as_os_str() == "-" => {
+        match path {
+            Some(path) if path.as_os_str() == "-" => {
                 table = false;
                 print(&text)?;
             }
-            Some((path, file)) => file
-                .map_or(Ok(()), |mut file| file.write_all(text.as_bytes()))
-                .with_context(|| format!("{} cannot be written", path.display()))?,
+            Some(path) => std::fs::write(&path, text).with_context(|| cannot_write(&path))?,
             None => {}
         }
     }
     if table { print(&measure::text(gpu, &rows)) } else { Ok(()) }
 }
 
-/// A file to write results to later, made now so that no measurement is lost to a wrong path; none for `-`.
-fn create(path: Option<PathBuf>) -> Result<Option<(PathBuf, Option<File>)>> {
-    let Some(path) = path else { return Ok(None) };
-    if path.as_os_str() == "-" {
-        return Ok(Some((path, None)));
+fn cannot_write(path: &Path) -> String {
+    format!("{} cannot be written", path.display())
+}
+
+/// Makes sure that results can be written to a file later, so that no measurement is lost to a wrong path. What the
+/// file holds stays until then.
+fn try_file(path: &Path) -> Result<()> {
+    if path.as_os_str() != "-" {
+        capture::create_folder(path)?;
+        File::options().append(true).create(true).open(path).with_context(|| cannot_write(path))?;
     }
-    capture::create_folder(&path)?;
-    let file = File::create(&path).with_context(|| format!("{} cannot be written", path.display()))?;
-    Ok(Some((path, Some(file))))
+    Ok(())
 }
 
 /// Writes to standard output; a reader that has gone away is no error.

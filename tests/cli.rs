@@ -125,6 +125,11 @@ fn measure_and_list_bear_with_their_surroundings() {
     ok(dir.path(), &["capture", "cubes", "--size", "64x48", "--technique", "pcf", "--view", "taps", "-o", "t.png"]);
     ok(dir.path(), &["measure", "t.png", "--techniques", "shadow-map", "--csv", "new/t.csv"]);
     assert!(read(dir.path(), "new/t.csv").len() > 100);
+    // Results that are there stay, if no new ones take their place.
+    let before = read(dir.path(), "new/t.csv");
+    let refused = ["measure", "cubes", "--light", "omni", "--techniques", "pcf", "--csv", "new/t.csv"];
+    assert!(!shadowscope(dir.path(), &refused).status.success());
+    assert_eq!(read(dir.path(), "new/t.csv"), before);
     let out = shadowscope(dir.path(), &["measure", "cubes", "--csv", "t.png/x.csv"]);
     assert!(!out.status.success() && !String::from_utf8_lossy(&out.stderr).contains("panicked"));
 }
