@@ -1,6 +1,7 @@
 //! Pictures to files, with the set-up inside, and the set-up out of them again.
 
 use crate::frame::{Ask, Renderer, Truth};
+use crate::scene::geometry::octahedral_decode;
 use crate::setup::Setup;
 use crate::{techniques, view};
 use anyhow::{Context, Result, bail, ensure};
@@ -91,12 +92,12 @@ fn write_exr(renderer: &Renderer, setup: &Setup, path: &Path) -> Result<()> {
     let doing = || format!("{} cannot be written", path.display());
     let one = |name: &str, values: Vec<f32>| {
         let channel = AnyChannel::new(name, FlatSamples::F32(values));
-        AnyChannels::sort(smallvec::smallvec![channel])
+        AnyChannels::sort(vec![channel].into())
     };
     let three = |values: Vec<[f32; 3]>| {
         let channel =
             |name: &str, i: usize| AnyChannel::new(name, FlatSamples::F32(values.iter().map(|v| v[i]).collect()));
-        AnyChannels::sort(smallvec::smallvec![channel("R", 0), channel("G", 1), channel("B", 2)])
+        AnyChannels::sort(vec![channel("R", 0), channel("G", 1), channel("B", 2)].into())
     };
     let channels = match setup.view.as_str() {
         "visibility" => one("Y", renderer.read_visibility()?),
@@ -105,7 +106,8 @@ fn write_exr(renderer: &Renderer, setup: &Setup, path: &Path) -> Result<()> {
         "position" => three(renderer.read_position()?.iter().map(|p| [p[0], p[1], p[2]]).collect()),
         _ => {
             let position = renderer.read_position()?;
-            let normal = |(s, p): (&[u32; 4], &[f32; 4])| if p[3] > 0.0 { octahedral_decode(s[1]) } else { [0.0; 3] };
+            let normal =
+                |(s, p): (&[u32; 4], &[f32; 4])| if p[3] > 0.0 { octahedral_decode(s[1]).to_array() } else { [0.0; 3] };
             three(renderer.read_surface()?.iter().zip(&position).map(normal).collect())
         }
     };
@@ -114,17 +116,6 @@ fn write_exr(renderer: &Renderer, setup: &Setup, path: &Path) -> Result<()> {
     attributes.comments = Text::new_or_none(setup.to_toml(path)?);
     let layer = Layer::new((w, h), attributes, Encoding::SMALL_LOSSLESS, channels);
     Image::from_layer(layer).write().to_file(path).with_context(doing)
-}
-
-/// Unpacks a unit vector as `octahedral_decode` of the shaders does.
-pub fn octahedral_decode(bits: u32) -> [f32; 3] {
-    let unpack = |b: u32| (b as u16 as i16 as f32 / 32767.0).max(-1.0);
-    let (x, y) = (unpack(bits), unpack(bits >> 16));
-    let z = 1.0 - x.abs() - y.abs();
-    let t = (-z).max(0.0);
-    let x = x + if x >= 0.0 { -t } else { t };
-    let y = y + if y >= 0.0 { -t } else { t };
-    glam::Vec3::new(x, y, z).normalize().to_array()
 }
 
 /// Reads `WxH`.

@@ -2,7 +2,7 @@
 //!
 //! Window, command line and tests all come through [`Renderer::render`].
 
-use crate::gpu::{Gpu, Pass, Raster, Recorder, Slot, Timer, bytes};
+use crate::gpu::{Gpu, Pass, Raster, Recorder, Slot, Timer};
 use crate::light::{Light, LightView};
 use crate::params::{Group, Values};
 use crate::scene::Scene;
@@ -167,6 +167,21 @@ struct Targets {
     output: Slot,
 }
 
+impl Targets {
+    /// The view of a target that a frame has made.
+    fn view(slot: &Slot) -> Result<&wgpu::TextureView> {
+        slot.view().context(NO_FRAME)
+    }
+
+    /// Pixels of the last frame.
+    fn size(&self) -> Result<[u32; 2]> {
+        let texture = self.position.texture().context(NO_FRAME)?;
+        Ok([texture.width(), texture.height()])
+    }
+}
+
+const NO_FRAME: &str = "no frame has been rendered yet";
+
 /// How far the truth is to be traced in a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Truth {
@@ -199,8 +214,6 @@ pub struct Told {
     pub gpu_bytes: u64,
     /// Share of the truth that is traced, 0 to 1.
     pub truth_done: f32,
-    /// Why the technique does not serve the light; the frame is then drawn without shadow.
-    pub refused: Option<String>,
 }
 
 /// How a technique's own map is drawn, as `View` in `shaders/shade.wgsl`.
@@ -325,7 +338,7 @@ impl Renderer {
             self.gpu.info.name
         );
         let animated_ms = self.advance(setup)?;
-        let mut told = Told { refused: info.refuses(&setup.light), ..Told::default() };
+        let mut told = Told::default();
         self.make(info)?;
 
         let gpu = &*self.gpu;
@@ -342,7 +355,7 @@ impl Renderer {
         gpu.queue.write_buffer(&self.frame_buffer, 0, bytemuck::bytes_of(&uniform));
         let values = setup.values();
         for group in info.params {
-            upload(gpu, &mut self.params, group, &values);
+            upload(gpu, &mut self.params, group, values);
         }
 
         let mut recorder = Recorder::new(gpu, &mut self.timer, ask.timed, ask.size);
@@ -374,11 +387,12 @@ impl Renderer {
         let count = scene.triangle_count * 3;
         recorder.run(&self.gbuffer).draw(&[&position, &surface], Some((&depth, 0.0)), true, |p| p.draw(0..count, 0..1));
 
-        let mut f = Frame { recorder, setup, values: &values, scene, size: ask.size, shown: None, held: 0 };
+        let mut f = Frame { recorder, setup, values, scene, size: ask.size, shown: None, held: 0 };
         let start = Instant::now();
         let waited = f.waited();
         match &mut self.technique {
-            Some((_, technique)) if told.refused.is_none() => technique.render(&mut f)?,
+            Some((_, technique)) if info.refuses(&setup.light).is_none() => technique.render(&mut f)?,
+            // Without a technique that serves the light the picture has no shadow.
             _ => f.run(&self.unshadowed).per_pixel(),
         }
         told.cpu_ms = start.elapsed().as_secs_f64() * 1e3 - (f.waited() - waited);
@@ -462,16 +476,14 @@ impl Renderer {
 
     /// Classes of the last frame's pixels, as [`crate::measure::metrics`] names them.
     pub fn read_mask(&mut self) -> Result<Vec<u32>> {
-        let held = |slot: &Slot| slot.texture().cloned().context("no frame has been rendered yet");
-        let (position, surface) = (held(&self.targets.position)?, held(&self.targets.surface)?);
-        let size = [position.width(), position.height()];
+        let size = self.targets.size()?;
         let mask = self.targets.mask.get(&self.gpu, "mask", size, Format::R32Uint, STORED);
         let mut recorder = Recorder::new(&self.gpu, &mut self.timer, false, size);
         recorder
             .run(&self.classify)
             .bind("frame", &self.frame_buffer)
-            .bind("g_position", &position.create_view(&Default::default()))
-            .bind("g_surface", &surface.create_view(&Default::default()))
+            .bind("g_position", Targets::view(&self.targets.position)?)
+            .bind("g_surface", Targets::view(&self.targets.surface)?)
             .bind("mask", &mask)
             .per_pixel();
         recorder.finish()?;
@@ -481,17 +493,12 @@ impl Renderer {
     /// Traces some more pixels of the truth and draws nothing else; the share that is traced then, 0 to 1. The last
     /// frame must have asked for the truth.
     pub fn trace(&mut self, pixels: u32) -> Result<f32> {
-        let held = self.targets.truth.texture().context("no frame has been rendered yet")?;
-        let (gpu, size) = (&*self.gpu, [held.width(), held.height()]);
-        let t = &mut self.targets;
-        let position = t.position.get(gpu, "position", size, Format::Rgba32Float, DRAWN);
-        let surface = t.surface.get(gpu, "surface", size, Format::Rgba32Uint, DRAWN);
-        let truth = t.truth.get(gpu, "truth", size, Format::R32Float, STORED);
+        let (gpu, t, size) = (&*self.gpu, &self.targets, self.targets.size()?);
         let mut recorder = Recorder::new(gpu, &mut self.timer, true, size);
         know_scene(&mut recorder, &self.scene_gpu);
-        recorder.set("g_position", &position);
-        recorder.set("g_surface", &surface);
-        self.truth.record(&mut recorder, &truth, pixels);
+        recorder.set("g_position", Targets::view(&t.position)?);
+        recorder.set("g_surface", Targets::view(&t.surface)?);
+        self.truth.record(&mut recorder, Targets::view(&t.truth)?, pixels);
         recorder.finish()?;
         gpu.check()?;
         Ok(self.truth.done())
@@ -509,7 +516,7 @@ impl Renderer {
 
     /// Reads the world position at one pixel of the last frame; None for background.
     pub fn position_at(&self, pixel: [u32; 2]) -> Result<Option<Vec3>> {
-        let texture = self.targets.position.texture().context("no frame has been rendered yet")?;
+        let texture = self.targets.position.texture().context(NO_FRAME)?;
         let one = wgpu::Extent3d { width: 1, height: 1, depth_or_array_layers: 1 };
         let p: Vec<[f32; 4]> = bytemuck::pod_collect_to_vec(&self.gpu.read_texels(texture, pixel, one)?);
         Ok(p.first().filter(|p| p[3] > 0.0).map(|p| Vec3::new(p[0], p[1], p[2])))
@@ -521,14 +528,7 @@ impl Renderer {
     }
 
     fn read(&self, slot: &Slot) -> Result<Vec<u8>> {
-        self.gpu.read_texture(slot.texture().context("no frame has been rendered yet")?)
-    }
-
-    /// Bytes of GPU memory held by the screen-space targets.
-    pub fn target_bytes(&self) -> u64 {
-        let t = &self.targets;
-        let all = [&t.position, &t.surface, &t.depth, &t.visibility, &t.truth, &t.map, &t.output];
-        all.iter().filter_map(|s| s.texture()).map(bytes).sum()
+        self.gpu.read_texture(slot.texture().context(NO_FRAME)?)
     }
 }
 

@@ -224,8 +224,9 @@ impl Setup {
     }
 
     /// The selected technique's values.
-    pub fn values(&self) -> Values {
-        self.params.get(&self.technique).cloned().unwrap_or_default()
+    pub fn values(&self) -> &Values {
+        static NONE: Values = Values::new();
+        self.params.get(&self.technique).unwrap_or(&NONE)
     }
 
     /// Checks every range.

@@ -71,13 +71,15 @@ impl ShadowMap {
         })
     }
 
-    /// Fits the light's view and draws the casters' depth. `margin`: texels around the receivers that
-    /// the filter may reach.
+    /// Fits the light's view and draws the casters' depth. `reach`: how far the filter's taps lie from the
+    /// receiver, texels.
     ///
     /// # Errors
     /// A light without a single view, or a map that the adapter cannot hold.
-    pub fn render(&mut self, f: &mut Frame, margin: f32) -> Result<Drawn> {
+    pub fn render(&mut self, f: &mut Frame, reach: f32) -> Result<Drawn> {
         let p = MapParams::read(f.values);
+        // The normal offset moves the look-up too.
+        let margin = 1.0 + reach + p.normal_offset;
         let Some(view) = LightView::whole(&f.setup.light, f.scene.bounds, p.resolution, margin) else {
             anyhow::bail!("a {} light has no single shadow map", f.setup.light.kind());
         };

@@ -214,6 +214,11 @@ impl Slot {
         view
     }
 
+    /// The view, once made.
+    pub fn view(&self) -> Option<&wgpu::TextureView> {
+        self.made.as_ref().map(|(_, v)| v)
+    }
+
     /// The texture, once made.
     pub fn texture(&self) -> Option<&wgpu::Texture> {
         self.made.as_ref().map(|(t, _)| t)

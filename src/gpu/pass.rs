@@ -1,7 +1,7 @@
 //! Passes: a pipeline whose resources are bound by their WGSL names, recorded and timed.
 
+use super::Gpu;
 use super::shader::Binding;
-use super::{Gpu, Shaders};
 use crate::params::Group;
 use anyhow::{Context, Result, anyhow};
 use std::cell::RefCell;
@@ -146,7 +146,7 @@ impl Pass {
 type Prepared = (wgpu::ShaderModule, wgpu::PipelineLayout, Vec<wgpu::BindGroupLayout>, Vec<Binding>);
 
 fn prepare(gpu: &Gpu, file: &str, entries: &[&str], groups: &[Group]) -> Result<Prepared> {
-    let program = Shaders::load(&gpu.shaders, file, groups)?;
+    let program = gpu.shaders.load(file, groups)?;
     let bindings = program.bindings(entries).with_context(|| file.to_string())?;
     let module = gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
         label: Some(file),
@@ -238,6 +238,18 @@ impl Timer {
 
     pub fn mode(&self) -> TimerMode {
         self.mode
+    }
+
+    /// The last complete frame with passes of equal names added up, in order of first appearance.
+    pub fn by_name(&self) -> Vec<(&'static str, f64)> {
+        let mut sums: Vec<(&'static str, f64)> = Vec::new();
+        for (name, ms) in &self.latest {
+            match sums.iter_mut().find(|s| s.0 == *name) {
+                Some(sum) => sum.1 += ms,
+                None => sums.push((name, *ms)),
+            }
+        }
+        sums
     }
 
     /// Takes in the frames whose times have arrived; with `wait`, all of them.

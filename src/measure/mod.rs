@@ -54,5 +54,5 @@ pub fn measure(renderer: &mut Renderer, setup: &Setup, tick: impl Fn(f32) -> boo
         }
     }
     let (times, gpu_bytes) = timing::time(renderer, setup, tick)?;
-    Ok(Row { technique: setup.technique.clone(), params: setup.values(), errors, times, gpu_bytes, notes })
+    Ok(Row { technique: setup.technique.clone(), params: setup.values().clone(), errors, times, gpu_bytes, notes })
 }

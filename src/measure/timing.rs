@@ -72,13 +72,7 @@ pub fn time(renderer: &mut Renderer, setup: &Setup, tick: impl Fn(f32) -> bool) 
         renderer.collect_times(true)?;
         cpu.push(told.cpu_ms);
         gpu_bytes = told.gpu_bytes;
-        let mut frame_passes: Vec<(&str, f64)> = Vec::new();
-        for (name, ms) in &renderer.timer.latest {
-            match frame_passes.iter_mut().find(|(n, _)| n == name) {
-                Some((_, sum)) => *sum += ms,
-                None => frame_passes.push((name, *ms)),
-            }
-        }
+        let frame_passes = renderer.timer.by_name();
         totals.push(frame_passes.iter().filter(|(n, _)| !SHARED_PASSES.contains(n)).map(|(_, ms)| ms).sum());
         for (name, ms) in frame_passes {
             match passes.iter_mut().find(|(n, _)| n == name) {

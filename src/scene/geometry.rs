@@ -235,12 +235,23 @@ fn transformed(scene: &Scene, placed: &[(usize, Mat4)]) -> Vec<Vertex> {
 }
 
 /// Packs a unit vector as `octahedral_encode` of the shaders does.
-pub fn octahedral(n: Vec3) -> u32 {
+fn octahedral(n: Vec3) -> u32 {
     let p = Vec2::new(n.x, n.y) / (n.x.abs() + n.y.abs() + n.z.abs());
     let sign = |x: f32| if x >= 0.0 { 1.0 } else { -1.0 };
     let p = if n.z >= 0.0 { p } else { Vec2::new((1.0 - p.y.abs()) * sign(p.x), (1.0 - p.x.abs()) * sign(p.y)) };
     let pack = |x: f32| ((x.clamp(-1.0, 1.0) * 32767.0).round() as i16 as u16) as u32;
     pack(p.x) | pack(p.y) << 16
+}
+
+/// Unpacks a unit vector as `octahedral_decode` of the shaders does.
+pub fn octahedral_decode(bits: u32) -> Vec3 {
+    let unpack = |b: u32| (b as u16 as i16 as f32 / 32767.0).max(-1.0);
+    let (x, y) = (unpack(bits), unpack(bits >> 16));
+    let z = 1.0 - x.abs() - y.abs();
+    let t = (-z).max(0.0);
+    let x = x + if x >= 0.0 { -t } else { t };
+    let y = y + if y >= 0.0 { -t } else { t };
+    Vec3::new(x, y, z).normalize()
 }
 
 /// The nodes' matrices at `time` seconds of animation `clip`; without one as the file has them.
@@ -292,11 +303,6 @@ fn sample(channel: &super::Channel, time: f32) -> Vec4 {
     }
 }
 
-/// The most nodes that a BVH of that many triangles has.
-fn most_nodes(triangles: usize) -> usize {
-    2 * triangles.max(1)
-}
-
 /// A scene's buffers on the GPU.
 pub struct SceneGpu {
     pub vertices: wgpu::Buffer,
@@ -320,9 +326,13 @@ impl SceneGpu {
     pub fn new(gpu: &Gpu, scene: &Scene, geometry: &Geometry) -> Result<SceneGpu> {
         let limits = gpu.device.limits();
         let corners = geometry.bvh_order(scene);
-        let (vertices, nodes) =
-            (size_of_val(&geometry.vertices[..]), most_nodes(corners.len()) * size_of::<Bvh2Node>());
-        let largest = vertices.max(nodes).max(size_of_val(&corners[..])) as u64;
+        let mut nodes = geometry.nodes.clone();
+        if !scene.animations.is_empty() {
+            // An animation rebuilds the BVH: room for the largest one of as many triangles.
+            nodes.resize(2 * corners.len(), Bvh2Node::default());
+        }
+        let sizes = [size_of_val(&geometry.vertices[..]), size_of_val(&nodes[..]), size_of_val(&corners[..])];
+        let largest = sizes.into_iter().max().unwrap_or(0) as u64;
         ensure!(
             largest <= limits.max_storage_buffer_binding_size,
             "{} needs {} MiB in one buffer, and {} allows {}",
@@ -352,12 +362,7 @@ impl SceneGpu {
             indices: gpu.buffer("indices", bytemuck::cast_slice(&geometry.flat_indices()), wgpu::BufferUsages::INDEX),
             triangles: gpu.buffer("triangles", bytemuck::cast_slice(&geometry.triangles), storage),
             materials: gpu.buffer("materials", bytemuck::cast_slice(&materials), storage),
-            nodes: {
-                // Room for any BVH of as many triangles: an animation rebuilds it.
-                let mut nodes = geometry.nodes.clone();
-                nodes.resize(most_nodes(corners.len()), Bvh2Node::default());
-                gpu.buffer("BVH nodes", bytemuck::cast_slice(&nodes), storage)
-            },
+            nodes: gpu.buffer("BVH nodes", bytemuck::cast_slice(&nodes), storage),
             corners: gpu.buffer("BVH triangles", bytemuck::cast_slice(&corners), storage),
             textures: super::textures::upload(gpu, scene)?,
             sampler: gpu.device.create_sampler(&wgpu::SamplerDescriptor {

@@ -82,7 +82,7 @@ impl Technique for Pcf {
     fn render(&mut self, f: &mut Frame) -> Result<()> {
         let p = PcfParams::read(f.values);
         let reach = if p.mode == "disk" { p.radius } else { p.kernel as f32 / 2.0 };
-        let drawn = self.map.render(f, 1.0 + reach + MapParams::read(f.values).normal_offset)?;
+        let drawn = self.map.render(f, reach)?;
         f.run(&self.resolve)
             .bind("shadow_map", &drawn.map)
             .bind("light_view", &drawn.light_view)

@@ -58,8 +58,7 @@ struct StandardShadowMap {
 
 impl Technique for StandardShadowMap {
     fn render(&mut self, f: &mut Frame) -> Result<()> {
-        let p = MapParams::read(f.values);
-        let drawn = self.map.render(f, 1.0 + p.normal_offset)?;
+        let drawn = self.map.render(f, 0.0)?;
         f.run(&self.resolve).bind("shadow_map", &drawn.map).bind("light_view", &drawn.light_view).per_pixel();
         if f.wants_any_map() {
             f.run(&self.inspect).bind("light_view", &drawn.light_view).per_pixel();

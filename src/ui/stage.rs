@@ -292,13 +292,7 @@ impl Stage {
             // The truth went on alone: the list keeps the last whole frame.
             return;
         }
-        f.passes.clear();
-        for (name, ms) in latest {
-            match f.passes.iter_mut().find(|p| p.0 == *name) {
-                Some(p) => p.1 += ms,
-                None => f.passes.push((name, *ms)),
-            }
-        }
+        f.passes = self.renderer.timer.by_name();
         // Timestamps come some frames late: those of another size do not count.
         if f.passes.is_empty() || (stamps && self.steady < 3 && self.awaiting_times > 5) {
             return;
