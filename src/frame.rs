@@ -226,6 +226,30 @@ pub struct ViewUniform {
     pub padding: u32,
 }
 
+/// A technique with its resources and parameters, made.
+pub struct Made {
+    info: &'static Info,
+    technique: Box<dyn Technique>,
+    params: HashMap<&'static str, (Vec<u32>, wgpu::Buffer)>,
+}
+
+impl Made {
+    /// The technique in `slot`, made anew if another is in it.
+    fn take<'s>(slot: &'s mut Option<Made>, gpu: &Gpu, info: &'static Info) -> Result<&'s mut Made> {
+        if slot.as_ref().is_some_and(|held| held.info.id != info.id) {
+            // Its memory first.
+            *slot = None;
+        }
+        match slot {
+            Some(held) => Ok(held),
+            None => {
+                let technique = (info.make)(gpu).with_context(|| format!("{} cannot be made", info.title))?;
+                Ok(slot.insert(Made { info, technique, params: HashMap::new() }))
+            }
+        }
+    }
+}
+
 /// Renders set-ups of one scene on one device.
 pub struct Renderer {
     pub gpu: Arc<Gpu>,
@@ -234,8 +258,7 @@ pub struct Renderer {
     scene_gpu: SceneGpu,
     clock: (u32, f32),
     targets: Targets,
-    technique: Option<(&'static Info, Box<dyn Technique>)>,
-    params: HashMap<&'static str, (Vec<u32>, wgpu::Buffer)>,
+    made: Option<Made>,
     pub timer: Timer,
     frame_buffer: wgpu::Buffer,
     view_buffer: wgpu::Buffer,
@@ -308,8 +331,7 @@ impl Renderer {
             scene_gpu,
             clock: (0, 0.0),
             targets: Targets::default(),
-            technique: None,
-            params: HashMap::new(),
+            made: None,
             revision: 0,
         };
         made.gpu.check()?;
@@ -339,9 +361,9 @@ impl Renderer {
         );
         let animated_ms = self.advance(setup)?;
         let mut told = Told::default();
-        self.make(info)?;
 
         let gpu = &*self.gpu;
+        let made = Made::take(&mut self.made, gpu, info)?;
         let t = &mut self.targets;
         let position = t.position.get(gpu, "position", ask.size, Format::Rgba32Float, DRAWN);
         let surface = t.surface.get(gpu, "surface", ask.size, Format::Rgba32Uint, DRAWN);
@@ -355,7 +377,7 @@ impl Renderer {
         gpu.queue.write_buffer(&self.frame_buffer, 0, bytemuck::bytes_of(&uniform));
         let values = setup.values();
         for group in info.params {
-            upload(gpu, &mut self.params, group, values);
+            upload(gpu, &mut made.params, group, values);
         }
 
         let mut recorder = Recorder::new(gpu, &mut self.timer, ask.timed, ask.size);
@@ -380,7 +402,7 @@ impl Renderer {
         ] {
             recorder.set(name, view);
         }
-        for (name, (_, buffer)) in &self.params {
+        for (name, (_, buffer)) in &made.params {
             recorder.set(name, buffer);
         }
 
@@ -390,10 +412,10 @@ impl Renderer {
         let mut f = Frame { recorder, setup, values, scene, size: ask.size, shown: None, held: 0 };
         let start = Instant::now();
         let waited = f.waited();
-        match &mut self.technique {
-            Some((_, technique)) if info.refuses(&setup.light).is_none() => technique.render(&mut f)?,
+        match info.refuses(&setup.light) {
+            None => made.technique.render(&mut f)?,
             // Without a technique that serves the light the picture has no shadow.
-            _ => f.run(&self.unshadowed).per_pixel(),
+            Some(_) => f.run(&self.unshadowed).per_pixel(),
         }
         told.cpu_ms = start.elapsed().as_secs_f64() * 1e3 - (f.waited() - waited);
         told.gpu_bytes = f.held;
@@ -437,15 +459,9 @@ impl Renderer {
         Ok(Some(start.elapsed().as_secs_f64() * 1e3))
     }
 
-    /// Makes the technique, if another was in use.
-    fn make(&mut self, info: &'static Info) -> Result<()> {
-        if self.technique.as_ref().is_none_or(|(held, _)| held.id != info.id) {
-            self.technique = None;
-            self.params.clear();
-            let made = (info.make)(&self.gpu).with_context(|| format!("{} cannot be made", info.title))?;
-            self.technique = Some((info, made));
-        }
-        Ok(())
+    /// Swaps the technique in use for one kept aside, so that several can take turns without being made anew.
+    pub fn exchange(&mut self, kept: &mut Option<Made>) {
+        std::mem::swap(&mut self.made, kept);
     }
 
     /// The picture of the last frame, sRGB-encoded, as a texture view.

@@ -7,6 +7,7 @@
 //! [`shadow_map`] (depth maps and fits), [`techniques`] (a file each), `truth` (the exact shadow, band by band), [`view`] (ways to look), [`capture`] (files).
 
 pub mod capture;
+pub mod chart;
 pub mod cli;
 pub mod frame;
 pub mod gpu;

@@ -7,6 +7,7 @@ use glam::{Mat4, Quat, Vec2, Vec3};
 use shadowscope::frame::Renderer;
 use shadowscope::light::Light;
 use shadowscope::measure;
+use shadowscope::measure::Step;
 use shadowscope::measure::metrics::{Errors, FACING};
 use shadowscope::scene::{Animation, Channel, Interpolation, Local, Material, Node, Property, Scene, Texture, builtin};
 use shadowscope::setup::{Setup, scene_camera};
@@ -490,9 +491,21 @@ fn rays_that_give_up_are_reported() {
     let [own, truth] = r.read_gave_up().unwrap();
     assert!(own > 100 && truth == 0, "{own} {truth}");
     s.set("max_visits=65536", &["rt-hard".into()]).unwrap();
-    let row = measure::measure(&mut r, &s, |_| true).unwrap();
-    assert!(row.notes.is_empty(), "{:?}", row.notes);
-    assert!(measure::measure(&mut r, &s, |_| false).is_err(), "a measurement that is told to stop gives no row");
+    let work = [(0, s)];
+    let mut rows = Vec::new();
+    measure::run(&mut r, &work, false, &mut |step| {
+        if let Step::Row(row) = step {
+            rows.push(row);
+        }
+        true
+    })
+    .unwrap();
+    assert!(rows.len() == 1 && rows[0].notes.is_empty(), "{:?}", rows[0].notes);
+    let stopped = measure::run(&mut r, &work, false, &mut |step| {
+        assert!(matches!(step, Step::Working(..)), "a measurement that is told to stop gives no row");
+        false
+    });
+    assert!(stopped.is_err());
 }
 
 /// Timestamps come back for every pass, in order, also where they are not the way of choice (software).

@@ -1,17 +1,20 @@
-//! Times of a technique: many frames, warm-up left out, median with quartiles.
+//! Times of configurations: many frames, warm-up left out, taking turns so that drift hits all alike.
 
-use crate::frame::{Ask, Renderer, SHARED_PASSES, Truth};
+use crate::frame::{Ask, Made, Renderer, SHARED_PASSES, Truth};
 use crate::gpu::TimerMode;
 use crate::setup::Setup;
 use anyhow::{Result, ensure};
 use std::time::{Duration, Instant};
 
-/// Middle and quartiles of the counted frames, milliseconds.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+/// Middle, quartiles and certainty of the counted frames, milliseconds.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Quartiles {
     pub median: f64,
     pub q1: f64,
     pub q3: f64,
+    /// The true median lies between these with 99.9 % certainty, whatever the distribution.
+    pub low: f64,
+    pub high: f64,
     /// Frames counted.
     pub frames: usize,
 }
@@ -20,17 +23,22 @@ impl Quartiles {
     /// Of at least one value, in any order.
     pub fn of(mut values: Vec<f64>) -> Quartiles {
         values.sort_by(f64::total_cmp);
+        let n = values.len();
         let at = |q: f64| {
-            let x = (values.len() - 1) as f64 * q;
+            let x = (n - 1) as f64 * q;
             let (i, t) = (x as usize, x.fract());
-            values[i] + (values[(i + 1).min(values.len() - 1)] - values[i]) * t
+            values[i] + (values[(i + 1).min(n - 1)] - values[i]) * t
         };
-        Quartiles { median: at(0.5), q1: at(0.25), q3: at(0.75), frames: values.len() }
+        // The order statistics between which the median lies; with few values the smallest and the largest.
+        let half = 3.29 * (n as f64).sqrt() / 2.0;
+        let low = (n as f64 / 2.0 - half).floor().max(0.0) as usize;
+        let high = ((n as f64 / 2.0 + half).ceil() as usize).min(n - 1);
+        Quartiles { median: at(0.5), q1: at(0.25), q3: at(0.75), low: values[low], high: values[high], frames: n }
     }
 }
 
-/// Times of one technique.
-#[derive(Clone, Debug)]
+/// Times of one configuration.
+#[derive(Clone, Debug, Default)]
 pub struct Times {
     /// All of the technique's passes together.
     pub gpu: Quartiles,
@@ -46,51 +54,86 @@ pub struct Times {
 const FRAMES: usize = 100;
 /// Frames before counting starts.
 const WARM_UP: usize = 10;
-/// On a software adapter, counting stops after this time, but not before `FEWEST` frames.
+/// A software adapter counts until this time has passed for each configuration, but not fewer frames than `FEWEST`.
 const BUDGET: Duration = Duration::from_secs(3);
-const FEWEST: usize = 5;
+const FEWEST: usize = 7;
 
-/// Times the set-up's technique; also the bytes of GPU memory that it holds.
-pub fn time(renderer: &mut Renderer, setup: &Setup, tick: impl Fn(f32) -> bool) -> Result<(Times, u64)> {
+/// The frames of one configuration so far.
+struct Lane<'a> {
+    setup: &'a Setup,
+    made: Option<Made>,
+    totals: Vec<f64>,
+    cpu: Vec<f64>,
+    passes: Vec<(&'static str, Vec<f64>)>,
+}
+
+/// Times configurations that take turns, a frame each: A B C A B C …. `tick` is told the share done, and stops the
+/// work by saying no.
+///
+/// # Errors
+/// What the device reports, or that it was stopped.
+pub fn time(renderer: &mut Renderer, setups: &[Setup], tick: &mut dyn FnMut(f32) -> bool) -> Result<Vec<Times>> {
     // A technique's own map would add passes that are not part of it.
-    let setup = &Setup { view: "shaded".into(), ..setup.clone() };
-    let ask = Ask { size: setup.size, truth: Truth::Off, timed: true, picture: false };
+    let setups: Vec<Setup> = setups.iter().map(|s| Setup { view: "shaded".into(), ..s.clone() }).collect();
+    let lane = |setup| Lane { setup, made: None, totals: Vec::new(), cpu: Vec::new(), passes: Vec::new() };
+    let mut lanes: Vec<Lane> = setups.iter().map(lane).collect();
     let software = renderer.gpu.software();
-    let (mut totals, mut cpu, mut gpu_bytes) = (Vec::new(), Vec::new(), 0);
-    let mut passes: Vec<(String, Vec<f64>)> = Vec::new();
+    let budget = BUDGET * lanes.len() as u32;
     for _ in 0..if software { 1 } else { WARM_UP } {
-        renderer.render(setup, ask)?;
-        renderer.gpu.wait()?;
+        for lane in &mut lanes {
+            lane.frame(renderer, false)?;
+            ensure!(tick(0.0), STOPPED);
+        }
     }
-    renderer.collect_times(true)?;
     let start = Instant::now();
-    for frame in 0..FRAMES {
-        if software && frame >= FEWEST && start.elapsed() > BUDGET {
+    for round in 0..FRAMES {
+        if software && round >= FEWEST && start.elapsed() > budget {
             break;
         }
-        let told = renderer.render(setup, ask)?;
+        for (i, lane) in lanes.iter_mut().enumerate() {
+            lane.frame(renderer, true)?;
+            let spent = start.elapsed().as_secs_f32() / budget.as_secs_f32();
+            let counted = (round as f32 + (i + 1) as f32 / setups.len() as f32) / FRAMES as f32;
+            ensure!(tick(if software { counted.max(spent).min(1.0) } else { counted }), STOPPED);
+        }
+    }
+    let wall_clock = renderer.timer.mode() == TimerMode::Wall;
+    Ok(lanes.into_iter().map(|lane| lane.times(wall_clock)).collect())
+}
+
+/// What is said where work was told to stop.
+pub const STOPPED: &str = "measuring was cancelled";
+
+impl Lane<'_> {
+    fn frame(&mut self, renderer: &mut Renderer, counted: bool) -> Result<()> {
+        let ask = Ask { size: self.setup.size, truth: Truth::Off, timed: true, picture: false };
+        renderer.exchange(&mut self.made);
+        let told = renderer.render(self.setup, ask);
+        renderer.exchange(&mut self.made);
+        let told = told?;
         renderer.collect_times(true)?;
-        cpu.push(told.cpu_ms);
-        gpu_bytes = told.gpu_bytes;
-        let frame_passes = renderer.timer.by_name();
-        totals.push(frame_passes.iter().filter(|(n, _)| !SHARED_PASSES.contains(n)).map(|(_, ms)| ms).sum());
-        for (name, ms) in frame_passes {
-            match passes.iter_mut().find(|(n, _)| n == name) {
-                Some((_, all)) => all.push(ms),
-                None => passes.push((name.into(), vec![ms])),
+        if counted {
+            self.cpu.push(told.cpu_ms);
+            let passes = renderer.timer.by_name();
+            self.totals.push(passes.iter().filter(|(n, _)| !SHARED_PASSES.contains(n)).map(|(_, ms)| ms).sum());
+            for (name, ms) in passes {
+                match self.passes.iter_mut().find(|(n, _)| *n == name) {
+                    Some((_, all)) => all.push(ms),
+                    None => self.passes.push((name, vec![ms])),
+                }
             }
         }
-        let spent = start.elapsed().as_secs_f32() / BUDGET.as_secs_f32();
-        let done = if software { spent.min(1.0) } else { (frame + 1) as f32 / FRAMES as f32 };
-        ensure!(tick(done), "measuring was cancelled");
+        Ok(())
     }
-    let times = Times {
-        gpu: Quartiles::of(totals),
-        passes: passes.into_iter().map(|(name, all)| (name, Quartiles::of(all))).collect(),
-        cpu_ms: Quartiles::of(cpu).median,
-        wall_clock: renderer.timer.mode() == TimerMode::Wall,
-    };
-    Ok((times, gpu_bytes))
+
+    fn times(self, wall_clock: bool) -> Times {
+        Times {
+            gpu: Quartiles::of(self.totals),
+            passes: self.passes.into_iter().map(|(name, all)| (name.into(), Quartiles::of(all))).collect(),
+            cpu_ms: Quartiles::of(self.cpu).median,
+            wall_clock,
+        }
+    }
 }
 
 #[cfg(test)]
@@ -101,6 +144,9 @@ mod tests {
     fn quartiles_interpolate() {
         let q = Quartiles::of(vec![4.0, 1.0, 3.0, 2.0, 5.0]);
         assert_eq!((q.q1, q.median, q.q3, q.frames), (2.0, 3.0, 4.0, 5));
+        assert_eq!((q.low, q.high), (1.0, 5.0), "five values say no more than their range");
         assert_eq!(Quartiles::of(vec![1.0, 2.0]).median, 1.5);
+        let many = Quartiles::of((0..1000).map(f64::from).collect());
+        assert!(many.low > 430.0 && many.low < 460.0 && many.high > 540.0 && many.high < 570.0, "{many:?}");
     }
 }

@@ -24,6 +24,9 @@ pub struct Info {
     pub lights: &'static [&'static str],
     /// Its parameters; names are unique across the groups.
     pub params: &'static [Group],
+    /// The parameters that decide between speed and accuracy, with values worth trying as `sweep` writes them. A chart's
+    /// line runs over the first.
+    pub main: &'static [(&'static str, &'static str)],
     /// Views of its own, on top of [`crate::view::VIEWS`].
     pub maps: &'static [View],
     pub make: fn(&Gpu) -> Result<Box<dyn Technique>>,

@@ -33,6 +33,7 @@ pub static INFO: Info = Info {
           is as wide everywhere, also where the shadow touches its caster.",
     lights: &["directional", "spot"],
     params: &[PcfParams::GROUP, MapParams::GROUP],
+    main: &[("resolution", "256..8192*2"), ("mode", "grid,tent"), ("kernel", "3,5,7")],
     maps: &[
         MAPS[0],
         MAPS[1],

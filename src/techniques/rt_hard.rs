@@ -27,6 +27,7 @@ pub static INFO: Info = Info {
           truth that all others are measured against.",
     lights: &["directional", "spot", "omni"],
     params: &[RtParams::GROUP],
+    main: &[],
     maps: &[View {
         id: "visits",
         title: "Node visits",

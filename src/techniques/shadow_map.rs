@@ -16,6 +16,7 @@ pub static INFO: Info = Info {
           without bias surfaces shadow themselves (acne).",
     lights: &["directional", "spot"],
     params: &[MapParams::GROUP],
+    main: &[("resolution", "256..8192*2")],
     maps: MAPS,
     make: |gpu| {
         Ok(Box::new(StandardShadowMap {

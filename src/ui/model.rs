@@ -2,7 +2,7 @@
 
 use super::history::History;
 use crate::frame::{SHARED_PASSES, Told};
-use crate::measure::Row;
+use crate::measure::Record;
 use crate::scene::{Camera, Scene};
 use crate::setup::Setup;
 use crate::techniques::{self, Info};
@@ -116,7 +116,7 @@ pub struct Model {
     pub measuring: Option<Job>,
     pub capturing: bool,
     /// Measured, the newest first.
-    pub rows: Vec<Row>,
+    pub rows: Vec<Record>,
     pub facts: Facts,
     pub show_help: bool,
     pub show_panel: bool,

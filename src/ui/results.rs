@@ -3,7 +3,7 @@
 use super::model::{Action, Facts, Model};
 use super::style::{ACCENT, WEAK};
 use crate::frame::SHARED_PASSES;
-use crate::measure::Row;
+use crate::measure::Record;
 use egui::{Button, Grid, ProgressBar, RichText, Ui};
 use egui_plot::{Line, Plot, PlotPoints};
 
@@ -85,37 +85,39 @@ pub fn measure(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
     }
 }
 
-fn measured(ui: &mut Ui, i: usize, r: &Row) {
+fn measured(ui: &mut Ui, i: usize, r: &Record) {
     let title = crate::techniques::find(&r.technique).map_or(r.technique.as_str(), |t| t.title);
-    let params: Vec<String> = r.params.iter().map(|(k, v)| format!("{k} = {v}")).collect();
-    ui.label(RichText::new(title).strong()).on_hover_text(params.join("\n"));
-    let (e, t) = (&r.errors, &r.times.gpu);
-    let share = |n: usize| format!("{n:>9}  {:6.3} %", 100.0 * n as f64 / e.facing.max(1) as f64);
-    let edge = match e.boundary {
-        Some(b) => format!("{:.1} / {:.1} / {:.1} px", b.median, b.p95, b.max),
-        None => "none".into(),
+    ui.label(RichText::new(title).strong()).on_hover_text(r.params.replace(';', "\n"));
+    let share = |n: usize| format!("{n:>9}  {:6.3} %", 100.0 * n as f64 / r.facing.max(1) as f64);
+    let edge = match (r.boundary_median_px, r.boundary_p95_px, r.boundary_max_px) {
+        (Some(median), Some(p95), Some(max)) => format!("{median:.1} / {p95:.1} / {max:.1} px"),
+        _ => "none".into(),
     };
     let rows = [
         (
             "facing the light",
-            format!("{:>9}  pixels", e.facing),
+            format!("{:>9}  pixels", r.facing),
             "Pixels whose surface turns towards the light: those that count.",
         ),
-        ("lit, right", share(e.lit_correct), "Called lit, and lit."),
-        ("lit, wrong", share(e.lit_incorrect), "Called lit, but in shadow: leaks."),
-        ("shadow, right", share(e.shadow_correct), "Called shadow, and in shadow."),
-        ("shadow, wrong", share(e.shadow_incorrect), "Called shadow, but lit: acne and stairs."),
+        ("lit, right", share(r.lit_correct), "Called lit, and lit."),
+        ("lit, wrong", share(r.lit_incorrect), "Called lit, but in shadow: leaks."),
+        ("shadow, right", share(r.shadow_correct), "Called shadow, and in shadow."),
+        ("shadow, wrong", share(r.shadow_incorrect), "Called shadow, but lit: acne and stairs."),
         (
             "wrong together",
-            format!("{:>9}  {:6.3} %", e.lit_incorrect + e.shadow_incorrect, e.share() * 100.0),
+            share(r.lit_incorrect + r.shadow_incorrect),
             "Wrong pixels as a share of those facing the light.",
         ),
-        ("RMSE", format!("{:.5}", e.rmse), "Root mean square of visibility minus truth: counts soft errors too."),
+        ("RMSE", format!("{:.5}", r.rmse), "Root mean square of visibility minus truth: counts soft errors too."),
         ("edge error", edge, "Distance of wrong pixels from the true shadow edge: median, 95th percentile, greatest."),
-        ("GPU time", format!("{:.3} ms", t.median), "Median of the technique's time."),
-        ("quartiles", format!("{:.3} to {:.3} ms", t.q1, t.q3), "The middle half of the frames lies between these."),
-        ("frames", t.frames.to_string(), "Frames that were timed, after some to warm up."),
-        ("CPU time", format!("{:.3} ms", r.times.cpu_ms), "Recording the technique's passes."),
+        ("GPU time", format!("{:.3} ms", r.gpu_ms), "Median of the technique's time."),
+        (
+            "quartiles",
+            format!("{:.3} to {:.3} ms", r.gpu_ms_q1, r.gpu_ms_q3),
+            "The middle half of the frames lies between these.",
+        ),
+        ("frames", r.frames.to_string(), "Frames that were timed, after some to warm up."),
+        ("CPU time", format!("{:.3} ms", r.cpu_ms), "Recording the technique's passes."),
         ("memory", format!("{:.2} MiB", r.gpu_bytes as f64 / 1048576.0), "GPU memory that the technique holds."),
     ];
     Grid::new(("measured", i)).num_columns(2).min_col_width(110.0).spacing([8.0, 1.0]).show(ui, |ui| {
@@ -125,10 +127,10 @@ fn measured(ui: &mut Ui, i: usize, r: &Row) {
             ui.end_row();
         }
     });
-    if r.times.wall_clock {
+    if r.wall_clock {
         ui.label(RichText::new("times are wall clock").small().color(WEAK));
     }
-    for note in &r.notes {
-        ui.label(RichText::new(note).small().color(ui.visuals().warn_fg_color));
+    if !r.notes.is_empty() {
+        ui.label(RichText::new(&r.notes).small().color(ui.visuals().warn_fg_color));
     }
 }

@@ -3,7 +3,7 @@
 use crate::capture;
 use crate::frame::Renderer;
 use crate::gpu::Gpu;
-use crate::measure::{self, Row};
+use crate::measure::{self, Record, Step};
 use crate::scene::Scene;
 use crate::scene::geometry::Geometry;
 use crate::setup::{self, Setup};
@@ -26,7 +26,7 @@ pub struct Loaded {
 pub enum Done {
     Loaded(u64, Result<Box<Loaded>>),
     Progress(u64, f32),
-    Measured(u64, Result<Box<Row>>),
+    Measured(u64, Result<Box<Record>>),
     Captured(Result<PathBuf>),
     /// Share of wrong pixels in the picture.
     Counted(u64, f64),
@@ -98,12 +98,17 @@ impl Desk {
         wanted.store(job, Ordering::Relaxed);
         let thread = self.start(move |post| {
             let measured = renderer(&adapter, scene).and_then(|mut renderer| {
-                measure::measure(&mut renderer, &setup, |done| {
-                    post.send(Done::Progress(job, done));
+                let mut row = None;
+                measure::run(&mut renderer, &[(0, setup)], false, &mut |step| {
+                    match step {
+                        Step::Working(done, _) => post.send(Done::Progress(job, done)),
+                        Step::Row(measured) => row = Some(measured),
+                    }
                     wanted.load(Ordering::Relaxed) == job
-                })
+                })?;
+                row.context("nothing was measured")
             });
-            post.send(Done::Measured(job, measured.map(Box::new)));
+            post.send(Done::Measured(job, measured));
         });
         self.drawing.push(thread);
     }

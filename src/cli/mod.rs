@@ -1,10 +1,13 @@
 //! The command line.
 
+mod list;
+mod measure;
+
 use crate::frame::Renderer;
-use crate::gpu::{self, Gpu};
-use crate::scene::{Scene, builtin};
+use crate::gpu::Gpu;
+use crate::scene::Scene;
 use crate::setup::{self, Setup};
-use crate::{capture, measure, techniques, tour, ui, view};
+use crate::{capture, techniques, tour, ui};
 use anyhow::{Context, Result, bail};
 use clap::{Args, Parser, Subcommand};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -49,12 +52,8 @@ enum Command {
         /// Techniques, separated by commas, or all.
         #[arg(long, value_delimiter = ',', default_value = "all")]
         techniques: Vec<String>,
-        /// Write the rows as JSON (- for standard output).
-        #[arg(long, value_name = "FILE", num_args = 0..=1, default_missing_value = "-")]
-        json: Option<PathBuf>,
-        /// Write the rows as CSV (- for standard output).
-        #[arg(long, value_name = "FILE", num_args = 0..=1, default_missing_value = "-")]
-        csv: Option<PathBuf>,
+        #[command(flatten)]
+        output: measure::Output,
     },
     /// Name what there is.
     List {
@@ -130,8 +129,8 @@ pub fn run() -> Result<()> {
             eprintln!("wrote {}", output.display());
             Ok(())
         }
-        Some(Command::Measure { wanted, techniques, json, csv }) => run_measure(wanted, techniques, json, csv, adapter),
-        Some(Command::List { what, json }) => list(what, json),
+        Some(Command::Measure { wanted, techniques, output }) => measure::run(wanted, techniques, output, adapter),
+        Some(Command::List { what, json }) => list::list(what, json),
         Some(Command::Tour { output }) => tour::write(&output, adapter),
     }
 }
@@ -181,60 +180,26 @@ fn open(what: Option<&str>, adapter: Option<&str>) -> Result<()> {
     }
 }
 
-fn run_measure(
-    wanted: Wanted,
-    ids: Vec<String>,
-    json: Option<PathBuf>,
-    csv: Option<PathBuf>,
-    adapter: Option<&str>,
-) -> Result<()> {
-    let (mut setup, scene) = wanted.open()?;
+/// The ids of `--techniques`, `all` spelt out.
+fn named(ids: &[String]) -> Vec<String> {
+    if ids == ["all"] { techniques::ALL.iter().map(|i| i.id.into()).collect() } else { ids.to_vec() }
+}
+
+/// As [`named`], but of `all` only those that serve the set-up's light; those left out are said.
+///
+/// # Errors
+/// A technique named that does not serve it.
+fn chosen(ids: &[String], setup: &Setup) -> Result<Vec<String>> {
     let all = ids == ["all"];
-    let ids: Vec<String> = if all { techniques::ALL.iter().map(|i| i.id.into()).collect() } else { ids };
-    // A capture may show a map that only its own technique has.
-    setup.view = "shaded".into();
-    for id in &ids {
-        setup.select(id)?;
-    }
-    wanted.apply(&mut setup, &scene, &ids)?;
-    for path in [&json, &csv].into_iter().flatten() {
-        try_file(path)?;
-    }
-    let mut renderer = Renderer::new(Arc::new(Gpu::new(adapter)?), Arc::new(scene))?;
-    let bar = progress_bar(ids.len() as u64 * 100);
-    let mut rows = Vec::new();
-    for (i, id) in ids.iter().enumerate() {
-        setup.select(id)?;
-        if let Some(reason) = techniques::find_or_say(id)?.refuses(&setup.light) {
-            if !all {
-                bail!(reason);
-            }
-            bar.suspend(|| eprintln!("left out: {reason}"));
-            continue;
-        }
-        bar.set_message(id.clone());
-        let tick = |done: f32| {
-            bar.set_position(((i as f32 + done) * 100.0) as u64);
-            true
-        };
-        rows.push(measure::measure(&mut renderer, &setup, tick)?);
-    }
-    bar.finish_and_clear();
-    let gpu = &renderer.gpu;
-    let mut table = true;
-    for (path, text) in
-        [(json, serde_json::to_string_pretty(&measure::json(gpu, &rows))? + "\n"), (csv, measure::csv(gpu, &rows))]
-    {
-        match path {
-            Some(path) if path.as_os_str() == "-" => {
-                table = false;
-                print(&text)?;
-            }
-            Some(path) => std::fs::write(&path, text).with_context(|| cannot_write(&path))?,
-            None => {}
+    let mut out = Vec::new();
+    for id in named(ids) {
+        match techniques::find_or_say(&id)?.refuses(&setup.light) {
+            Some(reason) if all => eprintln!("left out: {reason}"),
+            Some(reason) => bail!(reason),
+            None => out.push(id),
         }
     }
-    if table { print(&measure::text(gpu, &rows)) } else { Ok(()) }
+    Ok(out)
 }
 
 fn cannot_write(path: &Path) -> String {
@@ -259,88 +224,18 @@ fn print(text: &str) -> Result<()> {
     }
 }
 
+/// A progress bar over a share, 0 to 1.
+fn progress() -> ProgressBar {
+    progress_bar(1000)
+}
+
+fn show(bar: &ProgressBar, done: f32, what: String) {
+    bar.set_position((done * 1000.0) as u64);
+    bar.set_message(what);
+}
+
 /// A progress bar on standard error; nothing where that is not a terminal.
 pub fn progress_bar(steps: u64) -> ProgressBar {
     let style = ProgressStyle::with_template("{bar:32} {percent:>3} %  {msg}  {eta} left");
     ProgressBar::new(steps).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
-}
-
-fn list(what: Listed, json: bool) -> Result<()> {
-    let pairs = |rows: Vec<(String, String)>| {
-        let width = rows.iter().map(|r| r.0.len()).max().unwrap_or(0);
-        rows.iter().map(|(a, b)| format!("{a:<width$}  {b}\n")).collect::<String>()
-    };
-    let (value, text) = match what {
-        Listed::Scenes => {
-            let rows: Vec<_> = builtin::SCENES.iter().filter_map(|b| Some((b, builtin::build(b.name)?))).collect();
-            let value = rows.iter().map(|(b, s)| {
-                serde_json::json!({
-                    "name": b.name, "description": b.description, "triangles": s.triangles(),
-                    "cameras": s.cameras.iter().map(|c| &c.name).collect::<Vec<_>>(),
-                    "lights": s.lights.iter().map(|l| &l.name).collect::<Vec<_>>(),
-                })
-            });
-            let text = rows.iter().map(|(b, s)| {
-                let cameras: Vec<_> = s.cameras.iter().map(|c| c.name.as_str()).collect();
-                let lights: Vec<_> = s.lights.iter().map(|l| l.name.as_str()).collect();
-                format!(
-                    "{:<12} {} triangles. {}\n{:12} cameras: {}\n{:12} lights: {}\n",
-                    b.name,
-                    s.triangles(),
-                    b.description,
-                    "",
-                    cameras.join(", "),
-                    "",
-                    lights.join(", ")
-                )
-            });
-            (value.collect(), text.collect())
-        }
-        Listed::Techniques => {
-            let value = techniques::ALL.iter().map(|i| {
-                let params = i.specs().map(|s| {
-                    serde_json::json!({"name": s.name, "default": s.default(), "range": s.range(), "unit": s.unit, "doc": s.doc.trim()})
-                });
-                serde_json::json!({
-                    "id": i.id, "title": i.title, "paper": i.paper, "doc": i.doc, "lights": i.lights,
-                    "maps": i.maps.iter().map(|m| m.id).collect::<Vec<_>>(), "params": params.collect::<Vec<_>>(),
-                })
-            });
-            let text = techniques::ALL.iter().map(|i| {
-                let params =
-                    i.specs().map(|s| format!("    {} = {}: {}. {}\n", s.name, s.default(), s.range(), s.doc.trim()));
-                format!(
-                    "{}: {} ({}); {} light\n{}",
-                    i.id,
-                    i.title,
-                    i.paper,
-                    i.lights.join(", "),
-                    params.collect::<String>()
-                )
-            });
-            (value.collect(), text.collect())
-        }
-        Listed::Views => {
-            let own = techniques::ALL.iter().flat_map(|i| i.maps.iter().map(move |m| (m, Some(i.id))));
-            let rows: Vec<_> = view::VIEWS.iter().map(|v| (v, None)).chain(own).collect();
-            let value = rows.iter().map(|(v, of)| serde_json::json!({"id": v.id, "doc": v.doc, "technique": of}));
-            let text = rows.iter().map(|(v, of)| match of {
-                Some(id) => (v.id.to_string(), format!("{} ({id})", v.doc)),
-                None => (v.id.to_string(), v.doc.to_string()),
-            });
-            (value.collect(), pairs(text.collect()))
-        }
-        Listed::Adapters => {
-            let all: Vec<_> = gpu::adapters(&gpu::instance()).iter().map(|a| a.get_info()).collect();
-            let value = all.iter().map(|i| {
-                serde_json::json!({"name": i.name, "backend": i.backend.to_str(), "driver": i.driver_info,
-                    "software": i.device_type == wgpu::DeviceType::Cpu})
-            });
-            let text =
-                all.iter().map(|i| (i.name.clone(), format!("{} {:?} {}", i.backend, i.device_type, i.driver_info)));
-            (value.collect(), pairs(text.collect()))
-        }
-    };
-    let value: serde_json::Value = value;
-    print(&if json { serde_json::to_string_pretty(&value)? + "\n" } else { text })
 }

@@ -1,0 +1,87 @@
+//! `list`: what there is.
+
+use super::{Listed, print};
+use crate::gpu;
+use crate::scene::builtin;
+use crate::{techniques, view};
+use anyhow::Result;
+
+pub fn list(what: Listed, json: bool) -> Result<()> {
+    let pairs = |rows: Vec<(String, String)>| {
+        let width = rows.iter().map(|r| r.0.len()).max().unwrap_or(0);
+        rows.iter().map(|(a, b)| format!("{a:<width$}  {b}\n")).collect::<String>()
+    };
+    let (value, text) = match what {
+        Listed::Scenes => {
+            let rows: Vec<_> = builtin::SCENES.iter().filter_map(|b| Some((b, builtin::build(b.name)?))).collect();
+            let value = rows.iter().map(|(b, s)| {
+                serde_json::json!({
+                    "name": b.name, "description": b.description, "triangles": s.triangles(),
+                    "cameras": s.cameras.iter().map(|c| &c.name).collect::<Vec<_>>(),
+                    "lights": s.lights.iter().map(|l| &l.name).collect::<Vec<_>>(),
+                })
+            });
+            let text = rows.iter().map(|(b, s)| {
+                let cameras: Vec<_> = s.cameras.iter().map(|c| c.name.as_str()).collect();
+                let lights: Vec<_> = s.lights.iter().map(|l| l.name.as_str()).collect();
+                format!(
+                    "{:<12} {} triangles. {}\n{:12} cameras: {}\n{:12} lights: {}\n",
+                    b.name,
+                    s.triangles(),
+                    b.description,
+                    "",
+                    cameras.join(", "),
+                    "",
+                    lights.join(", ")
+                )
+            });
+            (value.collect(), text.collect())
+        }
+        Listed::Techniques => {
+            let value = techniques::ALL.iter().map(|i| {
+                let params = i.specs().map(|s| {
+                    serde_json::json!({"name": s.name, "default": s.default(), "range": s.range(), "unit": s.unit, "doc": s.doc.trim()})
+                });
+                serde_json::json!({
+                    "id": i.id, "title": i.title, "paper": i.paper, "doc": i.doc, "lights": i.lights,
+                    "maps": i.maps.iter().map(|m| m.id).collect::<Vec<_>>(), "params": params.collect::<Vec<_>>(),
+                })
+            });
+            let text = techniques::ALL.iter().map(|i| {
+                let params =
+                    i.specs().map(|s| format!("    {} = {}: {}. {}\n", s.name, s.default(), s.range(), s.doc.trim()));
+                format!(
+                    "{}: {} ({}); {} light\n{}",
+                    i.id,
+                    i.title,
+                    i.paper,
+                    i.lights.join(", "),
+                    params.collect::<String>()
+                )
+            });
+            (value.collect(), text.collect())
+        }
+        Listed::Views => {
+            let own = techniques::ALL.iter().flat_map(|i| i.maps.iter().map(move |m| (m, Some(i.id))));
+            let rows: Vec<_> = view::VIEWS.iter().map(|v| (v, None)).chain(own).collect();
+            let value = rows.iter().map(|(v, of)| serde_json::json!({"id": v.id, "doc": v.doc, "technique": of}));
+            let text = rows.iter().map(|(v, of)| match of {
+                Some(id) => (v.id.to_string(), format!("{} ({id})", v.doc)),
+                None => (v.id.to_string(), v.doc.to_string()),
+            });
+            (value.collect(), pairs(text.collect()))
+        }
+        Listed::Adapters => {
+            let all: Vec<_> = gpu::adapters(&gpu::instance()).iter().map(|a| a.get_info()).collect();
+            let value = all.iter().map(|i| {
+                serde_json::json!({"name": i.name, "backend": i.backend.to_str(), "driver": i.driver_info,
+                    "software": i.device_type == wgpu::DeviceType::Cpu})
+            });
+            let text =
+                all.iter().map(|i| (i.name.clone(), format!("{} {:?} {}", i.backend, i.device_type, i.driver_info)));
+            (value.collect(), pairs(text.collect()))
+        }
+    };
+    let value: serde_json::Value = value;
+    print(&if json { serde_json::to_string_pretty(&value)? + "\n" } else { text })
+}

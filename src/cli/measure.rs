@@ -1,0 +1,72 @@
+//! `measure`: techniques side by side at one set-up.
+
+use super::{Wanted, chosen, print, progress, try_file};
+use crate::frame::Renderer;
+use crate::gpu::Gpu;
+use crate::measure::{self, Step, table};
+use anyhow::Result;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+/// Where the rows go besides the table on standard output.
+#[derive(clap::Args)]
+pub struct Output {
+    /// Write the rows as JSON (- for standard output).
+    #[arg(long, value_name = "FILE", num_args = 0..=1, default_missing_value = "-")]
+    json: Option<PathBuf>,
+    /// Write the rows as CSV (- for standard output).
+    #[arg(long, value_name = "FILE", num_args = 0..=1, default_missing_value = "-")]
+    csv: Option<PathBuf>,
+    /// Also move the camera in small steps and count the labels that flicker.
+    #[arg(long)]
+    flicker: bool,
+}
+
+pub fn run(wanted: Wanted, ids: Vec<String>, output: Output, adapter: Option<&str>) -> Result<()> {
+    let (mut setup, scene) = wanted.open()?;
+    // A capture may show a map that only its own technique has.
+    setup.view = "shaded".into();
+    let named = super::named(&ids);
+    for id in &named {
+        setup.select(id)?;
+    }
+    wanted.apply(&mut setup, &scene, &named)?;
+    for path in [&output.json, &output.csv].into_iter().flatten() {
+        try_file(path)?;
+    }
+    let ids = chosen(&ids, &setup)?;
+    let mut work = Vec::new();
+    for (i, id) in ids.iter().enumerate() {
+        setup.select(id)?;
+        work.push((i as u64, setup.clone()));
+    }
+    let mut renderer = Renderer::new(Arc::new(Gpu::new(adapter)?), Arc::new(scene))?;
+    let bar = progress();
+    let mut rows = Vec::new();
+    measure::run(&mut renderer, &work, output.flicker, &mut |step| {
+        match step {
+            Step::Working(done, what) => super::show(&bar, done, what),
+            Step::Row(row) => rows.push(*row),
+        }
+        true
+    })?;
+    bar.finish_and_clear();
+    let mut shown = false;
+    for (path, json) in [(output.json, true), (output.csv, false)] {
+        let mut text = Vec::new();
+        match path {
+            Some(path) if path.as_os_str() == "-" => {
+                if json {
+                    measure::write_json(&rows, &mut text)?
+                } else {
+                    measure::write_csv(&rows, &mut text)?
+                }
+                print(&String::from_utf8_lossy(&text))?;
+                shown = true;
+            }
+            Some(path) => measure::write(&rows, &path, json)?,
+            None => {}
+        }
+    }
+    if shown { Ok(()) } else { print(&table::text(&rows)) }
+}

@@ -1,0 +1,189 @@
+//! One measured configuration as one flat row: the same names in CSV, JSON, charts and docs/measures.md.
+
+use crate::params::{Value, Values};
+use crate::setup::Setup;
+use anyhow::{Context, Result, ensure};
+use serde::{Deserialize, Serialize};
+use std::path::Path;
+
+/// What was measured of one configuration. Absent: not applicable or not asked for; docs/measures.md says when.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Record {
+    /// Place of the configuration in its sweep, from 0.
+    pub index: u64,
+    pub technique: String,
+    /// All of the technique's parameters, `name=value` separated by semicolons.
+    pub params: String,
+    pub scene: String,
+    /// Width and height of the picture, pixels.
+    pub width: u32,
+    pub height: u32,
+
+    /// Pixels that face the light: the four counts below add up to it.
+    pub facing: usize,
+    pub lit_correct: usize,
+    pub lit_incorrect: usize,
+    pub shadow_correct: usize,
+    pub shadow_incorrect: usize,
+    pub away: usize,
+    pub background: usize,
+    /// Wrong pixels as a share of those that face the light, 0 to 1.
+    pub error_share: f64,
+    /// Root mean square of visibility minus truth: facing pixels, the truth's penumbra, the final picture.
+    pub rmse: f64,
+    pub rmse_penumbra: Option<f64>,
+    pub rmse_image: f64,
+    /// Mean FLIP difference of the shaded picture from the one shaded with the truth, 0 to 1.
+    pub flip: f64,
+    /// Distance of wrong pixels from the true boundary, pixels.
+    pub boundary_median_px: Option<f64>,
+    pub boundary_p95_px: Option<f64>,
+    pub boundary_max_px: Option<f64>,
+    /// Labels that change between neighbouring frames of a moving camera though the truth's do not, share of pixels.
+    pub flicker: Option<f64>,
+
+    /// Aliasing error m: the longest extent of a texel in the image, pixels.
+    pub m_mean: Option<f64>,
+    pub m_rms: Option<f64>,
+    pub m_p50: Option<f64>,
+    pub m_p95: Option<f64>,
+    pub m_p99: Option<f64>,
+    pub m_max: Option<f64>,
+    /// Shares of the pixels with m above 1, 2, 10.
+    pub m_over_1: Option<f64>,
+    pub m_over_2: Option<f64>,
+    pub m_over_10: Option<f64>,
+    /// Medians of m's two factors.
+    pub perspective_p50: Option<f64>,
+    pub projection_p50: Option<f64>,
+
+    /// Texels of all maps, and those that some view sample falls into.
+    pub texels: Option<u64>,
+    pub texels_covered: Option<u64>,
+    /// Covered texels over the most that could be: min(texels, view samples).
+    pub utilisation: Option<f64>,
+    /// View samples a covered texel, mean and largest.
+    pub count_mean: Option<f64>,
+    pub count_max: Option<u64>,
+    /// Inequality of the counts over all texels: 0 even, 1 all in one.
+    pub count_gini: Option<f64>,
+    /// Entropy of the counts over that of an even spread, 0 to 1.
+    pub count_entropy: Option<f64>,
+
+    /// Maps, faces, cascades or light samples rendered, and those that some view sample needs.
+    pub views_rendered: Option<u64>,
+    pub views_needed: Option<u64>,
+    /// Triangles sent to the light's views, and those left after clipping and culling.
+    pub triangles_submitted: Option<u64>,
+    pub triangles_drawn: Option<u64>,
+    /// Shadow rays traced.
+    pub rays: u64,
+    /// Bytes of GPU memory that the technique holds.
+    pub gpu_bytes: u64,
+
+    /// The technique's passes of one frame together, ms: median, quartiles, 99.9 % interval of the median.
+    pub gpu_ms: f64,
+    pub gpu_ms_q1: f64,
+    pub gpu_ms_q3: f64,
+    pub gpu_ms_low: f64,
+    pub gpu_ms_high: f64,
+    /// Frames counted.
+    pub frames: usize,
+    /// Median time over that of `shadow-map` at `ratio_resolution` in the same run.
+    pub ratio: Option<f64>,
+    pub ratio_resolution: Option<u32>,
+    /// Recording the technique's passes on the CPU, ms, median.
+    pub cpu_ms: f64,
+    /// Every pass of the frame, `name=median|q1|q3` in ms, separated by semicolons.
+    pub passes: String,
+
+    pub adapter: String,
+    pub driver: String,
+    /// The adapter is a program on the CPU: its times say nothing of a GPU's.
+    pub software: bool,
+    /// Passes were submitted one by one and timed by wall clock.
+    pub wall_clock: bool,
+    /// What must be known to read the row, sentences.
+    pub notes: String,
+    /// The whole set-up as JSON, so that the row can be measured and drawn again.
+    pub setup: String,
+}
+
+impl Record {
+    /// The configuration measured.
+    ///
+    /// # Errors
+    /// A row that was changed by hand.
+    pub fn setup(&self) -> Result<Setup> {
+        serde_json::from_str(&self.setup).with_context(|| format!("row {}: its set-up cannot be read", self.index))
+    }
+
+    /// The technique's parameters.
+    pub fn values(&self) -> Vec<(&str, &str)> {
+        self.params.split(';').filter_map(|p| p.split_once('=')).collect()
+    }
+}
+
+/// Parameters as [`Record::params`] holds them.
+pub fn params_text(values: &Values) -> String {
+    values.iter().map(|(k, v): (&String, &Value)| format!("{k}={v}")).collect::<Vec<_>>().join(";")
+}
+
+/// Writes rows as CSV with a line of names.
+pub fn write_csv(rows: &[Record], to: impl std::io::Write) -> Result<()> {
+    let mut writer = csv::Writer::from_writer(to);
+    for row in rows {
+        writer.serialize(row)?;
+    }
+    writer.flush()?;
+    Ok(())
+}
+
+/// Writes rows as a JSON array of objects.
+pub fn write_json(rows: &[Record], to: impl std::io::Write) -> Result<()> {
+    Ok(serde_json::to_writer_pretty(to, rows)?)
+}
+
+/// Reads what [`write_csv`] wrote.
+pub fn read_csv(from: impl std::io::Read) -> Result<Vec<Record>> {
+    Ok(csv::Reader::from_reader(from).deserialize().collect::<Result<_, _>>()?)
+}
+
+/// Reads what [`write_json`] wrote.
+pub fn read_json(from: impl std::io::Read) -> Result<Vec<Record>> {
+    Ok(serde_json::from_reader(from)?)
+}
+
+/// Reads rows from a .csv or .json file.
+///
+/// # Errors
+/// No such file, or one that holds no rows of ours.
+pub fn read(path: &Path) -> Result<Vec<Record>> {
+    let name = path.display();
+    let file = std::fs::File::open(path).with_context(|| format!("{name} cannot be read"))?;
+    let file = std::io::BufReader::new(file);
+    let json = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json"));
+    let rows = if json { read_json(file) } else { read_csv(file) };
+    let rows: Vec<Record> = rows.with_context(|| format!("{name} does not hold measured rows"))?;
+    ensure!(
+        rows.iter().all(|r| !r.technique.is_empty()),
+        "{name} does not hold measured rows: the column technique is missing"
+    );
+    Ok(rows)
+}
+
+/// Writes rows into a file, as JSON or as CSV.
+pub fn write(rows: &[Record], path: &Path, json: bool) -> Result<()> {
+    let doing = || format!("{} cannot be written", path.display());
+    let file = std::io::BufWriter::new(std::fs::File::create(path).with_context(doing)?);
+    if json { write_json(rows, file) } else { write_csv(rows, file) }.with_context(doing)
+}
+
+/// Whether two rows' times cannot be told apart: the intervals of their medians, widened by what frames of one
+/// configuration differ from run to run, overlap.
+pub fn tied(a: &Record, b: &Record) -> bool {
+    let spare = if a.software || b.software { 0.10 } else { 0.02 };
+    let [first, second] = if a.gpu_ms <= b.gpu_ms { [a, b] } else { [b, a] };
+    first.gpu_ms_high * (1.0 + spare) >= second.gpu_ms_low * (1.0 - spare)
+}

@@ -1,0 +1,140 @@
+//! Measures many configurations: accuracy one by one, times taking turns.
+
+use super::record::Record;
+use super::{accuracy, stability, timing};
+use crate::frame::Renderer;
+use crate::params::Value;
+use crate::setup::Setup;
+use crate::techniques;
+use anyhow::{Context, Result, ensure};
+
+/// What a sweep tells while it runs.
+pub enum Step {
+    /// Share done, 0 to 1, and what it is at.
+    Working(f32, String),
+    /// A configuration is measured.
+    Row(Box<Record>),
+}
+
+/// Configurations that take turns in one timing: enough that drift cancels, few enough that their maps fit.
+const TURNS: usize = 8;
+const TURNS_BYTES: u64 = 1 << 30;
+/// The technique that times are given as a multiple of.
+const BASELINE: &str = "shadow-map";
+/// Share of a configuration's work that its errors take, roughly: for the progress only.
+const ERRORS_SHARE: f32 = 0.3;
+
+/// Measures configurations, each with its place in the sweep, in their order. `flicker` moves the camera too.
+/// `watch` is told of progress and of each row, and stops the work by saying no.
+///
+/// # Errors
+/// A light that a technique does not serve, what the device reports, or that it was stopped.
+pub fn run(
+    renderer: &mut Renderer,
+    work: &[(u64, Setup)],
+    flicker: bool,
+    watch: &mut dyn FnMut(Step) -> bool,
+) -> Result<()> {
+    let total = work.len() as f32;
+    let mut rest = work;
+    let mut done = 0.0;
+    while !rest.is_empty() {
+        let mut group: Vec<Record> = Vec::new();
+        let mut bytes = 0;
+        for (index, setup) in rest.iter().take(TURNS) {
+            ensure!(watch(Step::Working(done / total, format!("{}: errors", setup.technique))), timing::STOPPED);
+            let mut record = accuracy(renderer, setup, *index)?;
+            if flicker {
+                record.flicker = stability::flicker(renderer, setup)?;
+            }
+            bytes += record.gpu_bytes;
+            group.push(record);
+            done += ERRORS_SHARE;
+            if bytes > TURNS_BYTES {
+                break;
+            }
+        }
+        let setups: Vec<Setup> = rest[..group.len()].iter().map(|(_, s)| s.clone()).collect();
+        let (lanes, baselines) = with_baselines(&setups)?;
+        let share = (1.0 - ERRORS_SHARE) * group.len() as f32;
+        let times = timing::time(renderer, &lanes, &mut |part| {
+            watch(Step::Working((done + share * part) / total, format!("{}: times", setups[0].technique)))
+        })?;
+        done += share;
+        for (i, mut record) in group.into_iter().enumerate() {
+            let t = &times[i];
+            record.gpu_ms = t.gpu.median;
+            record.gpu_ms_q1 = t.gpu.q1;
+            record.gpu_ms_q3 = t.gpu.q3;
+            record.gpu_ms_low = t.gpu.low;
+            record.gpu_ms_high = t.gpu.high;
+            record.frames = t.gpu.frames;
+            if let Some((lane, resolution)) = baselines[i] {
+                record.ratio = Some(t.gpu.median / times[lane].gpu.median);
+                record.ratio_resolution = Some(resolution);
+            }
+            record.cpu_ms = t.cpu_ms;
+            let passes = t.passes.iter().map(|(name, q)| format!("{name}={:.4}|{:.4}|{:.4}", q.median, q.q1, q.q3));
+            record.passes = passes.collect::<Vec<_>>().join(";");
+            record.wall_clock = t.wall_clock;
+            ensure!(watch(Step::Row(Box::new(record))), timing::STOPPED);
+        }
+        rest = &rest[setups.len()..];
+    }
+    Ok(())
+}
+
+/// The set-ups to time, with baselines added where they are not among them; and for each of the first which one is its
+/// baseline, at what resolution. None: the baseline does not serve the light.
+type Baselines = Vec<Option<(usize, u32)>>;
+fn with_baselines(setups: &[Setup]) -> Result<(Vec<Setup>, Baselines)> {
+    let mut lanes = setups.to_vec();
+    let mut baselines = Vec::new();
+    for setup in setups {
+        let info = techniques::find(BASELINE).context("the baseline is a technique")?;
+        if info.refuses(&setup.light).is_some() {
+            baselines.push(None);
+            continue;
+        }
+        let own = setup.values().get("resolution").cloned();
+        let mut base = setup.clone();
+        base.select(BASELINE)?;
+        let values = base.params.entry(BASELINE.into()).or_default();
+        if let Some(resolution) = own {
+            values.insert("resolution".into(), resolution);
+        }
+        let Some(Value::Int(resolution)) = values.get("resolution").cloned() else {
+            baselines.push(None);
+            continue;
+        };
+        let same = |s: &Setup| s.technique == BASELINE && s.values() == base.values() && s.size == base.size;
+        let lane = lanes.iter().position(same).unwrap_or_else(|| {
+            lanes.push(base.clone());
+            lanes.len() - 1
+        });
+        baselines.push(Some((lane, resolution as u32)));
+    }
+    Ok((lanes, baselines))
+}
+
+/// A part of a sweep: every `of`-th configuration from `part` on (1 to `of`).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Shard {
+    pub part: u64,
+    pub of: u64,
+}
+
+impl Shard {
+    /// Reads `i/n`.
+    pub fn parse(text: &str) -> Result<Shard> {
+        let numbers = text.split_once('/').and_then(|(i, n)| Some((i.parse().ok()?, n.parse().ok()?)));
+        let (part, of) = numbers.with_context(|| format!("--shard {text}: write it as i/n, such as 2/8"))?;
+        ensure!((1..=of).contains(&part), "--shard {text}: the first number takes 1 to {of}");
+        Ok(Shard { part, of })
+    }
+
+    /// Whether the configuration with this index belongs to it.
+    pub fn has(&self, index: u64) -> bool {
+        index % self.of == self.part - 1
+    }
+}
