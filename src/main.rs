@@ -1,11 +1,8 @@
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    match shadowscope::cli::run() {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            eprintln!("shadowscope: {error:#}");
-            ExitCode::FAILURE
-        }
-    }
+    shadowscope::cli::run().unwrap_or_else(|error| {
+        eprintln!("shadowscope: {error:#}");
+        ExitCode::FAILURE
+    })
 }

@@ -1,10 +1,13 @@
 //! The command line.
 
+mod advise;
 mod list;
 mod measure;
+mod sweep;
 
 use crate::frame::Renderer;
 use crate::gpu::Gpu;
+use crate::measure::reproduce;
 use crate::scene::Scene;
 use crate::setup::{self, Setup};
 use crate::{capture, techniques, tour, ui};
@@ -14,6 +17,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use std::fs::File;
 use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
+use std::process::ExitCode;
 use std::sync::Arc;
 
 /// Explore shadow techniques beside the exact shadow. Without a command the window opens.
@@ -54,6 +58,41 @@ enum Command {
         techniques: Vec<String>,
         #[command(flatten)]
         output: measure::Output,
+    },
+    /// Measure many configurations into one file. --set takes lists and ranges: kernel=3,5,7, resolution=256..4096*2
+    /// (each twice the last), slope_bias=0..2+0.5 (each 0.5 more).
+    Sweep {
+        #[command(flatten)]
+        wanted: Wanted,
+        /// Techniques, separated by commas, or all.
+        #[arg(long, value_delimiter = ',', default_value = "all")]
+        techniques: Vec<String>,
+        #[command(flatten)]
+        output: sweep::Output,
+    },
+    /// Join the parts of a sweep.
+    Merge {
+        /// The files of the parts.
+        #[arg(required = true)]
+        parts: Vec<PathBuf>,
+        /// File to write: .csv or .json.
+        #[arg(short, long)]
+        output: PathBuf,
+    },
+    /// Find the cheapest technique and parameters within an error budget. Exit code 3: nothing meets it.
+    Advise {
+        #[command(flatten)]
+        wanted: Wanted,
+        /// Techniques, separated by commas, or all.
+        #[arg(long, value_delimiter = ',', default_value = "all")]
+        techniques: Vec<String>,
+        #[command(flatten)]
+        limits: advise::Limits,
+    },
+    /// Measure published tables again and print ours beside theirs, as Markdown.
+    Reproduce {
+        /// Which; all if none is named.
+        ids: Vec<String>,
     },
     /// Name what there is.
     List {
@@ -104,13 +143,13 @@ enum Listed {
 ///
 /// # Errors
 /// One sentence for the user.
-pub fn run() -> Result<()> {
+pub fn run() -> Result<ExitCode> {
     let cli = Cli::parse();
     let adapter = cli.adapter.as_deref();
     if let (Some(setup), Some(_)) = (&cli.setup, &cli.command) {
         bail!("{setup} stands before the command; write it after");
     }
-    match cli.command {
+    let done = match cli.command {
         None => open(cli.setup.as_deref(), adapter),
         Some(Command::Capture { wanted, output, view, technique }) => {
             // What can be refused early is, before a scene is loaded and drawn.
@@ -130,9 +169,16 @@ pub fn run() -> Result<()> {
             Ok(())
         }
         Some(Command::Measure { wanted, techniques, output }) => measure::run(wanted, techniques, output, adapter),
+        Some(Command::Sweep { wanted, techniques, output }) => sweep::run(wanted, techniques, output, adapter),
+        Some(Command::Merge { parts, output }) => sweep::merge(&parts, &output),
+        Some(Command::Advise { wanted, techniques, limits }) => {
+            return advise::run(wanted, techniques, limits, adapter);
+        }
+        Some(Command::Reproduce { ids }) => reproduce(&ids, adapter),
         Some(Command::List { what, json }) => list::list(what, json),
         Some(Command::Tour { output }) => tour::write(&output, adapter),
-    }
+    };
+    done.map(|()| ExitCode::SUCCESS)
 }
 
 impl Wanted {
@@ -200,6 +246,13 @@ fn chosen(ids: &[String], setup: &Setup) -> Result<Vec<String>> {
         }
     }
     Ok(out)
+}
+
+fn reproduce(ids: &[String], adapter: Option<&str>) -> Result<()> {
+    let bar = progress();
+    let text = reproduce::run(Arc::new(Gpu::new(adapter)?), ids, &mut |done, what| show(&bar, done, what.into()))?;
+    bar.finish_and_clear();
+    print(&text)
 }
 
 fn cannot_write(path: &Path) -> String {

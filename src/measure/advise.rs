@@ -1,16 +1,18 @@
-//! The cheapest configuration that meets an error budget.
+//! Advice: the cheapest configuration that meets an error budget, over techniques and their main parameters.
 
-use super::Record;
+use super::search::{Line, Sample, Search, Wanted};
+use super::{Record, accuracy, space, sweep};
+use crate::chart;
 use crate::frame::Renderer;
 use crate::setup::Setup;
-use anyhow::Result;
+use anyhow::{Result, ensure};
 
 /// What is asked for.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Budget {
     /// Wrong pixels as a share of those that face the light, 0 to 1.
     pub max_error: f64,
-    /// Time as a multiple of the set-up's `shadow-map`.
+    /// Time as a multiple of that of the set-up's `shadow-map`.
     pub max_ratio: Option<f64>,
 }
 
@@ -21,21 +23,32 @@ pub struct Advice {
     pub answer: Option<usize>,
     /// Where nothing meets it: the closest miss.
     pub closest: Option<usize>,
-    /// The cheapest with half the answer's error among those tried, if any.
+    /// The cheapest found with at most half the answer's error, if any.
     pub halved: Option<usize>,
     /// Those that no other beats in both, by ascending time: indices into `tried`.
     pub frontier: Vec<usize>,
-    /// All that was measured, in its order.
+    /// All that was measured, in its order. Their `ratio` is to the set-up's `shadow-map`.
     pub tried: Vec<Record>,
     /// Configurations there were to choose from.
     pub space: usize,
 }
 
+impl Advice {
+    /// Time of a row as the search compares it: the ratio to the baseline, milliseconds where there is none.
+    pub fn cost(row: &Record) -> f64 {
+        row.ratio.unwrap_or(row.gpu_ms)
+    }
+}
+
+/// At most this share of the configurations is measured (at least one of each technique, though).
+const SHARE: usize = 3;
+
 /// Searches the techniques and their main parameters. `watch` is told the share done and what is measured, and stops
 /// the work by saying no.
 ///
 /// # Errors
-/// What the device reports, or that it was stopped.
+/// A light that a technique does not serve, a ratio asked for without a baseline, what the device reports, or that it
+/// was stopped.
 pub fn advise(
     renderer: &mut Renderer,
     setup: &Setup,
@@ -43,6 +56,77 @@ pub fn advise(
     budget: Budget,
     watch: &mut dyn FnMut(f32, &str) -> bool,
 ) -> Result<Advice> {
-    let _ = (renderer, setup, techniques, budget, watch);
-    todo!()
+    let baseline = sweep::baseline(setup, None)?;
+    ensure!(
+        budget.max_ratio.is_none() || baseline.is_some(),
+        "a largest ratio needs shadow-map to compare with, and that does not serve {} light",
+        setup.light.kind()
+    );
+    let (all, lines) = lines(setup, techniques)?;
+    let limit = (all.len() / SHARE).max(techniques.len());
+    let mut search = Search::new(lines, limit);
+    let mut tried: Vec<(usize, Record)> = Vec::new();
+    let mut measure = |i: usize| -> Result<Sample> {
+        let setup = &all[i];
+        let what = format!("{} {}", setup.technique, brief(setup));
+        let begun = tried.len() as f32 / limit as f32;
+        ensure!(watch(begun, what.trim()), super::STOPPED);
+        let mut row = accuracy(renderer, setup, i as u64)?;
+        row.configurations = all.len() as u64;
+        let mut go_on = |part: f32| watch(begun + part / limit as f32, what.trim());
+        sweep::time_one(renderer, &mut row, setup, baseline.as_ref(), &mut go_on)?;
+        let sample = Sample { error: row.error_share, cost: Advice::cost(&row) };
+        tried.push((i, row));
+        Ok(sample)
+    };
+    let wanted = Wanted { error: budget.max_error, cost: budget.max_ratio.unwrap_or(f64::INFINITY) };
+    let answer = search.cheapest(wanted, &mut measure)?;
+    let mut halved = None;
+    if let Some(s) = answer.and_then(|i| search.samples[i])
+        && s.error > 0.0
+    {
+        halved = search.cheapest(Wanted { error: s.error / 2.0, cost: f64::INFINITY }, &mut measure)?;
+    }
+    let place = |i: usize| tried.iter().position(|(n, _)| *n == i);
+    let points: Vec<(f64, f64)> = tried.iter().map(|(_, r)| (Advice::cost(r), r.error_share)).collect();
+    let miss = |(cost, error): &(f64, f64)| (error / wanted.error).max(cost / wanted.cost);
+    let closest = (0..points.len()).min_by(|a, b| miss(&points[*a]).total_cmp(&miss(&points[*b])));
+    Ok(Advice {
+        answer: answer.and_then(place),
+        closest: if answer.is_none() { closest } else { None },
+        halved: halved.and_then(place),
+        frontier: chart::pareto(&points),
+        tried: tried.into_iter().map(|(_, r)| r).collect(),
+        space: all.len(),
+    })
+}
+
+/// The values of the technique's main parameters, `resolution=1024 kernel=3`.
+pub fn brief(setup: &Setup) -> String {
+    let main = crate::techniques::find(&setup.technique).map_or(&[][..], |i| i.main);
+    let one = |(name, _): &(&str, &str)| setup.values().get(*name).map(|v| format!("{name}={v}"));
+    main.iter().filter_map(one).collect::<Vec<_>>().join(" ")
+}
+
+/// All configurations, and the lines in which they stand.
+fn lines(setup: &Setup, techniques: &[String]) -> Result<(Vec<Setup>, Vec<Line>)> {
+    let (mut all, mut lines): (Vec<Setup>, Vec<Line>) = Default::default();
+    for (family, id) in techniques.iter().enumerate() {
+        let main = chart::main_parameter(id);
+        // Configurations that agree in everything but the main parameter stand in one line, in its order.
+        let mut keys = Vec::new();
+        let first = lines.len();
+        for configuration in space::expand(setup, std::slice::from_ref(id), &[], true)? {
+            let mut key = configuration.values().clone();
+            main.map(|name| key.remove(name));
+            let line = keys.iter().position(|k| *k == key).unwrap_or_else(|| {
+                keys.push(key);
+                lines.push(Line { family, configurations: Vec::new() });
+                keys.len() - 1
+            });
+            lines[first + line].configurations.push(all.len());
+            all.push(configuration);
+        }
+    }
+    Ok((all, lines))
 }

@@ -12,6 +12,8 @@ use std::path::Path;
 pub struct Record {
     /// Place of the configuration in its sweep, from 0.
     pub index: u64,
+    /// Configurations that the whole sweep has.
+    pub configurations: u64,
     pub technique: String,
     /// All of the technique's parameters, `name=value` separated by semicolons.
     pub params: String,

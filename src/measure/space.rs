@@ -100,11 +100,12 @@ fn numbers(from: &str, to: &str, step: Option<(&str, &str)>) -> Result<Vec<Strin
 }
 
 /// Every configuration of the techniques over the axes, in the order of both; the first axis changes slowest. Of
-/// techniques that share no axis each has only the combinations of its own.
+/// techniques that share no axis each has only the combinations of its own. `main`: each technique's main parameters
+/// that no axis names are varied too.
 ///
 /// # Errors
 /// A value that is not allowed, or a parameter that no technique has.
-pub fn expand(setup: &Setup, techniques: &[String], axes: &[Axis]) -> Result<Vec<Setup>> {
+pub fn expand(setup: &Setup, techniques: &[String], axes: &[Axis], main: bool) -> Result<Vec<Setup>> {
     for axis in axes {
         let served = |t: &&String| axis.is_of(t) && matches!(axis.values(t), Ok(Some(_)) | Err(_));
         if !techniques.iter().any(|t| served(&t)) {
@@ -126,7 +127,11 @@ pub fn expand(setup: &Setup, techniques: &[String], axes: &[Axis]) -> Result<Vec
     for id in techniques {
         let mut these = vec![setup.clone()];
         these[0].select(id)?;
-        for axis in axes.iter().filter(|a| a.is_of(id)) {
+        let named: Vec<&Axis> = axes.iter().filter(|a| a.is_of(id)).collect();
+        let own =
+            techniques::find_or_say(id)?.main.iter().filter(|(name, _)| main && named.iter().all(|a| a.name != *name));
+        let own: Vec<Axis> = own.map(|a| Axis::main(id, *a)).collect();
+        for axis in named.into_iter().chain(&own) {
             let Some(values) = axis.values(id)? else { continue };
             let mut next = Vec::with_capacity(these.len() * values.len());
             for base in &these {
@@ -142,13 +147,6 @@ pub fn expand(setup: &Setup, techniques: &[String], axes: &[Axis]) -> Result<Vec
         out.append(&mut these);
     }
     Ok(out)
-}
-
-/// Every configuration of a technique over the main parameters that it names.
-pub fn main(setup: &Setup, technique: &str) -> Result<Vec<Setup>> {
-    let axes = techniques::find_or_say(technique)?.main;
-    let axes: Vec<Axis> = axes.iter().map(|a| Axis::main(technique, *a)).collect();
-    expand(setup, &[technique.into()], &axes)
 }
 
 #[cfg(test)]
@@ -177,7 +175,7 @@ mod tests {
         let (setup, _) = Setup::open("cubes").unwrap();
         let ids = ["shadow-map".to_string(), "pcf".into(), "rt-hard".into()];
         let axes = [Axis::parse("resolution=256,512").unwrap(), Axis::parse("pcf.kernel=3,5").unwrap()];
-        let all = expand(&setup, &ids, &axes).unwrap();
+        let all = expand(&setup, &ids, &axes, false).unwrap();
         let told: Vec<String> = all
             .iter()
             .map(|s| {
@@ -189,10 +187,16 @@ mod tests {
             told,
             ["shadow-map 256 -", "shadow-map 512 -", "pcf 256 3", "pcf 256 5", "pcf 512 3", "pcf 512 5", "rt-hard - -"]
         );
-        assert!(expand(&setup, &ids, &[Axis::parse("nonsense=1").unwrap()]).is_err());
-        assert!(expand(&setup, &ids[..1], &[Axis::parse("pcf.kernel=3").unwrap()]).is_err());
+        assert!(expand(&setup, &ids, &[Axis::parse("nonsense=1").unwrap()], false).is_err());
+        assert!(expand(&setup, &ids[..1], &[Axis::parse("pcf.kernel=3").unwrap()], false).is_err());
         for info in techniques::ALL {
-            assert!(!main(&setup, info.id).unwrap().is_empty(), "{}: its main parameters have values", info.id);
+            let all = expand(&setup, &[info.id.into()], &[], true).unwrap();
+            assert!(all.len() > 1 || info.main.is_empty(), "{}: its main parameters have values", info.id);
+            let known = |(name, _): &&(&str, &str)| info.specs().any(|s| s.name == *name);
+            assert_eq!(info.main.iter().filter(known).count(), info.main.len(), "{}", info.id);
+            let fixed = expand(&setup, &[info.id.into()], &[Axis::parse("resolution=512").unwrap()], true);
+            let count = fixed.map_or(0, |f| f.len());
+            assert!(count <= all.len(), "a parameter that an axis names is not varied twice");
         }
     }
 }

@@ -1,7 +1,8 @@
 //! Measures many configurations: accuracy one by one, times taking turns.
 
 use super::record::Record;
-use super::{accuracy, stability, timing};
+use super::timing::{self, Times};
+use super::{accuracy, stability};
 use crate::frame::Renderer;
 use crate::params::Value;
 use crate::setup::Setup;
@@ -24,7 +25,7 @@ const BASELINE: &str = "shadow-map";
 /// Share of a configuration's work that its errors take, roughly: for the progress only.
 const ERRORS_SHARE: f32 = 0.3;
 
-/// Measures configurations, each with its place in the sweep, in their order. `flicker` moves the camera too.
+/// Measures configurations, each with its place in a sweep of so many, in their order. `flicker` moves the camera too.
 /// `watch` is told of progress and of each row, and stops the work by saying no.
 ///
 /// # Errors
@@ -32,6 +33,7 @@ const ERRORS_SHARE: f32 = 0.3;
 pub fn run(
     renderer: &mut Renderer,
     work: &[(u64, Setup)],
+    configurations: u64,
     flicker: bool,
     watch: &mut dyn FnMut(Step) -> bool,
 ) -> Result<()> {
@@ -44,6 +46,7 @@ pub fn run(
         for (index, setup) in rest.iter().take(TURNS) {
             ensure!(watch(Step::Working(done / total, format!("{}: errors", setup.technique))), timing::STOPPED);
             let mut record = accuracy(renderer, setup, *index)?;
+            record.configurations = configurations;
             if flicker {
                 record.flicker = stability::flicker(renderer, setup)?;
             }
@@ -62,21 +65,7 @@ pub fn run(
         })?;
         done += share;
         for (i, mut record) in group.into_iter().enumerate() {
-            let t = &times[i];
-            record.gpu_ms = t.gpu.median;
-            record.gpu_ms_q1 = t.gpu.q1;
-            record.gpu_ms_q3 = t.gpu.q3;
-            record.gpu_ms_low = t.gpu.low;
-            record.gpu_ms_high = t.gpu.high;
-            record.frames = t.gpu.frames;
-            if let Some((lane, resolution)) = baselines[i] {
-                record.ratio = Some(t.gpu.median / times[lane].gpu.median);
-                record.ratio_resolution = Some(resolution);
-            }
-            record.cpu_ms = t.cpu_ms;
-            let passes = t.passes.iter().map(|(name, q)| format!("{name}={:.4}|{:.4}|{:.4}", q.median, q.q1, q.q3));
-            record.passes = passes.collect::<Vec<_>>().join(";");
-            record.wall_clock = t.wall_clock;
+            enter(&mut record, &times[i], baselines[i].map(|(lane, resolution)| (&times[lane], resolution)));
             ensure!(watch(Step::Row(Box::new(record))), timing::STOPPED);
         }
         rest = &rest[setups.len()..];
@@ -84,35 +73,79 @@ pub fn run(
     Ok(())
 }
 
-/// The set-ups to time, with baselines added where they are not among them; and for each of the first which one is its
-/// baseline, at what resolution. None: the baseline does not serve the light.
+/// Enters times into a row, and those of its baseline with the baseline's resolution.
+fn enter(record: &mut Record, times: &Times, baseline: Option<(&Times, u32)>) {
+    let t = &times.gpu;
+    record.gpu_ms = t.median;
+    record.gpu_ms_q1 = t.q1;
+    record.gpu_ms_q3 = t.q3;
+    record.gpu_ms_low = t.low;
+    record.gpu_ms_high = t.high;
+    record.frames = t.frames;
+    if let Some((base, resolution)) = baseline {
+        record.ratio = Some(t.median / base.gpu.median);
+        record.ratio_resolution = Some(resolution);
+    }
+    record.cpu_ms = times.cpu_ms;
+    let passes = times.passes.iter().map(|(name, q)| format!("{name}={:.4}|{:.4}|{:.4}", q.median, q.q1, q.q3));
+    record.passes = passes.collect::<Vec<_>>().join(";");
+    record.wall_clock = times.wall_clock;
+}
+
+/// Times one configuration in turn with a baseline, and enters that into its row.
+pub fn time_one(
+    renderer: &mut Renderer,
+    record: &mut Record,
+    setup: &Setup,
+    baseline: Option<&(Setup, u32)>,
+    tick: &mut dyn FnMut(f32) -> bool,
+) -> Result<()> {
+    let mut lanes = vec![setup.clone()];
+    lanes.extend(baseline.map(|(s, _)| s.clone()));
+    let times = timing::time(renderer, &lanes, tick)?;
+    enter(record, &times[0], baseline.map(|(_, resolution)| (&times[1], *resolution)));
+    Ok(())
+}
+
+/// The set-up with the baseline technique, at a resolution or its own, and that resolution; None where the baseline
+/// does not serve the light.
+pub fn baseline(setup: &Setup, resolution: Option<&Value>) -> Result<Option<(Setup, u32)>> {
+    if techniques::find_or_say(BASELINE)?.refuses(&setup.light).is_some() {
+        return Ok(None);
+    }
+    let mut base = setup.clone();
+    base.select(BASELINE)?;
+    let values = base.params.entry(BASELINE.into()).or_default();
+    if let Some(resolution) = resolution {
+        values.insert("resolution".into(), resolution.clone());
+    }
+    Ok(match values.get("resolution") {
+        Some(Value::Int(side)) => {
+            let side = *side as u32;
+            Some((base, side))
+        }
+        _ => None,
+    })
+}
+
+/// For each configuration which lane is its baseline, at what resolution.
 type Baselines = Vec<Option<(usize, u32)>>;
+
+/// The set-ups to time, with baselines of the same resolution added where they are not among them.
 fn with_baselines(setups: &[Setup]) -> Result<(Vec<Setup>, Baselines)> {
     let mut lanes = setups.to_vec();
     let mut baselines = Vec::new();
     for setup in setups {
-        let info = techniques::find(BASELINE).context("the baseline is a technique")?;
-        if info.refuses(&setup.light).is_some() {
-            baselines.push(None);
-            continue;
-        }
-        let own = setup.values().get("resolution").cloned();
-        let mut base = setup.clone();
-        base.select(BASELINE)?;
-        let values = base.params.entry(BASELINE.into()).or_default();
-        if let Some(resolution) = own {
-            values.insert("resolution".into(), resolution);
-        }
-        let Some(Value::Int(resolution)) = values.get("resolution").cloned() else {
+        let Some((base, resolution)) = baseline(setup, setup.values().get("resolution"))? else {
             baselines.push(None);
             continue;
         };
         let same = |s: &Setup| s.technique == BASELINE && s.values() == base.values() && s.size == base.size;
         let lane = lanes.iter().position(same).unwrap_or_else(|| {
-            lanes.push(base.clone());
+            lanes.push(base);
             lanes.len() - 1
         });
-        baselines.push(Some((lane, resolution as u32)));
+        baselines.push(Some((lane, resolution)));
     }
     Ok((lanes, baselines))
 }

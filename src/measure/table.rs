@@ -137,3 +137,15 @@ pub fn aligned(lines: &[Vec<String>]) -> String {
     }
     out
 }
+
+/// A Markdown table; the first line names the columns.
+pub fn markdown(lines: &[Vec<String>]) -> String {
+    let mut out = String::new();
+    for (i, line) in lines.iter().enumerate() {
+        out += &format!("| {} |\n", line.join(" | "));
+        if i == 0 {
+            out += &format!("|{}\n", "---|".repeat(line.len()));
+        }
+    }
+    out
+}

@@ -1,0 +1,259 @@
+//! The cheapest configuration within an error budget, found by measuring few.
+//!
+//! Configurations stand in lines along which, as a rule, the error falls and the cost rises (a technique's main
+//! parameter). Along a line only the first one good enough matters. What is not measured is predicted from what is, and
+//! the line whose next candidate promises the lowest cost is measured next, until no line promises less than the best
+//! found.
+
+use anyhow::Result;
+
+/// Configurations of one technique that differ in its main parameter only, from the coarsest to the finest.
+pub struct Line {
+    /// Lines with equal numbers are of one technique and behave alike.
+    pub family: usize,
+    /// Numbers of the configurations.
+    pub configurations: Vec<usize>,
+}
+
+/// What was measured of a configuration.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sample {
+    /// Share of wrong pixels.
+    pub error: f64,
+    /// Time, in any unit.
+    pub cost: f64,
+}
+
+/// What is asked for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Wanted {
+    pub error: f64,
+    /// Infinite: at any cost.
+    pub cost: f64,
+}
+
+impl Wanted {
+    pub fn met(&self, s: &Sample) -> bool {
+        s.error <= self.error && s.cost <= self.cost
+    }
+}
+
+/// How a step along a line changes error and cost where nothing else is known: aliasing along edges halves with each
+/// doubling of the resolution, and the cost of a look-up hardly grows. Natural logarithms.
+const ERROR_STEP: f64 = -0.6;
+const COST_STEP: f64 = 0.15;
+/// Below this an error counts as this, so that logarithms stay finite.
+const LEAST: f64 = 1e-9;
+/// How much better than predicted a candidate may be and is still tried: on a line with measurements of its own, and
+/// on one that is known from its family only.
+const HOPE: [f64; 2] = [0.9, 0.55];
+
+/// All that is known so far.
+pub struct Search {
+    lines: Vec<Line>,
+    /// By configuration.
+    pub samples: Vec<Option<Sample>>,
+    /// Configurations that may be measured in all.
+    limit: usize,
+}
+
+impl Search {
+    /// A search over lines whose configurations are numbered from 0, that measures at most `limit` of them.
+    pub fn new(lines: Vec<Line>, limit: usize) -> Search {
+        let count = lines.iter().map(|l| l.configurations.len()).sum();
+        Search { lines, samples: vec![None; count], limit }
+    }
+
+    /// Measures until the cheapest configuration that meets `wanted` is known, as far as predictions hold, or the
+    /// limit is reached; its number, if there is one.
+    ///
+    /// # Errors
+    /// What `measure` says.
+    pub fn cheapest(
+        &mut self,
+        wanted: Wanted,
+        measure: &mut dyn FnMut(usize) -> Result<Sample>,
+    ) -> Result<Option<usize>> {
+        while self.measured() < self.limit {
+            let Some(next) = self.unknown_family().or_else(|| self.most_promising(wanted)) else { break };
+            self.samples[next] = Some(measure(next)?);
+        }
+        Ok(self.best(wanted))
+    }
+
+    pub fn measured(&self) -> usize {
+        self.samples.iter().flatten().count()
+    }
+
+    /// The cheapest one measured that meets `wanted`.
+    pub fn best(&self, wanted: Wanted) -> Option<usize> {
+        let good =
+            self.samples.iter().enumerate().filter_map(|(i, s)| s.filter(|s| wanted.met(s)).map(|s| (i, s.cost)));
+        good.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(i, _)| i)
+    }
+
+    /// The middle of the first line of a family of which nothing is measured.
+    fn unknown_family(&self) -> Option<usize> {
+        let known = |family| self.lines.iter().any(|l| l.family == family && self.points(l).next().is_some());
+        let line = self.lines.iter().find(|l| !l.configurations.is_empty() && !known(l.family))?;
+        Some(line.configurations[line.configurations.len() / 2])
+    }
+
+    /// The candidate that promises the lowest cost of all lines, if it promises less than the best known.
+    fn most_promising(&self, wanted: Wanted) -> Option<usize> {
+        let bound = self.best(wanted).and_then(|i| self.samples[i]).map_or(f64::INFINITY, |s| s.cost);
+        let candidates = self.lines.iter().filter_map(|l| self.candidate(l, wanted));
+        let cheapest = candidates.min_by(|a, b| a.1.total_cmp(&b.1))?;
+        (cheapest.1 < bound && cheapest.1 <= wanted.cost).then_some(cheapest.0)
+    }
+
+    /// What to measure next on a line, and the cost hoped for: the first place that may be good enough, between those
+    /// known to be too coarse and the first known to be good. None: nothing is left to learn.
+    fn candidate(&self, line: &Line, wanted: Wanted) -> Option<(usize, f64)> {
+        let too_coarse =
+            self.points(line).filter(|(_, s)| s.error > wanted.error).map(|(k, _)| k + 1).max().unwrap_or(0);
+        let good = self.points(line).filter(|(_, s)| s.error <= wanted.error).map(|(k, _)| k).min();
+        let end = good.unwrap_or(line.configurations.len());
+        let hope = HOPE[self.points(line).next().is_none() as usize];
+        let place = (too_coarse..end).find(|k| self.predict(line, *k).error * hope <= wanted.error);
+        // The finest is tried even where the prediction misses by a little: predictions from afar are rough.
+        let last = line.configurations.len().checked_sub(1)?;
+        let near = || (end > last && self.predict(line, last).error <= wanted.error * 2.0).then_some(last);
+        let place = place.or_else(near).filter(|k| *k >= too_coarse)?;
+        let number = line.configurations[place];
+        self.samples[number].is_none().then(|| (number, self.predict(line, place).cost * hope))
+    }
+
+    /// Places and samples of a line.
+    fn points<'a>(&'a self, line: &'a Line) -> impl Iterator<Item = (usize, Sample)> + 'a {
+        line.configurations.iter().enumerate().filter_map(|(k, i)| self.samples[*i].map(|s| (k, s)))
+    }
+
+    /// What is to be expected at a place of a line.
+    fn predict(&self, line: &Line, place: usize) -> Sample {
+        if self.points(line).next().is_some() {
+            return self.along(line, place, self.steps(line.family));
+        }
+        // Lines of the family are averaged, as logarithms.
+        let (mut error, mut cost, mut count) = (0.0, 0.0, 0.0);
+        for other in self.lines.iter().filter(|l| l.family == line.family && self.points(l).next().is_some()) {
+            let s = self.along(other, place.min(other.configurations.len() - 1), self.steps(line.family));
+            error += s.error.max(LEAST).ln();
+            cost += s.cost.ln();
+            count += 1.0;
+        }
+        Sample { error: f64::exp(error / count), cost: f64::exp(cost / count) }
+    }
+
+    /// Between measured places of a line the logarithms are interpolated; beyond them they follow `steps`.
+    fn along(&self, line: &Line, place: usize, steps: [f64; 2]) -> Sample {
+        let below = self.points(line).filter(|(k, _)| *k <= place).last();
+        let above = self.points(line).find(|(k, _)| *k >= place);
+        let blend = |of: fn(&Sample) -> f64, step: f64| {
+            let log = |s: &Sample| of(s).max(LEAST).ln();
+            match (&below, &above) {
+                (Some((a, low)), Some((b, high))) if a != b => {
+                    log(low) + (log(high) - log(low)) * (place - a) as f64 / (b - a) as f64
+                }
+                (Some((k, s)), _) => log(s) + (place - k) as f64 * step,
+                (None, Some((k, s))) => log(s) - (k - place) as f64 * step,
+                (None, None) => 0.0,
+            }
+        };
+        Sample { error: blend(|s| s.error, steps[0]).exp(), cost: blend(|s| s.cost, steps[1]).exp() }
+    }
+
+    /// How a step changes the logarithms of error and cost in a family: the mean over its measured stretches.
+    fn steps(&self, family: usize) -> [f64; 2] {
+        let (mut error, mut cost, mut length) = (0.0, 0.0, 0.0);
+        for line in self.lines.iter().filter(|l| l.family == family) {
+            if let (Some((a, low)), Some((b, high))) = (self.points(line).next(), self.points(line).last())
+                && a < b
+            {
+                error += high.error.max(LEAST).ln() - low.error.max(LEAST).ln();
+                cost += high.cost.ln() - low.cost.ln();
+                length += (b - a) as f64;
+            }
+        }
+        if length == 0.0 { [ERROR_STEP, COST_STEP] } else { [(error / length).min(0.0), (cost / length).max(0.0)] }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// PCG (O'Neill 2014), in [0, 1).
+    fn random(state: &mut u64) -> f64 {
+        let old = *state;
+        *state = old.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        (((old >> 18 ^ old) >> 27) as u32).rotate_right((old >> 59) as u32) as f64 / 4294967296.0
+    }
+
+    /// Techniques as they are: errors that fall by a factor a step with some noise, costs with a fixed part and one
+    /// that quadruples; lines of a family alike up to a factor; and an exact, dear one.
+    fn world(seed: u64) -> (Vec<Line>, Vec<Sample>) {
+        let s = &mut (seed * 77 + 5);
+        let (mut lines, mut samples) = (Vec::new(), Vec::new());
+        for family in 0..3 {
+            let count = [1, 6, 3][family];
+            let (error, fall) = (0.02 + 0.05 * random(s), 0.45 + 0.2 * random(s));
+            let (fixed, grow) = (1.0 + family as f64 * random(s), 0.002 * random(s));
+            for _ in 0..count {
+                let (better, dearer) = (0.7 + 0.6 * random(s), 1.0 + random(s));
+                let mut configurations = Vec::new();
+                for k in 0..6 {
+                    configurations.push(samples.len());
+                    let error = error * better * fall.powi(k) * (0.95 + 0.1 * random(s));
+                    samples.push(Sample { error, cost: (fixed + grow * 4f64.powi(k)) * dearer });
+                }
+                lines.push(Line { family, configurations });
+            }
+        }
+        lines.push(Line { family: 3, configurations: vec![samples.len()] });
+        samples.push(Sample { error: 0.0, cost: 9.0 });
+        (lines, samples)
+    }
+
+    #[test]
+    fn a_third_of_the_configurations_finds_an_answer_within_a_tenth_of_the_best() {
+        let (mut good, mut all) = (0, 0);
+        for seed in 0..100 {
+            for error in [0.03, 0.01, 0.003, 0.001] {
+                let (lines, samples) = world(seed);
+                let limit = samples.len() / 3;
+                let mut search = Search::new(lines, limit);
+                let wanted = Wanted { error, cost: f64::INFINITY };
+                let mut calls = 0;
+                let found = search.cheapest(wanted, &mut |i| {
+                    calls += 1;
+                    Ok(samples[i])
+                });
+                let found = found.unwrap().expect("the exact one always meets it");
+                assert!(samples[found].error <= error && calls <= limit, "seed {seed}: {calls} measured");
+                let best = samples.iter().filter(|s| wanted.met(s)).map(|s| s.cost).fold(f64::INFINITY, f64::min);
+                all += 1;
+                good += (samples[found].cost <= best * 1.1) as usize;
+            }
+        }
+        // Random lines of a family differ by up to a factor of two in cost: not every one can be known.
+        assert!(good * 100 >= all * 98, "{good} of {all} answers are within a tenth of the best");
+    }
+
+    #[test]
+    fn what_nothing_meets_has_no_answer() {
+        let (lines, samples) = world(1);
+        let mut search = Search::new(lines, 20);
+        let wanted = Wanted { error: 1e-6, cost: 5.0 };
+        assert_eq!(search.cheapest(wanted, &mut |i| Ok(samples[i])).unwrap(), None);
+        assert!(search.measured() > 0);
+    }
+
+    #[test]
+    fn what_measuring_says_is_passed_on() {
+        let (lines, _) = world(1);
+        let mut search = Search::new(lines, 20);
+        let wanted = Wanted { error: 0.1, cost: f64::INFINITY };
+        assert!(search.cheapest(wanted, &mut |_| anyhow::bail!("stopped")).is_err());
+    }
+}
