@@ -64,6 +64,12 @@ pub const COSTS: &[Axis] = &[
         get: |r| r.ratio,
     },
     Axis {
+        id: "cost",
+        title: "time, the set-up's own shadow-map = 1",
+        doc: "Time as a multiple of that of the shadow map that the set-up describes: comparable across all rows.",
+        get: |r| r.cost,
+    },
+    Axis {
         id: "gpu_bytes",
         title: "GPU memory held, bytes",
         doc: "Textures and buffers that the technique holds.",

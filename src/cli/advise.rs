@@ -88,7 +88,7 @@ fn name(row: &Record) -> String {
 fn text(advice: &Advice, budget: Budget) -> String {
     let row = |i: usize| &advice.tried[i];
     let figures = |r: &Record| {
-        let ratio = r.ratio.map_or(String::new(), |x| format!(" ({x:.2} × shadow-map)"));
+        let ratio = r.cost.map_or(String::new(), |x| format!(" ({x:.2} × the set-up's shadow-map)"));
         format!(
             "{:.4} % wrong, {:.3} ms{ratio}, {:.2} MiB",
             r.error_share * 100.0,
@@ -106,7 +106,7 @@ fn text(advice: &Advice, budget: Budget) -> String {
             out += &format!("take:      {}: {}\n", name(r), figures(r));
             let spare = 1.0 - r.error_share / budget.max_error.max(f64::MIN_POSITIVE);
             out += &format!("margin:    {:.0} % of the error budget is left", spare * 100.0);
-            if let (Some(most), Some(ratio)) = (budget.max_ratio, r.ratio) {
+            if let (Some(most), Some(ratio)) = (budget.max_ratio, r.cost) {
                 out += &format!(", {:.0} % of the time", (1.0 - ratio / most) * 100.0);
             }
             out.push('\n');
@@ -133,7 +133,7 @@ fn text(advice: &Advice, budget: Budget) -> String {
             if advice.frontier.contains(&i) { "*" } else { "" }.into(),
             format!("{:.4}", r.error_share * 100.0),
             format!("{:.3}", r.gpu_ms),
-            r.ratio.map_or("-".into(), |x| format!("{x:.2}")),
+            r.cost.map_or("-".into(), |x| format!("{x:.2}")),
             format!("{:.2}", r.gpu_bytes as f64 / 1048576.0),
         ]);
     }

@@ -43,7 +43,7 @@ pub fn run(wanted: Wanted, ids: Vec<String>, output: Output, adapter: Option<&st
     let mut renderer = Renderer::new(Arc::new(Gpu::new(adapter)?), Arc::new(scene))?;
     let bar = progress();
     let mut rows = Vec::new();
-    measure::run(&mut renderer, &work, work.len() as u64, output.flicker, &mut |step| {
+    measure::run(&mut renderer, &setup, &work, work.len() as u64, output.flicker, &mut |step| {
         match step {
             Step::Working(done, what) => super::show(&bar, done, what),
             Step::Row(row) => rows.push(*row),

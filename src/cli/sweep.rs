@@ -80,7 +80,7 @@ pub fn run(mut wanted: Wanted, ids: Vec<String>, output: Output, adapter: Option
         writer.flush().with_context(|| cannot_write(&partial))?;
         let bar = progress();
         let mut failed = None;
-        let measured = measure::run(&mut renderer, &missing, total, output.flicker, &mut |step| {
+        let measured = measure::run(&mut renderer, &setup, &missing, total, output.flicker, &mut |step| {
             match step {
                 Step::Working(done, what) => super::show(&bar, done, what),
                 Step::Row(row) => {

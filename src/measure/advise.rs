@@ -27,16 +27,16 @@ pub struct Advice {
     pub halved: Option<usize>,
     /// Those that no other beats in both, by ascending time: indices into `tried`.
     pub frontier: Vec<usize>,
-    /// All that was measured, in its order. Their `ratio` is to the set-up's `shadow-map`.
+    /// All that was measured, in its order.
     pub tried: Vec<Record>,
     /// Configurations there were to choose from.
     pub space: usize,
 }
 
 impl Advice {
-    /// Time of a row as the search compares it: the ratio to the baseline, milliseconds where there is none.
+    /// Time of a row as the search compares it: the multiple of the baseline's, milliseconds where there is none.
     pub fn cost(row: &Record) -> f64 {
-        row.ratio.unwrap_or(row.gpu_ms)
+        row.cost.unwrap_or(row.gpu_ms)
     }
 }
 
@@ -56,9 +56,9 @@ pub fn advise(
     budget: Budget,
     watch: &mut dyn FnMut(f32, &str) -> bool,
 ) -> Result<Advice> {
-    let baseline = sweep::baseline(setup, None)?;
+    let anchor = sweep::baseline(setup, None)?.map(|(setup, _)| setup);
     ensure!(
-        budget.max_ratio.is_none() || baseline.is_some(),
+        budget.max_ratio.is_none() || anchor.is_some(),
         "a largest ratio needs shadow-map to compare with, and that does not serve {} light",
         setup.light.kind()
     );
@@ -74,7 +74,7 @@ pub fn advise(
         let mut row = accuracy(renderer, setup, i as u64)?;
         row.configurations = all.len() as u64;
         let mut go_on = |part: f32| watch(begun + part / limit as f32, what.trim());
-        sweep::time_one(renderer, &mut row, setup, baseline.as_ref(), &mut go_on)?;
+        sweep::time_one(renderer, &mut row, setup, anchor.as_ref(), &mut go_on)?;
         let sample = Sample { error: row.error_share, cost: Advice::cost(&row) };
         tried.push((i, row));
         Ok(sample)

@@ -95,6 +95,9 @@ pub struct Record {
     /// Median time over that of `shadow-map` at `ratio_resolution` in the same run.
     pub ratio: Option<f64>,
     pub ratio_resolution: Option<u32>,
+    /// Median time over that of the `shadow-map` that the set-up itself describes, in the same turns: comparable across
+    /// all rows of a sweep, however the machine drifts.
+    pub cost: Option<f64>,
     /// Recording the technique's passes on the CPU, ms, median.
     pub cpu_ms: f64,
     /// Every pass of the frame, `name=median|q1|q3` in ms, separated by semicolons.
@@ -186,6 +189,13 @@ pub fn write(rows: &[Record], path: &Path, json: bool) -> Result<()> {
 /// configuration differ from run to run, overlap.
 pub fn tied(a: &Record, b: &Record) -> bool {
     let spare = if a.software || b.software { 0.10 } else { 0.02 };
-    let [first, second] = if a.gpu_ms <= b.gpu_ms { [a, b] } else { [b, a] };
-    first.gpu_ms_high * (1.0 + spare) >= second.gpu_ms_low * (1.0 - spare)
+    // Where both know what the same baseline took in their turns, drift between the turns is left out.
+    let scale = |r: &Record| match (a.cost, b.cost) {
+        (Some(_), Some(_)) => r.cost.map_or(1.0, |c| c / r.gpu_ms),
+        _ => 1.0,
+    };
+    let interval = |r: &Record| [r.gpu_ms_low, r.gpu_ms, r.gpu_ms_high].map(|ms| ms * scale(r));
+    let (a, b) = (interval(a), interval(b));
+    let [first, second] = if a[1] <= b[1] { [a, b] } else { [b, a] };
+    first[2] * (1.0 + spare) >= second[0] * (1.0 - spare)
 }

@@ -25,19 +25,22 @@ const BASELINE: &str = "shadow-map";
 /// Share of a configuration's work that its errors take, roughly: for the progress only.
 const ERRORS_SHARE: f32 = 0.3;
 
-/// Measures configurations, each with its place in a sweep of so many, in their order. `flicker` moves the camera too.
+/// Measures configurations, each with its place in a sweep of so many, in their order. `base` is the set-up that they
+/// were made from: costs are multiples of its shadow map's. `flicker` moves the camera too.
 /// `watch` is told of progress and of each row, and stops the work by saying no.
 ///
 /// # Errors
 /// A light that a technique does not serve, what the device reports, or that it was stopped.
 pub fn run(
     renderer: &mut Renderer,
+    base: &Setup,
     work: &[(u64, Setup)],
     configurations: u64,
     flicker: bool,
     watch: &mut dyn FnMut(Step) -> bool,
 ) -> Result<()> {
     let total = work.len() as f32;
+    let anchor = baseline(base, None)?.map(|(setup, _)| setup);
     let mut rest = work;
     let mut done = 0.0;
     while !rest.is_empty() {
@@ -58,14 +61,20 @@ pub fn run(
             }
         }
         let setups: Vec<Setup> = rest[..group.len()].iter().map(|(_, s)| s.clone()).collect();
-        let (lanes, baselines) = with_baselines(&setups)?;
+        let (mut lanes, baselines) = with_baselines(&setups)?;
+        let anchor = anchor.as_ref().map(|a| lane_of(&mut lanes, a));
         let share = (1.0 - ERRORS_SHARE) * group.len() as f32;
         let times = timing::time(renderer, &lanes, &mut |part| {
             watch(Step::Working((done + share * part) / total, format!("{}: times", setups[0].technique)))
         })?;
         done += share;
         for (i, mut record) in group.into_iter().enumerate() {
-            enter(&mut record, &times[i], baselines[i].map(|(lane, resolution)| (&times[lane], resolution)));
+            enter(&mut record, &times[i]);
+            if let Some((lane, resolution)) = baselines[i] {
+                record.ratio = Some(record.gpu_ms / times[lane].gpu.median);
+                record.ratio_resolution = Some(resolution);
+            }
+            record.cost = anchor.map(|lane| record.gpu_ms / times[lane].gpu.median);
             ensure!(watch(Step::Row(Box::new(record))), timing::STOPPED);
         }
         rest = &rest[setups.len()..];
@@ -73,8 +82,8 @@ pub fn run(
     Ok(())
 }
 
-/// Enters times into a row, and those of its baseline with the baseline's resolution.
-fn enter(record: &mut Record, times: &Times, baseline: Option<(&Times, u32)>) {
+/// Enters times into a row.
+fn enter(record: &mut Record, times: &Times) {
     let t = &times.gpu;
     record.gpu_ms = t.median;
     record.gpu_ms_q1 = t.q1;
@@ -82,28 +91,25 @@ fn enter(record: &mut Record, times: &Times, baseline: Option<(&Times, u32)>) {
     record.gpu_ms_low = t.low;
     record.gpu_ms_high = t.high;
     record.frames = t.frames;
-    if let Some((base, resolution)) = baseline {
-        record.ratio = Some(t.median / base.gpu.median);
-        record.ratio_resolution = Some(resolution);
-    }
     record.cpu_ms = times.cpu_ms;
     let passes = times.passes.iter().map(|(name, q)| format!("{name}={:.4}|{:.4}|{:.4}", q.median, q.q1, q.q3));
     record.passes = passes.collect::<Vec<_>>().join(";");
     record.wall_clock = times.wall_clock;
 }
 
-/// Times one configuration in turn with a baseline, and enters that into its row.
+/// Times one configuration in turn with what its cost is a multiple of, and enters both into its row.
 pub fn time_one(
     renderer: &mut Renderer,
     record: &mut Record,
     setup: &Setup,
-    baseline: Option<&(Setup, u32)>,
+    anchor: Option<&Setup>,
     tick: &mut dyn FnMut(f32) -> bool,
 ) -> Result<()> {
     let mut lanes = vec![setup.clone()];
-    lanes.extend(baseline.map(|(s, _)| s.clone()));
+    lanes.extend(anchor.cloned());
     let times = timing::time(renderer, &lanes, tick)?;
-    enter(record, &times[0], baseline.map(|(_, resolution)| (&times[1], *resolution)));
+    enter(record, &times[0]);
+    record.cost = times.get(1).map(|base| record.gpu_ms / base.gpu.median);
     Ok(())
 }
 
@@ -140,14 +146,18 @@ fn with_baselines(setups: &[Setup]) -> Result<(Vec<Setup>, Baselines)> {
             baselines.push(None);
             continue;
         };
-        let same = |s: &Setup| s.technique == BASELINE && s.values() == base.values() && s.size == base.size;
-        let lane = lanes.iter().position(same).unwrap_or_else(|| {
-            lanes.push(base);
-            lanes.len() - 1
-        });
-        baselines.push(Some((lane, resolution)));
+        baselines.push(Some((lane_of(&mut lanes, &base), resolution)));
     }
     Ok((lanes, baselines))
+}
+
+/// The place of a baseline among set-ups, added if it is not there.
+fn lane_of(lanes: &mut Vec<Setup>, base: &Setup) -> usize {
+    let same = |s: &Setup| s.technique == base.technique && s.values() == base.values() && s.size == base.size;
+    lanes.iter().position(same).unwrap_or_else(|| {
+        lanes.push(base.clone());
+        lanes.len() - 1
+    })
 }
 
 /// A part of a sweep: every `of`-th configuration from `part` on (1 to `of`).

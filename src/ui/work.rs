@@ -99,7 +99,7 @@ impl Desk {
         let thread = self.start(move |post| {
             let measured = renderer(&adapter, scene).and_then(|mut renderer| {
                 let mut row = None;
-                measure::run(&mut renderer, &[(0, setup)], 1, false, &mut |step| {
+                measure::run(&mut renderer, &setup.clone(), &[(0, setup)], 1, false, &mut |step| {
                     match step {
                         Step::Working(done, _) => post.send(Done::Progress(job, done)),
                         Step::Row(measured) => row = Some(measured),
