@@ -1,13 +1,15 @@
 //!include lib/frame.wgsl
 //!include lib/gbuffer.wgsl
 //!include lib/light_view.wgsl
+//!include lib/cells.wgsl
 // The picture: shading, the common views, and a technique's own maps.
 
 struct View {
     range: vec2f,
-    // 0 none, 1 texture, 2 ramp, 3 cells.
+    // 0 none, 1 texture, 2 ramp, 3 cells, 4 aliasing, 5 counts.
     shown: u32,
-    padding: u32,
+    // Of `map`, where it holds more than one value.
+    channel: u32,
 }
 
 @group(1) @binding(0) var<uniform> view: View;
@@ -61,6 +63,18 @@ fn ramp(x: f32) -> vec3f {
     return select(mix(c, d, t * 3.0 - 2.0), mix(b, c, t * 3.0 - 1.0), t < 0.667);
 }
 
+// Powers of two: pale blue (2⁻⁴ and less) over green (1) and ochre (2) to dark red (2⁴ and more). Lightness falls all the
+// way, so that grey and the colour-blind's hues tell both sides apart.
+fn octave_color(x: f32) -> vec3f {
+    let stops = array<vec3f, 9>(
+        vec3f(0.80, 0.90, 1.00), vec3f(0.66, 0.83, 0.97), vec3f(0.50, 0.76, 0.90), vec3f(0.37, 0.71, 0.72),
+        vec3f(0.30, 0.65, 0.32), vec3f(0.72, 0.47, 0.08), vec3f(0.76, 0.28, 0.08), vec3f(0.58, 0.10, 0.12),
+        vec3f(0.30, 0.03, 0.14));
+    let t = clamp(x, -4.0, 4.0) + 4.0;
+    let i = min(u32(t), 7u);
+    return mix(stops[i], stops[i + 1u], t - f32(i));
+}
+
 fn random_color(x: u32) -> vec3f {
     let h = hash(x + 1u);
     return vec3f(vec3u(h, h >> 10u, h >> 20u) & vec3u(1023u)) / 1023.0;
@@ -102,12 +116,22 @@ fn color_of(pixel: vec2u) -> vec3f {
         return map_picture(pixel);
     }
     if frame.view == view_technique_map {
-        let x = textureLoad(map, pixel, 0).x;
+        let x = textureLoad(map, pixel, 0)[view.channel];
+        if view.shown == 5u {
+            // A texel with n samples is about √n pixels wide.
+            let used = select(vec3f(0.98, 0.98, 0.97), octave_color(0.5 * log2(x)), x > 0.0);
+            return select(vec3f(0.12), used, x >= 0.0);
+        }
+        if view.shown == 4u && s.valid {
+            return select(dimmed(s), octave_color(log2(x)), x > 0.0);
+        }
         if x >= 0.0 && view.shown == 2u {
             return ramp((x - view.range.x) / (view.range.y - view.range.x));
         }
         if x >= 0.0 && view.shown == 3u && s.valid {
-            let tint = select(vec3f(0.95, 0.75, 0.35), vec3f(0.25, 0.45, 0.75), x > 0.5);
+            let cell = cell_of(x);
+            let odd = ((cell.x + cell.y) & 1u) == 1u;
+            let tint = select(vec3f(0.95, 0.75, 0.35), vec3f(0.25, 0.45, 0.75), odd);
             return mix(linear_to_srgb(lit(s, v)), tint, 0.45);
         }
     }

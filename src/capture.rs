@@ -21,7 +21,7 @@ pub fn capture(renderer: &mut Renderer, setup: &Setup, path: &Path) -> Result<()
     check(&setup.view, path)?;
     techniques::find_or_say(&setup.technique)?.serve(&setup.light)?;
     let truth = if view::needs_truth(&setup.view) { Truth::All } else { Truth::Off };
-    renderer.render(setup, Ask { size: setup.size, truth, timed: false, picture: true })?;
+    renderer.render(setup, Ask { size: setup.size, truth, analysis: false, timed: false, picture: true })?;
     if is_exr(path) {
         return write_exr(renderer, setup, path);
     }

@@ -2,6 +2,11 @@
 //!
 //! Window, command line and tests all come through [`Renderer::render`].
 
+mod analysis;
+mod read;
+
+pub use analysis::{Analysis, Counting, Maps};
+
 use crate::gpu::{Gpu, Pass, Raster, Recorder, Slot, Timer};
 use crate::light::{Light, LightView};
 use crate::params::{Group, Values};
@@ -92,8 +97,12 @@ enum Shown {
     Texture(wgpu::TextureView, wgpu::Buffer),
     /// Values of `map_out`, from dark at `range[0]` to bright at `range[1]`.
     Ramp([f32; 2]),
-    /// Values of `map_out`: 0 and 1 as a chequerboard over the scene.
+    /// Values of `map_out`, columns and rows of cells (`shaders/lib/cells.wgsl`): a chequerboard over the scene.
     Cells,
+    /// A channel of the analysis, in octaves around 1.
+    Aliasing(wgpu::TextureView, u32),
+    /// Counts of view samples, as `shaders/counts.wgsl` leaves them in `map_out`.
+    Counts,
 }
 
 /// What a technique is given: the G-buffer, the scene and the light, through the names its shaders use.
@@ -107,6 +116,7 @@ pub struct Frame<'a> {
     pub size: [u32; 2],
     shown: Option<Shown>,
     held: u64,
+    analysis: Option<&'a mut Analysis>,
 }
 
 impl<'a> std::ops::Deref for Frame<'a> {
@@ -129,7 +139,7 @@ impl Frame<'_> {
 
     /// Whether one of the technique's own maps is asked for, so that `inspect` must run.
     pub fn wants_any_map(&self) -> bool {
-        view::index(&self.setup.view).is_none()
+        view::index(&self.setup.view).is_none() && !view::needs_analysis(&self.setup.view)
     }
 
     /// Shows a depth map where the map `id` is asked for.
@@ -199,6 +209,8 @@ pub struct Ask {
     /// Pixels to render at; the set-up's size unless a window wants another.
     pub size: [u32; 2],
     pub truth: Truth,
+    /// Analyse it: see [`Renderer::analysis`]. Views that need the analysis ask for it themselves.
+    pub analysis: bool,
     /// Time every pass.
     pub timed: bool,
     /// Draw the view into [`Renderer::output`].
@@ -221,9 +233,10 @@ pub struct Told {
 #[derive(Clone, Copy, Pod, Zeroable)]
 pub struct ViewUniform {
     pub range: [f32; 2],
-    /// 0 none, 1 texture, 2 ramp, 3 cells.
+    /// 0 none, 1 texture, 2 ramp, 3 cells, 4 aliasing, 5 counts.
     pub shown: u32,
-    pub padding: u32,
+    /// Of the map, where it holds more than one value.
+    pub channel: u32,
 }
 
 /// A technique with its resources and parameters, made.
@@ -269,13 +282,18 @@ pub struct Renderer {
     draw: Pass,
     /// Bound where no technique shows a map.
     no_light_view: wgpu::Buffer,
-    /// How many of the technique's rays gave up.
-    gave_up: wgpu::Buffer,
+    /// The technique's rays, as `Tally` in `shaders/lib/trace.wgsl`.
+    tally: wgpu::Buffer,
+    analysis: Analysis,
+    /// The last frame's view, its title if it is one of the technique's own, and how that is drawn.
+    seen: (String, &'static str, Option<Shown>),
     revision: u64,
 }
 
 /// What the frame itself takes, beside its technique, by the names in the pass times.
-pub const SHARED_PASSES: [&str; 4] = [ANIMATION, "G-buffer", "truth", "shading"];
+pub const SHARED_PASSES: [&str; 6] = [ANIMATION, "G-buffer", ANALYSIS, "count map", "truth", "shading"];
+/// The name of every technique's analysis pass.
+pub(crate) const ANALYSIS: &str = "analysis";
 /// Moving the animated geometry and building its BVH, on the CPU.
 const ANIMATION: &str = "geometry and BVH (CPU)";
 
@@ -324,7 +342,9 @@ impl Renderer {
                 bytemuck::bytes_of(&LightView::zeroed()),
                 wgpu::BufferUsages::STORAGE,
             ),
-            gave_up: counter(&gpu, "rays that gave up"),
+            tally: tally(&gpu, "rays"),
+            analysis: Analysis::new(&gpu)?,
+            seen: Default::default(),
             gpu,
             scene,
             geometry,
@@ -387,8 +407,10 @@ impl Renderer {
         let scene = &self.scene_gpu;
         know_scene(&mut recorder, scene);
         recorder.set("frame", &self.frame_buffer);
-        recorder.set("gave_up", &self.gave_up);
-        recorder.clear(&self.gave_up);
+        let analysed = ask.analysis || view::needs_analysis(&setup.view);
+        self.analysis.start(gpu, analysed);
+        gpu.queue.write_buffer(&self.tally, 0, bytemuck::cast_slice(&[0, 0, analysed as u32, 0]));
+        recorder.set("tally", &self.tally);
         recorder.set("view", &self.view_buffer);
         for (name, view) in [
             ("g_position", &position),
@@ -409,7 +431,11 @@ impl Renderer {
         let count = scene.triangle_count * 3;
         recorder.run(&self.gbuffer).draw(&[&position, &surface], Some((&depth, 0.0)), true, |p| p.draw(0..count, 0..1));
 
-        let mut f = Frame { recorder, setup, values, scene, size: ask.size, shown: None, held: 0 };
+        if let Some(count) = &self.analysis.triangles {
+            recorder.count_triangles(count);
+        }
+        let analysis = analysed.then_some(&mut self.analysis);
+        let mut f = Frame { recorder, setup, values, scene, size: ask.size, shown: None, held: 0, analysis };
         let start = Instant::now();
         let waited = f.waited();
         match info.refuses(&setup.light) {
@@ -419,7 +445,10 @@ impl Renderer {
         }
         told.cpu_ms = start.elapsed().as_secs_f64() * 1e3 - (f.waited() - waited);
         told.gpu_bytes = f.held;
-        let Frame { mut recorder, shown, .. } = f;
+        let Frame { mut recorder, shown, analysis, .. } = f;
+        if let Some(count) = analysis.and_then(|a| a.triangles.as_mut()) {
+            recorder.keep_triangles(count);
+        }
 
         // The truth goes on from the row where it stood, while nothing that it depends on changes.
         self.truth.start((self.revision, setup.camera, setup.light, ask.size), &mut recorder, &uniform);
@@ -430,16 +459,27 @@ impl Renderer {
         told.truth_done = self.truth.done();
 
         if ask.picture {
-            let (mode, range, texture, light_view) = match &shown {
-                None => (0, [0.0, 1.0], &map, &self.no_light_view),
-                Some(Shown::Texture(t, light_view)) => (1, [0.0, 1.0], t, light_view),
-                Some(Shown::Ramp(range)) => (2, *range, &map, &self.no_light_view),
-                Some(Shown::Cells) => (3, [0.0, 1.0], &map, &self.no_light_view),
-            };
-            let view = ViewUniform { range, shown: mode, padding: 0 };
+            let mut view = ViewUniform { range: [0.0, 1.0], shown: 0, channel: 0 };
+            let mut run = recorder.run(&self.draw).bind("shown", &map).bind("light_view", &self.no_light_view);
+            match &shown {
+                None => {}
+                Some(Shown::Texture(t, light_view)) => {
+                    view.shown = 1;
+                    run = run.bind("shown", t).bind("light_view", light_view);
+                }
+                Some(Shown::Ramp(range)) => (view.shown, view.range) = (2, *range),
+                Some(Shown::Cells) => view.shown = 3,
+                Some(Shown::Aliasing(t, channel)) => {
+                    (view.shown, view.channel) = (4, *channel);
+                    run = run.bind("map", t);
+                }
+                Some(Shown::Counts) => view.shown = 5,
+            }
             gpu.queue.write_buffer(&self.view_buffer, 0, bytemuck::bytes_of(&view));
-            recorder.run(&self.draw).bind("shown", texture).bind("light_view", light_view).per_pixel();
+            run.per_pixel();
         }
+        let title = info.maps.iter().find(|m| m.id == setup.view).map_or("", |m| m.title);
+        self.seen = (setup.view.clone(), title, shown);
         recorder.finish()?;
         gpu.check()?;
         Ok(told)
@@ -469,43 +509,6 @@ impl Renderer {
         self.targets.output.texture()
     }
 
-    /// Reads the picture back: four bytes a pixel, rows from the top.
-    pub fn read_picture(&self) -> Result<Vec<u8>> {
-        self.read(&self.targets.output)
-    }
-
-    /// Reads the technique's visibility back, a number a pixel.
-    pub fn read_visibility(&self) -> Result<Vec<f32>> {
-        Ok(bytemuck::pod_collect_to_vec(&self.read(&self.targets.visibility)?))
-    }
-
-    /// Reads the truth back, a number a pixel.
-    pub fn read_truth(&self) -> Result<Vec<f32>> {
-        Ok(bytemuck::pod_collect_to_vec(&self.read(&self.targets.truth)?))
-    }
-
-    /// How many of the technique's and of the truth's rays gave up before they knew (`max_visits`).
-    pub fn read_gave_up(&self) -> Result<[u32; 2]> {
-        let read = |b| anyhow::Ok(bytemuck::pod_read_unaligned(&self.gpu.read_buffer(b)?[..4]));
-        Ok([read(&self.gave_up)?, read(&self.truth.gave_up)?])
-    }
-
-    /// Classes of the last frame's pixels, as [`crate::measure::metrics`] names them.
-    pub fn read_mask(&mut self) -> Result<Vec<u32>> {
-        let size = self.targets.size()?;
-        let mask = self.targets.mask.get(&self.gpu, "mask", size, Format::R32Uint, STORED);
-        let mut recorder = Recorder::new(&self.gpu, &mut self.timer, false, size);
-        recorder
-            .run(&self.classify)
-            .bind("frame", &self.frame_buffer)
-            .bind("g_position", Targets::view(&self.targets.position)?)
-            .bind("g_surface", Targets::view(&self.targets.surface)?)
-            .bind("mask", &mask)
-            .per_pixel();
-        recorder.finish()?;
-        Ok(bytemuck::pod_collect_to_vec(&self.read(&self.targets.mask)?))
-    }
-
     /// Traces some more pixels of the truth and draws nothing else; the share that is traced then, 0 to 1. The last
     /// frame must have asked for the truth.
     pub fn trace(&mut self, pixels: u32) -> Result<f32> {
@@ -524,32 +527,10 @@ impl Renderer {
     pub fn collect_times(&mut self, wait: bool) -> Result<()> {
         self.timer.collect(&self.gpu, wait)
     }
-
-    /// Reads world positions back; w is the depth along the camera's axis, 0 for background.
-    pub fn read_position(&self) -> Result<Vec<[f32; 4]>> {
-        Ok(bytemuck::pod_collect_to_vec(&self.read(&self.targets.position)?))
-    }
-
-    /// Reads the world position at one pixel of the last frame; None for background.
-    pub fn position_at(&self, pixel: [u32; 2]) -> Result<Option<Vec3>> {
-        let texture = self.targets.position.texture().context(NO_FRAME)?;
-        let one = wgpu::Extent3d { width: 1, height: 1, depth_or_array_layers: 1 };
-        let p: Vec<[f32; 4]> = bytemuck::pod_collect_to_vec(&self.gpu.read_texels(texture, pixel, one)?);
-        Ok(p.first().filter(|p| p[3] > 0.0).map(|p| Vec3::new(p[0], p[1], p[2])))
-    }
-
-    /// Reads the G-buffer's surface words back: geometric normal, shading normal, albedo, triangle.
-    pub fn read_surface(&self) -> Result<Vec<[u32; 4]>> {
-        Ok(bytemuck::pod_collect_to_vec(&self.read(&self.targets.surface)?))
-    }
-
-    fn read(&self, slot: &Slot) -> Result<Vec<u8>> {
-        self.gpu.read_texture(slot.texture().context(NO_FRAME)?)
-    }
 }
 
-/// A count that shaders add to.
-pub(crate) fn counter(gpu: &Gpu, label: &str) -> wgpu::Buffer {
+/// A buffer for `Tally` in `shaders/lib/trace.wgsl`.
+pub(crate) fn tally(gpu: &Gpu, label: &str) -> wgpu::Buffer {
     gpu.buffer(label, &[0; 16], wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC)
 }
 

@@ -1,6 +1,6 @@
 //! A depth map from a light's view, and the fits that techniques share.
 
-use crate::frame::Frame;
+use crate::frame::{ANALYSIS, Frame, Maps};
 use crate::gpu::{Gpu, Pass, Raster, Slot};
 use crate::light::LightView;
 use crate::params::Params;
@@ -44,6 +44,7 @@ pub struct ShadowMap {
     extent: wgpu::Buffer,
     receivers: Pass,
     narrow: Pass,
+    analyse: Pass,
     casters: Option<(MapParams, [Pass; 2])>,
     last: Option<LightView>,
 }
@@ -66,6 +67,7 @@ impl ShadowMap {
             extent: zero("receivers' extent", 20),
             receivers: Pass::compute(gpu, "fit: receivers", "lib/fit.wgsl", "receivers", &[])?,
             narrow: Pass::compute(gpu, "fit: narrow", "lib/fit.wgsl", "narrow", &[])?,
+            analyse: Pass::compute(gpu, ANALYSIS, "analyse_light_view.wgsl", "analyse", &[])?,
             casters: None,
             last: None,
         })
@@ -119,6 +121,8 @@ impl ShadowMap {
             }
         }
         f.show_texture("shadow-map", &map, &light_view);
+        let maps = Maps { size: [p.resolution; 2], layers: 1 };
+        f.analyse(&self.analyse, maps, &[("light_view", (&light_view).into())]);
         Ok(Drawn { map, light_view })
     }
 

@@ -1,6 +1,6 @@
 //! The exact shadow of a frame, traced in bands of rows so that no frame waits for all of it.
 
-use crate::frame::{FrameUniform, counter};
+use crate::frame::{FrameUniform, tally};
 use crate::gpu::{Gpu, Pass, Recorder};
 use crate::light::Light;
 use crate::params::Values;
@@ -14,8 +14,8 @@ pub struct Tracing {
     pass: Pass,
     params: wgpu::Buffer,
     frame: wgpu::Buffer,
-    /// How many rays gave up.
-    pub gave_up: wgpu::Buffer,
+    /// How many rays gave up, as `Tally` in `shaders/lib/trace.wgsl`.
+    pub tally: wgpu::Buffer,
     /// What the rows so far were traced for: geometry, camera, light, size.
     of: Option<(u64, Camera, Light, [u32; 2])>,
     rows: u32,
@@ -30,7 +30,7 @@ impl Tracing {
             pass: Pass::compute(gpu, "truth", "techniques/rt_hard.wgsl", "resolve", techniques::TRUTH.params)?,
             params: gpu.buffer("truth", bytemuck::cast_slice(&group.words(&Values::new())), uniform),
             frame: gpu.buffer("frame of the truth", bytemuck::bytes_of(&FrameUniform::zeroed()), uniform),
-            gave_up: counter(gpu, "the truth's rays that gave up"),
+            tally: tally(gpu, "the truth's rays"),
             of: None,
             rows: 0,
             size: [1, 1],
@@ -44,7 +44,7 @@ impl Tracing {
             self.of = Some(of);
             self.rows = 0;
             recorder.gpu.queue.write_buffer(&self.frame, 0, bytemuck::bytes_of(uniform));
-            recorder.clear(&self.gave_up);
+            recorder.clear(&self.tally);
         }
     }
 
@@ -60,7 +60,7 @@ impl Tracing {
                 .bind("frame", &self.frame)
                 .bind("params", &self.params)
                 .bind("visibility_out", target)
-                .bind("gave_up", &self.gave_up)
+                .bind("tally", &self.tally)
                 .dispatch(width.div_ceil(8), rows.div_ceil(8), 1);
             self.rows += rows;
         }

@@ -88,6 +88,14 @@ pub fn needs_truth(id: &str) -> bool {
     VIEWS.iter().any(|v| v.id == id && v.truth)
 }
 
+/// The maps that show a channel of the analysis: the aliasing error and its two parts, in that order.
+pub const ALIASING: [&str; 3] = ["aliasing", "perspective-aliasing", "projection-aliasing"];
+
+/// Whether a map needs the frame's analysis, and nothing else of the technique.
+pub fn needs_analysis(id: &str) -> bool {
+    id == "counts" || ALIASING.contains(&id)
+}
+
 /// Refuses a view that the technique does not have.
 pub fn check(id: &str, info: &Info) -> Result<()> {
     if index(id).is_none() && !info.maps.iter().any(|m| m.id == id) {

@@ -82,9 +82,8 @@ fn measure_tells_all_it_should() {
             "--json",
         ],
     );
-    let report: Value = serde_json::from_slice(&out.stdout).unwrap();
-    assert!(report["adapter"].is_string() && report["software"].is_boolean());
-    let rows = report["rows"].as_array().unwrap();
+    let rows: Value = serde_json::from_slice(&out.stdout).unwrap();
+    let rows = rows.as_array().unwrap();
     assert_eq!(rows.len(), 3);
     for row in rows {
         let count = |key: &str| row[key].as_u64().unwrap_or_else(|| panic!("{key} in {row}"));
@@ -93,17 +92,16 @@ fn measure_tells_all_it_should() {
             count("lit_correct") + count("lit_incorrect") + count("shadow_correct") + count("shadow_incorrect")
         );
         assert_eq!(count("facing") + count("away") + count("background"), 160 * 90);
-        let ms = &row["gpu_ms"];
-        assert!(ms["frames"].as_u64().unwrap() >= 5);
-        assert!(ms["q1"].as_f64().unwrap() <= ms["median"].as_f64().unwrap());
-        assert!(ms["median"].as_f64().unwrap() > 0.0 && ms["median"].as_f64() <= ms["q3"].as_f64());
-        assert!(row["cpu_ms"].as_f64().unwrap() >= 0.0);
-        let passes: Vec<&str> = row["passes"].as_array().unwrap().iter().map(|p| p["name"].as_str().unwrap()).collect();
-        assert!(passes.contains(&"G-buffer"), "{passes:?}");
+        assert!(row["adapter"].as_str().is_some_and(|a| !a.is_empty()) && row["software"].is_boolean());
+        let number = |key: &str| row[key].as_f64().unwrap_or_else(|| panic!("{key} in {row}"));
+        assert!(count("frames") >= 7);
+        assert!(number("gpu_ms_q1") <= number("gpu_ms") && number("gpu_ms") <= number("gpu_ms_q3"));
+        assert!(number("gpu_ms") > 0.0 && number("cpu_ms") >= 0.0 && number("cost") > 0.0);
+        assert!(row["passes"].as_str().unwrap().contains("G-buffer="), "{row}");
     }
-    assert_eq!(rows[1]["params"]["kernel"], 5);
-    assert_eq!((&rows[2]["rmse"], &rows[2]["boundary_px"]), (&Value::from(0.0), &Value::Null));
-    assert!(rows[0]["rmse"].as_f64().unwrap() > 0.0 && rows[0]["boundary_px"]["p95"].as_f64().is_some());
+    assert!(rows[1]["params"].as_str().unwrap().split(';').any(|p| p == "kernel=5"));
+    assert_eq!((&rows[2]["rmse"], &rows[2]["boundary_p95_px"]), (&Value::from(0.0), &Value::Null));
+    assert!(rows[0]["rmse"].as_f64().unwrap() > 0.0 && rows[0]["boundary_p95_px"].as_f64().is_some());
     // A map of 1024² texels of 32 bits, and three small buffers.
     let bytes = rows[0]["gpu_bytes"].as_u64().unwrap();
     assert!((4 << 20..(4 << 20) + 4096).contains(&bytes), "{bytes}");

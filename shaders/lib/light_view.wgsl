@@ -41,3 +41,15 @@ fn linear_depth(v: LightView, d: f32) -> f32 {
     }
     return v.far - d * (v.far - v.near);
 }
+
+// Place in the map of a clip position, texels from the upper left corner.
+fn light_texel(v: LightView, clip: vec4f) -> vec2f {
+    return 0.5 * v.resolution * vec2f(1.0 + clip.x / clip.w, 1.0 - clip.y / clip.w);
+}
+
+// Texels and stored depth gained as a point with this clip position moves by t: the derivative.
+fn along(v: LightView, t: vec3f, clip: vec4f) -> vec3f {
+    let d = vec4f(dot(v.row_x.xyz, t), dot(v.row_y.xyz, t), dot(v.row_z.xyz, t), dot(v.row_w.xyz, t));
+    let ndc = (d.xyz * clip.w - clip.xyz * d.w) / (clip.w * clip.w);
+    return vec3f(0.5 * v.resolution * vec2f(ndc.x, -ndc.y), ndc.z);
+}

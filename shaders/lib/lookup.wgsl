@@ -1,5 +1,6 @@
 //!include lib/light_view.wgsl
 //!include lib/resolve.wgsl
+//!include lib/cells.wgsl
 // A receiver's place in a shadow map, with every bias applied.
 
 @group(1) @binding(12) var<uniform> map: MapParams;
@@ -28,9 +29,8 @@ fn receive(s: Surface, radius: f32, tap: f32) -> Receiver {
     let position = s.position + s.normal * (map.normal_offset * texel * sqrt(max(1.0 - cosine * cosine, 0.0)));
     let clip = light_clip(v, position);
     let z = dot(v.axis, vec4f(position, 1.0));
-    let scale = 0.5 * v.resolution;
     // No steeper than the slope limit.
-    var gradient = plane_gradient(s.normal, clip, scale);
+    var gradient = plane_gradient(s.normal, clip);
     let steepest = map.slope_limit * abs(stored_depth(v, z - texel) - stored_depth(v, z));
     let steepness = length(gradient);
     gradient *= min(1.0, steepest / max(steepness, 1e-30));
@@ -39,7 +39,7 @@ fn receive(s: Surface, radius: f32, tap: f32) -> Receiver {
     let reach = tap + select(2.0 * radius, 0.0, followed);
     let slope = map.slope_bias * min(steepness, steepest) * reach;
     var r: Receiver;
-    r.texel = scale * vec2f(1.0 + clip.x / clip.w, 1.0 - clip.y / clip.w);
+    r.texel = light_texel(v, clip);
     // Cleared texels hold 0: what lies beyond the far plane is compared as if on it.
     r.depth = max(stored_depth(v, z - map.bias) + slope, 0.0);
     r.gradient = select(vec2f(0.0), gradient, followed);
@@ -49,28 +49,19 @@ fn receive(s: Surface, radius: f32, tap: f32) -> Receiver {
 
 // Stored depth is an affine function of map position along a plane, perspective or not: solve for it
 // from two tangents.
-fn plane_gradient(normal: vec3f, clip: vec4f, scale: f32) -> vec2f {
-    let v = light_view;
+fn plane_gradient(normal: vec3f, clip: vec4f) -> vec2f {
     let other = select(vec3f(1.0, 0.0, 0.0), vec3f(0.0, 1.0, 0.0), abs(normal.x) > 0.5);
     let t0 = normalize(cross(normal, other));
     let t1 = cross(normal, t0);
-    let a = along(t0, clip, scale);
-    let b = along(t1, clip, scale);
+    let a = along(light_view, t0, clip);
+    let b = along(light_view, t1, clip);
     let determinant = a.x * b.y - a.y * b.x;
     if abs(determinant) <= 1e-6 * length(a.xy) * length(b.xy) {
         // Edge-on to the light: as steep as can be, deeper along the normal.
-        let out = along(normal, clip, scale).xy;
+        let out = along(light_view, normal, clip).xy;
         return -1e20 * out / max(length(out), 1e-30);
     }
     return vec2f(a.z * b.y - b.z * a.y, b.z * a.x - a.z * b.x) / determinant;
-}
-
-// Texels and stored depth gained per metre along a tangent.
-fn along(t: vec3f, clip: vec4f, scale: f32) -> vec3f {
-    let v = light_view;
-    let d = vec4f(dot(v.row_x.xyz, t), dot(v.row_y.xyz, t), dot(v.row_z.xyz, t), dot(v.row_w.xyz, t));
-    let ndc = (d.xyz * clip.w - clip.xyz * d.w) / (clip.w * clip.w);
-    return vec3f(ndc.x * scale, -ndc.y * scale, ndc.z);
 }
 
 fn outside_map(texel: vec2f) -> bool {
@@ -96,8 +87,7 @@ fn inspect_lookup(s: Surface, r: Receiver) -> f32 {
         return -1.0;
     }
     if frame.map == 1u {
-        let cell = vec2u(r.texel);
-        return f32((cell.x + cell.y) & 1u);
+        return cell_value(vec2u(r.texel));
     }
     return select(-1.0, r.moved, faces_light(s));
 }

@@ -24,6 +24,16 @@ struct Corners {
 @group(0) @binding(6) var<storage, read> nodes: array<Node>;
 @group(0) @binding(7) var<storage, read> corners: array<Corners>;
 
+// What the rays of a frame add up to.
+struct Tally {
+    gave_up: atomic<u32>,
+    rays: atomic<u32>,
+    // Set by Rust: rays are counted, which takes time.
+    counting: u32,
+}
+
+@group(0) @binding(8) var<storage, read_write> tally: Tally;
+
 struct Ray {
     origin: vec3f,
     direction: vec3f,
@@ -43,6 +53,16 @@ struct Hit {
     gave_up: bool,
     // Nodes visited.
     visits: u32,
+}
+
+// Adds a shadow ray that decides visibility to the frame's tally.
+fn tally_ray(hit: Hit) {
+    if hit.gave_up {
+        atomicAdd(&tally.gave_up, 1u);
+    }
+    if tally.counting != 0u {
+        atomicAdd(&tally.rays, 1u);
+    }
 }
 
 // Twice the signed area of (0, p, q), exactly opposite for (0, q, p) whatever the compiler contracts:

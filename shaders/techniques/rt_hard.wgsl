@@ -6,8 +6,6 @@
 @group(1) @binding(0) var<uniform> params: RtParams;
 @group(1) @binding(1) var visibility_out: texture_storage_2d<r32float, write>;
 @group(1) @binding(2) var map_out: texture_storage_2d<r32float, write>;
-// How many rays gave up.
-@group(1) @binding(3) var<storage, read_write> gave_up: atomic<u32>;
 
 fn shadow_ray(s: Surface, light: LightSample) -> Ray {
     let far = select(1.0, 3.4e38, frame.light_kind == directional);
@@ -36,8 +34,8 @@ fn resolve(@builtin(global_invocation_id) id: vec3u) {
     let pixel = vec2u(id.x, id.y + frame.band.x);
     if pixel.x < frame.size.x && pixel.y < frame.size.y && id.y < frame.band.y {
         let hit = visible(pixel);
-        if hit.gave_up {
-            atomicAdd(&gave_up, 1u);
+        if hit.visits > 0u {
+            tally_ray(hit);
         }
         textureStore(visibility_out, pixel, vec4f(select(1.0, 0.0, hit.blocked)));
     }

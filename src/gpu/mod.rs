@@ -3,7 +3,7 @@
 mod pass;
 mod shader;
 
-pub use pass::{Pass, Raster, Recorder, Resource, Run, Timer, TimerMode};
+pub use pass::{Pass, Raster, Recorder, Resource, Run, Timer, TimerMode, TriangleCount};
 pub use shader::{Shaders, files as shader_files};
 
 use anyhow::{Context, Result, anyhow};
@@ -21,7 +21,9 @@ pub struct Gpu {
 }
 
 /// What we use where an adapter has it; nothing of it is required.
-const WANTED: wgpu::Features = wgpu::Features::TIMESTAMP_QUERY.union(wgpu::Features::DEPTH_CLIP_CONTROL);
+const WANTED: wgpu::Features = wgpu::Features::TIMESTAMP_QUERY
+    .union(wgpu::Features::DEPTH_CLIP_CONTROL)
+    .union(wgpu::Features::PIPELINE_STATISTICS_QUERY);
 
 /// The instance that windows and the command line share.
 pub fn instance() -> wgpu::Instance {
@@ -119,9 +121,14 @@ impl Gpu {
 
     /// Reads a buffer back, waiting for the device. It needs the usage `COPY_SRC`.
     pub fn read_buffer(&self, buffer: &wgpu::Buffer) -> Result<Vec<u8>> {
-        let staging = self.staging(buffer.size());
+        self.read_range(buffer, 0, buffer.size())
+    }
+
+    /// As [`Gpu::read_buffer`], but only `size` bytes from `offset` on, both multiples of 4.
+    pub fn read_range(&self, buffer: &wgpu::Buffer, offset: u64, size: u64) -> Result<Vec<u8>> {
+        let staging = self.staging(size);
         let mut encoder = self.device.create_command_encoder(&Default::default());
-        encoder.copy_buffer_to_buffer(buffer, 0, &staging, 0, buffer.size());
+        encoder.copy_buffer_to_buffer(buffer, offset, &staging, 0, size);
         self.queue.submit([encoder.finish()]);
         self.read_staging(&staging)
     }

@@ -270,6 +270,50 @@ impl Timer {
     }
 }
 
+/// Counts the triangles of render passes by pipeline statistics.
+pub struct TriangleCount {
+    queries: wgpu::QuerySet,
+    resolved: wgpu::Buffer,
+    draws: u32,
+}
+
+/// Most draws whose triangles are counted in one frame.
+const MAX_DRAWS: u32 = 2048;
+
+impl TriangleCount {
+    /// None where the adapter cannot count.
+    pub fn new(gpu: &Gpu) -> Option<TriangleCount> {
+        gpu.features.contains(wgpu::Features::PIPELINE_STATISTICS_QUERY).then(|| TriangleCount {
+            queries: gpu.device.create_query_set(&wgpu::QuerySetDescriptor {
+                label: Some("triangles"),
+                ty: wgpu::QueryType::PipelineStatistics(
+                    wgpu::PipelineStatisticsTypes::CLIPPER_INVOCATIONS
+                        | wgpu::PipelineStatisticsTypes::CLIPPER_PRIMITIVES_OUT,
+                ),
+                count: MAX_DRAWS,
+            }),
+            resolved: gpu.device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("triangles"),
+                size: MAX_DRAWS as u64 * 16,
+                usage: wgpu::BufferUsages::QUERY_RESOLVE | wgpu::BufferUsages::COPY_SRC,
+                mapped_at_creation: false,
+            }),
+            draws: 0,
+        })
+    }
+
+    /// Triangles sent to the clipper and those that it passed on, in all draws of the last frame that counted; None if
+    /// that frame drew nothing, or more often than can be counted.
+    pub fn read(&self, gpu: &Gpu) -> Result<Option<[u64; 2]>> {
+        if self.draws == 0 || self.draws > MAX_DRAWS {
+            return Ok(None);
+        }
+        let words: Vec<[u64; 2]> =
+            bytemuck::pod_collect_to_vec(&gpu.read_range(&self.resolved, 0, self.draws as u64 * 16)?);
+        Ok(Some(words.iter().fold([0, 0], |sum, w| [sum[0] + w[0], sum[1] + w[1]])))
+    }
+}
+
 /// Records passes into command buffers and times them.
 pub struct Recorder<'a> {
     pub gpu: &'a Gpu,
@@ -279,6 +323,8 @@ pub struct Recorder<'a> {
     timed: bool,
     /// What [`Run::per_pixel`] covers.
     pixels: [u32; 2],
+    /// Where render passes count their triangles, and how many did.
+    triangles: Option<(wgpu::QuerySet, u32)>,
     error: Option<anyhow::Error>,
 }
 
@@ -288,7 +334,7 @@ impl<'a> Recorder<'a> {
         timer.wall.clear();
         timer.noted.clear();
         let encoder = gpu.device.create_command_encoder(&Default::default());
-        Recorder { gpu, resources: HashMap::new(), encoder, timer, timed, pixels, error: None }
+        Recorder { gpu, resources: HashMap::new(), encoder, timer, timed, pixels, triangles: None, error: None }
     }
 
     /// Makes a resource known to all passes that follow, by its WGSL name or its parameter group's name.
@@ -309,6 +355,20 @@ impl<'a> Recorder<'a> {
     /// Zeroes a buffer.
     pub fn clear(&mut self, buffer: &wgpu::Buffer) {
         self.encoder.clear_buffer(buffer, 0, None);
+    }
+
+    /// Counts the triangles of the render passes from here on.
+    pub fn count_triangles(&mut self, count: &TriangleCount) {
+        self.triangles = Some((count.queries.clone(), 0));
+    }
+
+    /// Counts no further, and keeps what was counted.
+    pub fn keep_triangles(&mut self, count: &mut TriangleCount) {
+        let draws = self.triangles.take().map_or(0, |(_, draws)| draws);
+        count.draws = draws;
+        if (1..=MAX_DRAWS).contains(&draws) {
+            self.encoder.resolve_query_set(&count.queries, 0..draws, &count.resolved, 0);
+        }
     }
 
     /// Milliseconds spent so far in waiting for passes (wall-clock timing only).
@@ -365,7 +425,7 @@ pub struct Run<'r, 'a> {
 }
 
 impl Run<'_, '_> {
-    /// Binds a resource to the WGSL name `name`, for this pass only.
+    /// Binds a resource to the WGSL name `name`, for this pass only; the last one of a name counts.
     pub fn bind(mut self, name: &'static str, resource: impl Into<Resource>) -> Self {
         self.extra.push((name, resource.into()));
         self
@@ -406,6 +466,10 @@ impl Run<'_, '_> {
         clear: bool,
         draw: impl FnOnce(&mut wgpu::RenderPass),
     ) {
+        let query = self.recorder.triangles.as_mut().and_then(|(set, draws)| {
+            *draws += 1;
+            (*draws <= MAX_DRAWS).then(|| (set.clone(), *draws - 1))
+        });
         let load = |value| if clear { wgpu::LoadOp::Clear(value) } else { wgpu::LoadOp::Load };
         self.record(|encoder, pass, groups, first| {
             let Pipeline::Render(pipeline) = &pass.pipeline else { return };
@@ -447,7 +511,13 @@ impl Run<'_, '_> {
             for (i, group) in groups.iter().enumerate() {
                 p.set_bind_group(i as u32, group, &[]);
             }
+            if let Some((set, i)) = &query {
+                p.begin_pipeline_statistics_query(set, *i);
+            }
             draw(&mut p);
+            if query.is_some() {
+                p.end_pipeline_statistics_query();
+            }
         });
     }
 
@@ -460,7 +530,7 @@ impl Run<'_, '_> {
             return;
         }
         let find = |b: &Binding| {
-            let own = extra.iter().find(|(n, _)| *n == b.name).map(|(_, r)| r);
+            let own = extra.iter().rev().find(|(n, _)| *n == b.name).map(|(_, r)| r);
             // A parameter group is known by its type, whatever the shader calls it.
             let group = recorder.resources.get(b.type_name.as_str());
             own.or(group).or_else(|| recorder.resources.get(b.name.as_str())).cloned()

@@ -1,8 +1,9 @@
 //! How wrong a configuration is, and what its frame needs: everything of a [`Record`] but times.
 
+use super::analysis::{Aliasing, Counts};
 use super::metrics::{self, Errors};
 use super::record::{Record, params_text};
-use crate::frame::{Ask, Renderer, Truth};
+use crate::frame::{Ask, Renderer, Told, Truth};
 use crate::setup::Setup;
 use crate::techniques;
 use anyhow::{Context, Result};
@@ -12,11 +13,18 @@ use anyhow::{Context, Result};
 /// # Errors
 /// A light that the technique or the truth does not serve, or what the device reports.
 pub fn errors(renderer: &mut Renderer, setup: &Setup) -> Result<Errors> {
+    Ok(compare(renderer, setup, false)?.0)
+}
+
+/// Renders technique and truth, with `all` the shaded picture and the analysis too, and counts the errors.
+fn compare(renderer: &mut Renderer, setup: &Setup, all: bool) -> Result<(Errors, Told)> {
     techniques::find_or_say(&setup.technique)?.serve(&setup.light)?;
     techniques::TRUTH.serve(&setup.light)?;
-    renderer.render(setup, Ask { size: setup.size, truth: Truth::All, timed: false, picture: false })?;
+    let ask = Ask { size: setup.size, truth: Truth::All, analysis: all, timed: false, picture: all };
+    let told = renderer.render(setup, ask)?;
     let mask = renderer.read_mask()?;
-    Ok(metrics::errors(&renderer.read_visibility()?, &renderer.read_truth()?, &mask, setup.size[0] as usize))
+    let width = setup.size[0] as usize;
+    Ok((metrics::errors(&renderer.read_visibility()?, &renderer.read_truth()?, &mask, width), told))
 }
 
 /// Measures what does not depend on speed. `index` is the configuration's place in its sweep.
@@ -24,13 +32,34 @@ pub fn errors(renderer: &mut Renderer, setup: &Setup) -> Result<Errors> {
 /// # Errors
 /// As [`errors`].
 pub fn accuracy(renderer: &mut Renderer, setup: &Setup, index: u64) -> Result<Record> {
-    let e = errors(renderer, setup)?;
+    // Another view would change the picture, and a technique's own trace rays of its own.
+    let shaded = Setup { view: "shaded".into(), ..setup.clone() };
+    let (e, told) = compare(renderer, &shaded, true)?;
+    let picture = renderer.read_picture()?;
+    let exact = renderer.read_truth_picture()?;
+    let (gpu, analysis) = (&renderer.gpu, renderer.analysis());
+    let maps = analysis.maps();
+    let m = analysis.aliasing(gpu)?.and_then(|pixels| Aliasing::of(&pixels));
+    let mut filled = Vec::new();
+    let mut needed = maps.map_or(Vec::new(), |m| vec![false; m.layers as usize]);
+    let counted = analysis.counts(gpu, |first, counts| {
+        for (i, count) in counts.iter().enumerate().filter(|(_, c)| **c > 0) {
+            filled.push(*count);
+            let layer = (first + i as u64) * needed.len() as u64 / maps.map_or(1, |m| m.texels());
+            needed[layer as usize] = true;
+        }
+    })?;
+    let counts = maps.filter(|_| counted).map(|m| Counts::of(m.texels(), filled));
+    let triangles = analysis.triangles(gpu)?;
     let [own, truth] = renderer.read_gave_up()?;
     let mut notes = Vec::new();
     for (rays, whose) in [(own, "the technique's"), (truth, "the truth's")] {
         if rays > 0 {
             notes.push(format!("{rays} of {whose} rays passed max_visits and count as lit."));
         }
+    }
+    if let Some(maps) = maps.filter(|_| !counted) {
+        notes.push(format!("View samples a texel are not counted: {} texels are too many.", maps.texels()));
     }
     Ok(Record {
         index,
@@ -48,9 +77,36 @@ pub fn accuracy(renderer: &mut Renderer, setup: &Setup, index: u64) -> Result<Re
         background: e.background,
         error_share: e.share(),
         rmse: e.rmse,
+        rmse_penumbra: e.rmse_penumbra,
+        rmse_image: metrics::rmse_image(&picture, &exact),
+        flip: metrics::flip(&exact, &picture, setup.size),
         boundary_median_px: e.boundary.map(|b| b.median as f64),
         boundary_p95_px: e.boundary.map(|b| b.p95 as f64),
         boundary_max_px: e.boundary.map(|b| b.max as f64),
+        m_mean: m.map(|m| m.mean),
+        m_rms: m.map(|m| m.rms),
+        m_p50: m.map(|m| m.p50),
+        m_p95: m.map(|m| m.p95),
+        m_p99: m.map(|m| m.p99),
+        m_max: m.map(|m| m.max),
+        m_over_1: m.map(|m| m.over[0]),
+        m_over_2: m.map(|m| m.over[1]),
+        m_over_10: m.map(|m| m.over[2]),
+        perspective_p50: m.map(|m| m.perspective_p50),
+        projection_p50: m.map(|m| m.projection_p50),
+        texels: maps.map(|m| m.texels()),
+        texels_covered: counts.map(|c| c.covered),
+        utilisation: counts.and_then(|c| c.utilisation()),
+        count_mean: counts.and_then(|c| c.mean()),
+        count_max: counts.map(|c| c.max),
+        count_gini: counts.and_then(|c| c.gini),
+        count_entropy: counts.and_then(|c| c.entropy),
+        views_rendered: maps.map(|m| m.layers as u64),
+        views_needed: counts.map(|_| needed.iter().filter(|n| **n).count() as u64),
+        triangles_submitted: triangles.map(|t| t[0]),
+        triangles_drawn: triangles.map(|t| t[1]),
+        rays: renderer.read_rays()? as u64,
+        gpu_bytes: told.gpu_bytes,
         adapter: renderer.gpu.info.name.clone(),
         driver: renderer.gpu.info.driver_info.clone(),
         software: renderer.gpu.software(),

@@ -33,6 +33,8 @@ pub struct Errors {
     pub background: usize,
     /// Root mean square of visibility minus truth over the pixels that face the light.
     pub rmse: f64,
+    /// The same over those whose truth lies between 0 and 1; None if there is no such penumbra.
+    pub rmse_penumbra: Option<f64>,
     /// None: no wrong pixel, or no true boundary in the picture.
     pub boundary: Option<Boundary>,
 }
@@ -49,6 +51,7 @@ impl Errors {
 pub fn errors(visibility: &[f32], truth: &[f32], mask: &[u32], width: usize) -> Errors {
     let mut e = Errors::default();
     let mut squares = 0.0f64;
+    let (mut penumbra, mut soft_squares) = (0usize, 0.0f64);
     let mut wrong = Vec::new();
     for (i, m) in mask.iter().enumerate() {
         match *m {
@@ -56,7 +59,12 @@ pub fn errors(visibility: &[f32], truth: &[f32], mask: &[u32], width: usize) -> 
             AWAY => e.away += 1,
             _ => {
                 e.facing += 1;
-                squares += ((visibility[i] - truth[i]) as f64).powi(2);
+                let square = ((visibility[i] - truth[i]) as f64).powi(2);
+                squares += square;
+                if truth[i] > 0.0 && truth[i] < 1.0 {
+                    penumbra += 1;
+                    soft_squares += square;
+                }
                 match (visibility[i] >= 0.5, truth[i] >= 0.5) {
                     (true, true) => e.lit_correct += 1,
                     (true, false) => e.lit_incorrect += 1,
@@ -70,6 +78,7 @@ pub fn errors(visibility: &[f32], truth: &[f32], mask: &[u32], width: usize) -> 
         }
     }
     e.rmse = (squares / e.facing.max(1) as f64).sqrt();
+    e.rmse_penumbra = (penumbra > 0).then(|| (soft_squares / penumbra as f64).sqrt());
     if !wrong.is_empty() {
         let distance = distance_to(&boundary(truth, mask, width), width);
         let mut far: Vec<f32> = wrong.iter().map(|i| distance[*i]).filter(|d| d.is_finite()).collect();
@@ -81,8 +90,25 @@ pub fn errors(visibility: &[f32], truth: &[f32], mask: &[u32], width: usize) -> 
     e
 }
 
+/// Root mean square difference of two pictures of four bytes a pixel over red, green and blue, each 0 to 1 as encoded.
+pub fn rmse_image(a: &[u8], b: &[u8]) -> f64 {
+    let square = |(a, b): (&u8, &u8)| (*a as f64 - *b as f64).powi(2);
+    let pixels = a.chunks_exact(4).zip(b.chunks_exact(4));
+    let sum: f64 = pixels.flat_map(|(a, b)| a[..3].iter().zip(&b[..3])).map(square).sum();
+    (sum / (a.len() / 4 * 3).max(1) as f64).sqrt() / 255.0
+}
+
+/// Mean FLIP difference of two sRGB pictures of four bytes a pixel and equal size (Andersson et al. 2020), 0 to 1, seen
+/// from where 67 pixels span a degree: a 0.7 m wide monitor of 3840 pixels from 0.7 m.
+pub fn flip(reference: &[u8], test: &[u8], size: [u32; 2]) -> f64 {
+    let rgb = |bytes: &[u8]| bytes.chunks_exact(4).flat_map(|p| [p[0], p[1], p[2]]).collect::<Vec<u8>>();
+    let image = |bytes: &[u8]| nv_flip::FlipImageRgb8::with_data(size[0], size[1], &rgb(bytes));
+    let map = nv_flip::flip(image(reference), image(test), nv_flip::DEFAULT_PIXELS_PER_DEGREE).to_vec();
+    map.iter().map(|x| *x as f64).sum::<f64>() / map.len().max(1) as f64
+}
+
 /// A quantile of ascending values, by the nearest rank.
-fn quantile(sorted: &[f32], q: f64) -> f32 {
+pub(super) fn quantile(sorted: &[f32], q: f64) -> f32 {
     sorted[((sorted.len() - 1) as f64 * q).round() as usize]
 }
 

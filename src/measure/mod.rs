@@ -2,6 +2,7 @@
 
 mod accuracy;
 pub mod advise;
+pub mod analysis;
 pub mod metrics;
 mod record;
 pub mod report;

@@ -50,6 +50,10 @@ pub static INFO: Info = Info {
             doc: "The filter's taps, enlarged: squares are shadow-map texels, each dot is as bright as its weight.",
             truth: false,
         },
+        MAPS[3],
+        MAPS[4],
+        MAPS[5],
+        MAPS[6],
     ],
     make: |gpu| Ok(Box::new(Pcf::new(gpu)?)),
 };

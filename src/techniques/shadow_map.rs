@@ -29,7 +29,7 @@ pub static INFO: Info = Info {
 
 const FILE: &str = "techniques/shadow_map.wgsl";
 
-/// The views that every technique with one shadow map has, in the order of `inspect_lookup` in WGSL.
+/// The views that every technique with one shadow map has; the first three in the order of `inspect_lookup` in WGSL.
 pub const MAPS: &[View] = &[
     View {
         id: "shadow-map",
@@ -47,6 +47,35 @@ pub const MAPS: &[View] = &[
         id: "bias",
         title: "Bias",
         doc: "How far the comparison is moved along the light's axis at each pixel, all biases together.",
+        truth: false,
+    },
+    View {
+        id: "aliasing",
+        title: "Aliasing error",
+        doc: "The longest extent of a shadow-map texel in the picture, pixels. Green: 1, as it should be. Ochre to dark \
+              red: 2 to 16, too few texels, shadows have stairs. Blue to white: 1/2 to 1/16, more texels than pixels.",
+        truth: false,
+    },
+    View {
+        id: "perspective-aliasing",
+        title: "Perspective aliasing",
+        doc: "The part of the aliasing error that distances decide: the texel's width over the pixel's, both at the \
+              surface and facing it. Near the camera pixels are small, so texels look large. Colours as there.",
+        truth: false,
+    },
+    View {
+        id: "projection-aliasing",
+        title: "Projection aliasing",
+        doc: "The part of the aliasing error that the surface's slope decides: light that grazes it stretches texels \
+              (ochre, red), a gaze that grazes it shortens them (blue). Colours as there.",
+        truth: false,
+    },
+    View {
+        id: "counts",
+        title: "View samples a texel",
+        doc: "The map itself. White: texels that no pixel looks up. Green: one pixel each. Ochre to dark red: 4 to 256 \
+              pixels share a texel. Where the picture is too small for the texels it shows their mean: blue, fewer than \
+              one.",
         truth: false,
     },
 ];

@@ -1,0 +1,84 @@
+//!include lib/frame.wgsl
+//!include lib/gbuffer.wgsl
+//!include lib/counting.wgsl
+// The analysis pass of techniques with maps, which write `fn place(s: Surface, dx: vec3f, dy: vec3f) -> Place`.
+// It takes the pixels whose visibility the technique looks up: those that face the light and are reached by it.
+
+// Where a surface lies in the technique's maps, before any bias.
+struct Place {
+    // In the map, texels from its upper left corner; outside it where no map holds the surface.
+    texel: vec2f,
+    // Which of the maps.
+    layer: u32,
+    // Change of `texel` as the surface point moves by dx and by dy: the derivative, not a difference.
+    along_x: vec2f,
+    along_y: vec2f,
+}
+
+// Aliasing error m, its perspective and projection parts, and a texel's area in pixels; -1 where there is none.
+@group(1) @binding(22) var aliasing_out: texture_storage_2d<rgba32float, write>;
+
+// A texel's footprint in the image, A = J⁻¹ with J's columns p.along_x and p.along_y: its longest extent σmax(A) and
+// its area |det A|. For a 2 × 2 matrix σmax(J⁻¹) = σmax(J) / |det J|.
+fn footprint(p: Place) -> vec2f {
+    let a = p.along_x;
+    let b = p.along_y;
+    let longest = 0.5 * (length(vec2f(a.x + b.y, a.y - b.x)) + length(vec2f(a.x - b.y, a.y + b.x)));
+    let area = 1.0 / max(abs(a.x * b.y - a.y * b.x), 1e-30);
+    return vec2f(longest * area, area);
+}
+
+// Adds a view sample to its texel; false if it is in none of the maps.
+fn counted(p: Place) -> bool {
+    // A sample on a map's very edge is in it, whatever the rounding.
+    let spare = vec2f(0.02);
+    let size = vec2f(counting.size);
+    if !(all(p.texel >= -spare) && all(p.texel <= size + spare)) {
+        return false;
+    }
+    let cell = min(vec2u(max(p.texel, vec2f(0.0))), counting.size - 1u);
+    let index = (p.layer * counting.size.y + cell.y) * counting.size.x + cell.x - counting.first;
+    if index < counting.count {
+        atomicAdd(&counts[index], 1u);
+    }
+    return true;
+}
+
+fn analysed(s: Surface) -> vec4f {
+    let light = light_at(s.position);
+    if !s.valid || !light.reached || dot(s.normal, light.to_light) <= 0.0 {
+        return vec4f(-1.0);
+    }
+    // The rays of this pixel and its neighbours meet the surface's plane; scaled to a depth of 1 along the camera's
+    // axis, they change by `right` and `down` from pixel to pixel.
+    let m = frame.view_proj;
+    let row_x = vec3f(m[0].x, m[1].x, m[2].x);
+    let row_y = vec3f(m[0].y, m[1].y, m[2].y);
+    let right = row_x * (2.0 / (f32(frame.size.x) * dot(row_x, row_x)));
+    let down = row_y * (-2.0 / (f32(frame.size.y) * dot(row_y, row_y)));
+    let ray = (s.position - frame.eye) / s.depth;
+    let slope = dot(s.normal, ray);
+    let along_normal = select(slope, select(-1e-7, 1e-7, slope >= 0.0), abs(slope) < 1e-7);
+    let dx = s.depth * (right - ray * (dot(s.normal, right) / along_normal));
+    let dy = s.depth * (down - ray * (dot(s.normal, down) / along_normal));
+    let p = place(s, dx, dy);
+    if !counted(p) {
+        return vec4f(-1.0);
+    }
+    // The same for a surface that faces both the light and the camera: what only distances decide.
+    let to_light = normalize(light.to_light);
+    let other = select(vec3f(1.0, 0.0, 0.0), vec3f(0.0, 1.0, 0.0), abs(to_light.x) > 0.5);
+    let u = normalize(cross(to_light, other));
+    let pixel = s.depth * length(down);
+    let facing = place(s, u * pixel, cross(to_light, u) * pixel);
+    let whole = footprint(p);
+    let perspective = footprint(facing).x;
+    return vec4f(whole.x, perspective, whole.x / perspective, whole.y);
+}
+
+@compute @workgroup_size(8, 8)
+fn analyse(@builtin(global_invocation_id) id: vec3u) {
+    if id.x < frame.size.x && id.y < frame.size.y {
+        textureStore(aliasing_out, id.xy, analysed(load_surface(id.xy)));
+    }
+}

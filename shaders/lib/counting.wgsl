@@ -1,0 +1,16 @@
+// How many view samples each texel of a technique's maps has.
+// The struct stands in src/frame/analysis.rs too; a test compares the two field by field.
+
+struct Counting {
+    // Texels of one map.
+    size: vec2u,
+    // Maps, one after the other in `counts`, rows from the top.
+    layers: u32,
+    // Texels that this band of `counts` holds: the first, and how many.
+    first: u32,
+    count: u32,
+    padding: u32,
+}
+
+@group(1) @binding(20) var<uniform> counting: Counting;
+@group(1) @binding(21) var<storage, read_write> counts: array<atomic<u32>>;

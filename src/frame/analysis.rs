@@ -1,0 +1,222 @@
+//! The analysis of a frame: aliasing error of every pixel, view samples of every texel, triangles and rays counted.
+//! It runs, and holds memory, only in frames that ask for it.
+
+use super::{Frame, STORED, Shown};
+use crate::gpu::{Gpu, Pass, Resource, Slot, TriangleCount};
+use crate::view;
+use anyhow::Result;
+use bytemuck::{Pod, Zeroable};
+
+/// A band of the counts, as `Counting` in `shaders/lib/counting.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub struct Counting {
+    pub size: [u32; 2],
+    pub layers: u32,
+    pub first: u32,
+    pub count: u32,
+    pub padding: u32,
+}
+
+/// The maps of a technique: all of one size.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Maps {
+    /// Width and height of each, texels.
+    pub size: [u32; 2],
+    pub layers: u32,
+}
+
+impl Maps {
+    /// Texels of all maps together.
+    pub fn texels(&self) -> u64 {
+        self.size[0] as u64 * self.size[1] as u64 * self.layers as u64
+    }
+}
+
+/// As many counts as fit into one storage binding.
+struct Band {
+    uniform: wgpu::Buffer,
+    counts: wgpu::Buffer,
+    first: u64,
+    count: u64,
+}
+
+/// What the last frame's analysis found.
+pub struct Analysis {
+    aliasing: Slot,
+    maps: Option<Maps>,
+    bands: Vec<Band>,
+    pub(super) triangles: Option<TriangleCount>,
+    draw_counts: Pass,
+}
+
+/// Most memory that counts may take, bytes: above it there are none.
+const COUNT_BYTES: u64 = 512 << 20;
+/// Counts read back at a time.
+const CHUNK: u64 = 4 << 20;
+
+impl Analysis {
+    pub(super) fn new(gpu: &Gpu) -> Result<Analysis> {
+        Ok(Analysis {
+            aliasing: Slot::default(),
+            maps: None,
+            bands: Vec::new(),
+            triangles: None,
+            draw_counts: Pass::compute(gpu, "count map", "counts.wgsl", "draw_counts", &[])?,
+        })
+    }
+
+    /// Forgets the last frame's; the buffers too, unless the next one needs them.
+    pub(super) fn start(&mut self, gpu: &Gpu, wanted: bool) {
+        self.maps = None;
+        if !wanted {
+            self.aliasing = Slot::default();
+            self.bands.clear();
+            self.triangles = None;
+        } else if self.triangles.is_none() {
+            self.triangles = TriangleCount::new(gpu);
+        }
+    }
+
+    /// Buffers for the counts of these maps, in bands of what the adapter binds at once.
+    fn hold(&mut self, gpu: &Gpu, maps: Maps) {
+        self.maps = Some(maps);
+        let limits = gpu.device.limits();
+        let most = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size) / 4;
+        // Where all counts are too many, one empty band remains: the aliasing error needs none.
+        let texels = if maps.texels() * 4 <= COUNT_BYTES { maps.texels() } else { 0 };
+        let held: u64 = self.bands.iter().map(|b| b.count).sum();
+        if !self.bands.is_empty() && held == texels {
+            let sizes = |b: &Band| gpu.queue.write_buffer(&b.uniform, 0, bytemuck::bytes_of(&b.words(maps)));
+            return self.bands.iter().for_each(sizes);
+        }
+        self.bands.clear();
+        for i in 0..texels.div_ceil(most).max(1) {
+            let (first, count) = (i * most, (texels - i * most).min(most));
+            let uniform = gpu.buffer("band of counts", &[0; size_of::<Counting>()], wgpu::BufferUsages::UNIFORM);
+            let counts = gpu.device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("view samples a texel"),
+                size: (count * 4).max(16),
+                usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST,
+                mapped_at_creation: false,
+            });
+            let band = Band { uniform, counts, first, count };
+            gpu.queue.write_buffer(&band.uniform, 0, bytemuck::bytes_of(&band.words(maps)));
+            self.bands.push(band);
+        }
+    }
+
+    /// The maps that the technique had analysed; None if it has none, or the frame was not asked.
+    pub fn maps(&self) -> Option<Maps> {
+        self.maps
+    }
+
+    /// Aliasing error m, its perspective and projection parts and a texel's area in pixels, for every pixel; all -1
+    /// where the technique looks nothing up. None as [`Analysis::maps`].
+    pub fn aliasing(&self, gpu: &Gpu) -> Result<Option<Vec<[f32; 4]>>> {
+        match (self.maps, self.aliasing.texture()) {
+            (Some(_), Some(texture)) => Ok(Some(bytemuck::pod_collect_to_vec(&gpu.read_texture(texture)?))),
+            _ => Ok(None),
+        }
+    }
+
+    /// The same four numbers at one pixel.
+    pub(super) fn aliasing_at(&self, gpu: &Gpu, pixel: [u32; 2]) -> Result<Option<[f32; 4]>> {
+        let Some(texture) = self.aliasing.texture() else { return Ok(None) };
+        let one = wgpu::Extent3d { width: 1, height: 1, depth_or_array_layers: 1 };
+        let values: Vec<[f32; 4]> = bytemuck::pod_collect_to_vec(&gpu.read_texels(texture, pixel, one)?);
+        Ok(values.first().copied().filter(|v| v[0] > 0.0))
+    }
+
+    /// View samples a texel, given to `take` piece by piece with the index of each piece's first texel: rows from the
+    /// top, map after map. False where there are too many texels to count, or none.
+    pub fn counts(&self, gpu: &Gpu, mut take: impl FnMut(u64, &[u32])) -> Result<bool> {
+        if self.maps.is_none() || self.bands.iter().all(|b| b.count == 0) {
+            return Ok(false);
+        }
+        for band in &self.bands {
+            for at in (0..band.count).step_by(CHUNK as usize) {
+                let count = (band.count - at).min(CHUNK);
+                let words: Vec<u32> = bytemuck::pod_collect_to_vec(&gpu.read_range(&band.counts, at * 4, count * 4)?);
+                take(band.first + at, &words);
+            }
+        }
+        Ok(true)
+    }
+
+    /// Where the picture of the counts, `size` pixels, shows which texel: column, row, map and its count.
+    pub(super) fn count_at(&self, gpu: &Gpu, pixel: [u32; 2], size: [u32; 2]) -> Result<Option<[u32; 4]>> {
+        let Some(maps) = self.maps else { return Ok(None) };
+        // As in shaders/counts.wgsl.
+        let columns = (maps.layers as f32).sqrt().ceil() as u32;
+        let rows = maps.layers.div_ceil(columns);
+        let whole = [maps.size[0] * columns, maps.size[1] * rows].map(|side| side as f32);
+        let scale = (whole[0] / size[0] as f32).max(whole[1] / size[1] as f32);
+        let at = [0, 1].map(|i| (pixel[i] as f32 + 0.5 - 0.5 * size[i] as f32) * scale + 0.5 * whole[i]);
+        if (0..2).any(|i| at[i] < 0.0 || at[i] >= whole[i]) {
+            return Ok(None);
+        }
+        let (x, y) = (at[0] as u32, at[1] as u32);
+        let layer = y / maps.size[1] * columns + x / maps.size[0];
+        let (x, y) = (x % maps.size[0], y % maps.size[1]);
+        let index = (layer as u64 * maps.size[1] as u64 + y as u64) * maps.size[0] as u64 + x as u64;
+        let Some(band) = self.bands.iter().find(|b| (b.first..b.first + b.count).contains(&index)) else {
+            return Ok(None);
+        };
+        let count = bytemuck::pod_read_unaligned(&gpu.read_range(&band.counts, (index - band.first) * 4, 4)?);
+        Ok(Some([x, y, layer, count]))
+    }
+
+    /// Triangles of the technique's draws: sent, and left after clipping. None where the adapter cannot count them.
+    pub fn triangles(&self, gpu: &Gpu) -> Result<Option<[u64; 2]>> {
+        self.triangles.as_ref().map_or(Ok(None), |t| t.read(gpu))
+    }
+}
+
+impl Band {
+    fn words(&self, maps: Maps) -> Counting {
+        let Maps { size, layers } = maps;
+        Counting { size, layers, first: self.first as u32, count: self.count as u32, padding: 0 }
+    }
+}
+
+impl Frame<'_> {
+    /// Whether the frame is to be analysed, so that `analyse` has an effect.
+    pub fn wants_analysis(&self) -> bool {
+        self.analysis.is_some()
+    }
+
+    /// Runs the technique's analysis pass (`shaders/lib/analysis.wgsl`, entry point `analyse`) over its maps, if the
+    /// frame asks for it. `bound`: what its `place` needs.
+    pub fn analyse(&mut self, pass: &Pass, maps: Maps, bound: &[(&'static str, Resource)]) {
+        let Some(analysis) = self.analysis.as_deref_mut() else { return };
+        let recorder = &mut self.recorder;
+        let aliasing =
+            analysis.aliasing.get(recorder.gpu, "aliasing", self.size, wgpu::TextureFormat::Rgba32Float, STORED);
+        analysis.hold(recorder.gpu, maps);
+        for band in &analysis.bands {
+            recorder.clear(&band.counts);
+            let mut run = recorder.run(pass);
+            for (name, resource) in bound {
+                run = run.bind(name, resource.clone());
+            }
+            run.bind("aliasing_out", &aliasing)
+                .bind("counting", &band.uniform)
+                .bind("counts", &band.counts)
+                .per_pixel();
+        }
+        self.shown = match self.setup.view.as_str() {
+            "counts" => {
+                for band in &analysis.bands {
+                    let run = recorder.run(&analysis.draw_counts);
+                    run.bind("counting", &band.uniform).bind("counts", &band.counts).per_pixel();
+                }
+                Some(Shown::Counts)
+            }
+            id => match view::ALIASING.iter().position(|v| *v == id) {
+                Some(channel) => Some(Shown::Aliasing(aliasing, channel as u32)),
+                None => self.shown.take(),
+            },
+        };
+    }
+}
