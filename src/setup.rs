@@ -155,7 +155,7 @@ impl Setup {
     pub fn to_toml(&self, file: &Path) -> Result<String> {
         let mut setup = self.clone();
         let folder = file.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        if !builtin::NAMES.contains(&self.scene.as_str())
+        if !builtin::is_builtin(&self.scene)
             && let (Ok(scene), Ok(folder)) = (Path::new(&self.scene).canonicalize(), folder.canonicalize())
             && let Some(path) = pathdiff::diff_paths(scene, folder)
         {
@@ -333,7 +333,7 @@ pub fn load_scene(name: &str) -> Result<Scene> {
 /// A scene's name as a set-up in `folder` means it: a path counts from there if such a file exists.
 fn beside(name: &str, folder: &Path) -> String {
     let path = folder.join(name);
-    if !builtin::NAMES.contains(&name) && path.exists() { path.to_string_lossy().into_owned() } else { name.into() }
+    if !builtin::is_builtin(name) && path.exists() { path.to_string_lossy().into_owned() } else { name.into() }
 }
 
 /// One of the scene's cameras by name.

@@ -2,6 +2,7 @@
 
 use super::{Listed, print};
 use crate::gpu;
+use crate::measure::stability::CASES;
 use crate::scene::builtin;
 use crate::{techniques, view};
 use anyhow::Result;
@@ -36,6 +37,12 @@ pub fn list(what: Listed, json: bool) -> Result<()> {
                 )
             });
             (value.collect(), text.collect())
+        }
+        Listed::Cases => {
+            let value =
+                CASES.iter().map(|c| serde_json::json!({"id": c.id, "axis": c.axis, "frames": c.frames, "doc": c.doc}));
+            let text = CASES.iter().map(|c| (c.id.to_string(), format!("{}. {}", c.axis, c.doc)));
+            (value.collect(), pairs(text.collect()))
         }
         Listed::Techniques => {
             let value = techniques::ALL.iter().map(|i| {

@@ -3,6 +3,7 @@
 mod advise;
 mod list;
 mod measure;
+mod stability;
 mod sweep;
 
 use crate::frame::Renderer;
@@ -94,6 +95,11 @@ enum Command {
         /// Which; all if none is named.
         ids: Vec<String>,
     },
+    /// Run techniques along paths on which some fail: error and flicker of each.
+    Stability {
+        #[command(flatten)]
+        wanted: stability::Wanted,
+    },
     /// Name what there is.
     List {
         what: Listed,
@@ -134,6 +140,7 @@ struct Wanted {
 #[derive(Clone, Copy, clap::ValueEnum)]
 enum Listed {
     Scenes,
+    Cases,
     Techniques,
     Views,
     Adapters,
@@ -174,6 +181,7 @@ pub fn run() -> Result<ExitCode> {
         Some(Command::Advise { wanted, techniques, limits }) => {
             return advise::run(wanted, techniques, limits, adapter);
         }
+        Some(Command::Stability { wanted }) => stability::run(wanted, adapter),
         Some(Command::Reproduce { ids }) => reproduce(&ids, adapter),
         Some(Command::List { what, json }) => list::list(what, json),
         Some(Command::Tour { output }) => tour::write(&output, adapter),

@@ -4,6 +4,7 @@ mod arches;
 mod bench;
 mod blocks;
 mod builder;
+mod cases;
 mod cubes;
 mod hall;
 mod observatory;
@@ -11,6 +12,8 @@ mod pavilion;
 mod terrain;
 
 use super::Scene;
+
+pub use cases::CASES;
 
 /// A generated scene: how it is called, what it shows, what makes it.
 pub struct Builtin {
@@ -59,10 +62,16 @@ pub const NAMES: &[&str] = &{
     names
 };
 
-/// Generates the scene called `name`; the same one, bit for bit, at every call.
+/// Generates the scene called `name`, one of [`NAMES`] or a stability case; the same one, bit for bit, at every call.
 pub fn build(name: &str) -> Option<Scene> {
-    let scene = SCENES.iter().find(|scene| scene.name == name)?;
-    Some((scene.build)())
+    let scenes = SCENES.iter().map(|scene| (scene.name, scene.build));
+    let (_, build) = scenes.chain(CASES.iter().map(|case| (case.id, case.build))).find(|(known, _)| *known == name)?;
+    Some(build())
+}
+
+/// Whether [`build`] knows the name.
+pub fn is_builtin(name: &str) -> bool {
+    NAMES.contains(&name) || CASES.iter().any(|case| case.id == name)
 }
 
 #[cfg(test)]

@@ -1,0 +1,34 @@
+//! A floor and nothing else.
+
+use super::{FRAMES, direction, eye, floor, look, paving, sun};
+use crate::measure::stability::Case;
+use crate::scene::builtin::builder::{Builder, light};
+use crate::scene::{Camera, Scene};
+use glam::vec3;
+
+pub const CASE: Case = Case {
+    id: "st-single-plane",
+    doc: "One level plane, seen from above until the horizon rises into the picture: the ground truth of aliasing error, \
+          where lixel-per-pixel and optimal-light-plane can be exact until the plane is edge-on; any shadow here is acne.",
+    axis: "camera's pitch, °",
+    value: pitch,
+    place: |setup, t| setup.camera = camera_at(t),
+    frames: FRAMES,
+    build,
+};
+
+fn pitch(t: f32) -> f32 {
+    -75.0 + 67.0 * t
+}
+
+fn camera_at(t: f32) -> Camera {
+    let from = vec3(0.0, 3.0, 0.0);
+    look(from, from + direction(0.0, pitch(t)) * 6.0, 50.0, 0.2, 200.0)
+}
+
+fn build() -> Scene {
+    let mut b = Builder::new(CASE.id);
+    let ground = paving(&mut b);
+    floor(&mut b, ground, [-60.0, -100.0], [60.0, 20.0], 0.0);
+    b.finish(eye(camera_at(0.0)), vec![light("sun", sun(-50.0, 40.0))])
+}
