@@ -1,8 +1,20 @@
-//! Error against cost: what the window's chart, `chart` and the reports have in common.
+//! Error against cost: what the window's chart, `chart` and the reports have in common, and charts for paper.
+
+mod canvas;
+mod error_cost;
+mod labels;
+mod lines;
+mod raster;
+mod scale;
+
+pub use canvas::escape;
+pub use error_cost::svg;
+pub use lines::{Line, Lines, lines_svg};
+pub use raster::png;
 
 use crate::measure::Record;
 use crate::techniques;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// A number of a [`Record`] that can be put on an axis.
 pub struct Axis {
@@ -38,8 +50,8 @@ pub const ERRORS: &[Axis] = &[
     Axis {
         id: "boundary_p95_px",
         title: "boundary error (95th percentile), pixels",
-        doc: "How far wrong pixels lie from the true shadow edge.",
-        get: |r| r.boundary_p95_px,
+        doc: "How far wrong pixels lie from the true shadow edge; 0 where none is wrong.",
+        get: |r| r.boundary_p95_px.or((r.lit_incorrect + r.shadow_incorrect == 0).then_some(0.0)),
     },
     Axis {
         id: "flicker",
@@ -83,7 +95,14 @@ pub const COSTS: &[Axis] = &[
     },
 ];
 
-/// Records of one technique that differ in its main parameter only, in its order.
+/// Where a record stands in a chart, (cost, error); None if it lacks one of the two.
+pub fn point(record: &Record, x: &Axis, y: &Axis) -> Option<(f64, f64)> {
+    let usable = |v: &f64| v.is_finite() && *v >= 0.0;
+    Some(((x.get)(record).filter(usable)?, (y.get)(record).filter(usable)?))
+}
+
+/// Records that differ in their technique's main parameter only, in its order.
+#[derive(Clone, Debug, PartialEq)]
 pub struct Series {
     pub technique: String,
     /// The technique's id and what else sets the line apart: `pcf kernel=5`.
@@ -92,41 +111,85 @@ pub struct Series {
     pub points: Vec<usize>,
 }
 
-/// Sorts records into lines: one for each technique and each combination of its other parameters that vary.
+/// Sorts records into lines: one for each technique and each combination of its other parameters that vary, and of the
+/// scene, size, camera, light, clock, seed and adapter where the records differ in them. Lines come in the order of
+/// [`techniques::ALL`], then by the values that set them apart.
 pub fn series(records: &[Record]) -> Vec<Series> {
-    let mut out: Vec<Series> = Vec::new();
+    let traits: Vec<Vec<Trait>> = records.iter().map(traits).collect();
+    let mut values: BTreeMap<(&str, &str), BTreeSet<&str>> = BTreeMap::new();
+    for (of, name, value) in traits.iter().flatten() {
+        values.entry((of, name)).or_default().insert(value);
+    }
+    let mut found: BTreeMap<(usize, &str, Vec<Sorted>), Series> = BTreeMap::new();
     for (i, r) in records.iter().enumerate() {
-        let main = main_parameter(&r.technique);
-        let alike = |o: &&Record| o.technique == r.technique;
-        let others = r.values().into_iter().filter(|(name, _)| Some(*name) != main);
         let mut label = r.technique.clone();
-        for (name, value) in others {
-            let all: BTreeSet<&str> = records
-                .iter()
-                .filter(alike)
-                .flat_map(|o| o.values())
-                .filter(|(n, _)| *n == name)
-                .map(|(_, v)| v)
-                .collect();
+        let mut key = Vec::new();
+        for (of, name, value) in &traits[i] {
+            let all = &values[&(*of, *name)];
             if all.len() > 1 {
-                label += &format!(" {name}={value}");
+                label += &match *name {
+                    "scene" | "size" => format!(" {value}"),
+                    // Too long to print: their place among those there are.
+                    "camera" | "light" | "adapter" => {
+                        format!(" {name} {}", all.iter().position(|v| v == value).unwrap_or(0) + 1)
+                    }
+                    _ => format!(" {name}={value}"),
+                };
+                key.push(Sorted::of(value));
             }
         }
-        match out.iter_mut().find(|s| s.label == label) {
-            Some(s) => s.points.push(i),
-            None => out.push(Series { technique: r.technique.clone(), label, points: vec![i] }),
-        }
+        let new = || Series { technique: r.technique.clone(), label, points: vec![] };
+        found.entry((place(&r.technique), &r.technique, key)).or_insert_with(new).points.push(i);
     }
+    let mut out: Vec<Series> = found.into_values().collect();
     for s in &mut out {
-        let main = main_parameter(&s.technique);
-        let place = |i: &usize| {
-            let values = records[*i].values();
-            let value = values.iter().find(|(n, _)| Some(*n) == main).map(|(_, v)| *v).unwrap_or_default();
-            value.parse::<f64>().unwrap_or(0.0)
-        };
-        s.points.sort_by(|a, b| place(a).total_cmp(&place(b)));
+        s.points.sort_by_cached_key(|i| (Sorted::of(main_value(&records[*i]).unwrap_or_default()), records[*i].index));
     }
     out
+}
+
+/// Numbers in their order, then words in theirs.
+#[derive(PartialEq, Eq, PartialOrd, Ord)]
+enum Sorted {
+    Number(i128),
+    Word(String),
+}
+
+impl Sorted {
+    fn of(text: &str) -> Sorted {
+        // Nine digits behind the point are more than any parameter is written with.
+        text.parse::<f64>().map_or_else(|_| Sorted::Word(text.into()), |v| Sorted::Number((v * 1e9).round() as i128))
+    }
+}
+
+/// What sets a record apart: the technique whose parameter it is (or none), its name and value.
+type Trait<'a> = (&'a str, &'a str, String);
+
+/// What sets a record apart from others besides its technique and main parameter.
+fn traits(r: &Record) -> Vec<Trait<'_>> {
+    let main = main_parameter(&r.technique);
+    let own = r.values().into_iter().filter(|(name, _)| Some(*name) != main);
+    let mut out: Vec<_> = own.map(|(name, value)| (r.technique.as_str(), name, value.to_string())).collect();
+    out.push(("", "scene", r.scene.clone()));
+    out.push(("", "size", format!("{}×{}", r.width, r.height)));
+    if let Ok(setup) = serde_json::from_str::<serde_json::Value>(&r.setup) {
+        for name in ["camera", "light", "time", "animation", "seed"] {
+            out.push(("", name, setup[name].to_string()));
+        }
+    }
+    out.push(("", "adapter", r.adapter.clone()));
+    out
+}
+
+/// A technique's place in [`techniques::ALL`], which is also its number in [`COLORS`]; unknown ones stand behind.
+pub fn place(technique: &str) -> usize {
+    techniques::ALL.iter().position(|i| i.id == technique).unwrap_or(techniques::ALL.len())
+}
+
+/// The value of a record's main parameter.
+pub fn main_value(record: &Record) -> Option<&str> {
+    let main = main_parameter(&record.technique)?;
+    record.values().into_iter().find(|(name, _)| *name == main).map(|(_, value)| value)
 }
 
 /// The parameter that a technique's line runs over.
@@ -134,9 +197,11 @@ pub fn main_parameter(technique: &str) -> Option<&'static str> {
     techniques::find(technique)?.main.first().map(|(name, _)| *name)
 }
 
-/// Indices of the points that no other beats in both numbers, by ascending x. Points are (cost, error).
+/// Indices of the points that no other beats, by ascending cost: none is at least as good in both numbers and better in
+/// one. Points are (cost, error). Of equal points the first stands for all; those that are no numbers are left out.
 pub fn pareto(points: &[(f64, f64)]) -> Vec<usize> {
-    let mut order: Vec<usize> = (0..points.len()).collect();
+    let mut order: Vec<usize> =
+        (0..points.len()).filter(|i| !points[*i].0.is_nan() && !points[*i].1.is_nan()).collect();
     order.sort_by(|a, b| points[*a].0.total_cmp(&points[*b].0).then(points[*a].1.total_cmp(&points[*b].1)));
     let mut least = f64::INFINITY;
     order.retain(|i| {

@@ -1,6 +1,7 @@
 //! The command line.
 
 mod advise;
+mod chart;
 mod list;
 mod measure;
 mod stability;
@@ -100,6 +101,8 @@ enum Command {
         #[command(flatten)]
         wanted: stability::Wanted,
     },
+    /// Draw error against cost from measured rows.
+    Chart(chart::Wanted),
     /// Name what there is.
     List {
         what: Listed,
@@ -177,6 +180,7 @@ pub fn run() -> Result<ExitCode> {
         }
         Some(Command::Measure { wanted, techniques, output }) => measure::run(wanted, techniques, output, adapter),
         Some(Command::Sweep { wanted, techniques, output }) => sweep::run(wanted, techniques, output, adapter),
+        Some(Command::Chart(wanted)) => chart::run(&wanted),
         Some(Command::Merge { parts, output }) => sweep::merge(&parts, &output),
         Some(Command::Advise { wanted, techniques, limits }) => {
             return advise::run(wanted, techniques, limits, adapter);

@@ -104,7 +104,7 @@ pub fn run(mut wanted: Wanted, ids: Vec<String>, output: Output, adapter: Option
     }
     eprintln!("{} holds {} rows", output.output.display(), rows.len());
     if let Some(folder) = &output.report {
-        measure::report::write(&rows, &mut renderer, folder)?;
+        measure::report::write(&rows, &format!("Sweep of {}", setup.scene), folder, &mut renderer)?;
         eprintln!("wrote {}", folder.join("index.html").display());
     }
     Ok(())

@@ -1,0 +1,72 @@
+//! `chart`: error against cost from measured rows.
+
+use super::try_file;
+use crate::chart::{self, Axis, COSTS, ERRORS};
+use crate::measure::{self, Record};
+use anyhow::{Context, Result, bail, ensure};
+use std::path::PathBuf;
+
+#[derive(clap::Args)]
+pub struct Wanted {
+    /// Results of sweeps and measurements, .csv or .json; several are joined.
+    #[arg(required = true)]
+    results: Vec<PathBuf>,
+    /// File to write: .svg or .png.
+    #[arg(short, long)]
+    output: PathBuf,
+    /// The cost: gpu_ms, ratio, cost, gpu_bytes or rays.
+    #[arg(long, default_value = COSTS[0].id)]
+    x: String,
+    /// The error: error_share, rmse, flip, boundary_p95_px or flicker.
+    #[arg(long, default_value = ERRORS[0].id)]
+    y: String,
+    /// Heading of the chart.
+    #[arg(long, default_value = "")]
+    title: String,
+    /// Width of a .png, pixels.
+    #[arg(long, default_value_t = 1400)]
+    width: u32,
+}
+
+pub fn run(wanted: &Wanted) -> Result<()> {
+    let (x, y) = (axis("--x", &wanted.x, COSTS)?, axis("--y", &wanted.y, ERRORS)?);
+    let name = wanted.output.display();
+    let ends = |e: &str| wanted.output.extension().is_some_and(|f| f.eq_ignore_ascii_case(e));
+    ensure!(ends("svg") || ends("png"), "{name}: a chart's file name ends in .svg or .png");
+    let mut rows: Vec<Record> = Vec::new();
+    for path in &wanted.results {
+        rows.append(&mut measure::read(path)?);
+    }
+    ensure!(!rows.is_empty(), "there is nothing to draw: the results hold no rows");
+    for axis in [x, y] {
+        let missing = rows.iter().filter(|r| (axis.get)(r).is_none()).count();
+        if missing > 0 {
+            let why = why_missing(axis);
+            ensure!(missing < rows.len(), "there is nothing to draw: no row has a value for {}; {why}", axis.id);
+            eprintln!("left out: {missing} of {} rows, which have no value for {}; {why}", rows.len(), axis.id);
+        }
+    }
+    let svg = chart::svg(&rows, x, y, &wanted.title)?;
+    let bytes = if ends("png") { chart::png(&svg, wanted.width)? } else { svg.into_bytes() };
+    try_file(&wanted.output)?;
+    std::fs::write(&wanted.output, bytes).with_context(|| super::cannot_write(&wanted.output))?;
+    eprintln!("wrote {name}");
+    Ok(())
+}
+
+fn why_missing(axis: &Axis) -> &'static str {
+    match axis.id {
+        "flicker" => "only a sweep or measurement with --flicker measures it",
+        "boundary_p95_px" => "the truth has no shadow edge there",
+        "ratio" => "shadow-map does not serve that light",
+        _ => "the file does not hold it",
+    }
+}
+
+fn axis(option: &str, id: &str, axes: &'static [Axis]) -> Result<&'static Axis> {
+    let Some(axis) = axes.iter().find(|a| a.id == id) else {
+        let ids: Vec<&str> = axes.iter().map(|a| a.id).collect();
+        bail!("{option} {id}: there is no such axis; there are {}", ids.join(", "));
+    };
+    Ok(axis)
+}
