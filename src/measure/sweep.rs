@@ -18,8 +18,8 @@ pub enum Step {
 }
 
 /// Configurations that take turns in one timing: enough that drift cancels, few enough that their maps fit.
-const TURNS: usize = 8;
-const TURNS_BYTES: u64 = 1 << 30;
+const TURNS: usize = 16;
+const TURNS_BYTES: u64 = 2 << 30;
 /// The technique that times are given as a multiple of.
 const BASELINE: &str = "shadow-map";
 /// Share of a configuration's work that its errors take, roughly: for the progress only.
