@@ -130,3 +130,45 @@ fn lines(setup: &Setup, techniques: &[String]) -> Result<(Vec<Setup>, Vec<Line>)
     }
     Ok((all, lines))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::measure::read;
+    use std::path::Path;
+
+    /// Sweeps of all main parameters that were measured once (480 × 270 pixels, software adapter), as the search finds
+    /// them: its answers against the best in the whole table.
+    #[test]
+    fn a_third_of_a_measured_space_is_enough() {
+        for scene in ["bench", "terrain"] {
+            let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("tests/data/{scene}.csv"));
+            let rows = read(&path).unwrap();
+            let sample = |r: &Record| Sample { error: r.error_share, cost: Advice::cost(r) };
+            let mut families: Vec<String> = Vec::new();
+            let mut lines = Vec::new();
+            for s in chart::series(&rows) {
+                let known = families.iter().position(|f| *f == s.technique);
+                let family = known.unwrap_or(families.len());
+                if known.is_none() {
+                    families.push(s.technique);
+                }
+                lines.push(Line { family, configurations: s.points });
+            }
+            assert!(rows.len() > 40 && lines.len() > 7, "{scene}: {} rows in {} lines", rows.len(), lines.len());
+            for error in [0.02, 0.005, 0.001] {
+                let lines: Vec<Line> =
+                    lines.iter().map(|l| Line { family: l.family, configurations: l.configurations.clone() }).collect();
+                let mut search = Search::new(lines, rows.len() / SHARE);
+                let wanted = Wanted { error, cost: f64::INFINITY };
+                let answer = search.cheapest(wanted, &mut |i| Ok(sample(&rows[i]))).unwrap().unwrap();
+                let all = rows.iter().map(sample).filter(|s| wanted.met(s)).map(|s| s.cost);
+                let best = all.fold(f64::INFINITY, f64::min);
+                let found = sample(&rows[answer]);
+                assert!(wanted.met(&found), "{scene} at {error}: {found:?}");
+                assert!(found.cost <= best * 1.1, "{scene} at {error}: {} for {best}", found.cost);
+                assert!(search.measured() * SHARE <= rows.len(), "{scene} at {error}: {} measured", search.measured());
+            }
+        }
+    }
+}

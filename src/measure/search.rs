@@ -46,7 +46,7 @@ const COST_STEP: f64 = 0.15;
 const LEAST: f64 = 1e-9;
 /// How much better than predicted a candidate may be and is still tried: on a line with measurements of its own, and
 /// on one that is known from its family only.
-const HOPE: [f64; 2] = [0.9, 0.55];
+const HOPE: [f64; 2] = [0.8, 0.55];
 
 /// All that is known so far.
 pub struct Search {

@@ -106,10 +106,10 @@ pub fn time_one(
     tick: &mut dyn FnMut(f32) -> bool,
 ) -> Result<()> {
     let mut lanes = vec![setup.clone()];
-    lanes.extend(anchor.cloned());
+    let base = anchor.map(|a| lane_of(&mut lanes, a));
     let times = timing::time(renderer, &lanes, tick)?;
     enter(record, &times[0]);
-    record.cost = times.get(1).map(|base| record.gpu_ms / base.gpu.median);
+    record.cost = base.map(|lane| record.gpu_ms / times[lane].gpu.median);
     Ok(())
 }
 
