@@ -2,12 +2,15 @@
 
 use egui_kittest::kittest::{NodeT, Queryable};
 use egui_kittest::{Harness, Node};
+use shadowscope::chart;
 use shadowscope::light::Light;
+use shadowscope::measure::advise::{Advice, Budget};
+use shadowscope::measure::{self, Record, params_text, stability};
 use shadowscope::params::Value;
 use shadowscope::scene::geometry::Geometry;
 use shadowscope::setup::Setup;
 use shadowscope::techniques;
-use shadowscope::ui::{self, Action, Model};
+use shadowscope::ui::{self, Action, Job, Model, Reading, Tab, Traced};
 use std::sync::Arc;
 
 struct State {
@@ -225,4 +228,339 @@ fn digits_choose_views() {
     harness.key_press(egui::Key::Num5);
     harness.run_steps(2);
     assert_eq!(setup(&harness).view, "error");
+}
+
+/// A row as a sweep of the harness's scene would measure it.
+fn row(setup: &Setup, technique: &str, resolution: Option<i64>, error: f64, ms: f64) -> Record {
+    let mut setup = Setup { view: "shaded".into(), ..setup.clone() };
+    setup.select(technique).unwrap();
+    if let Some(resolution) = resolution {
+        let values = setup.params.get_mut(technique).unwrap();
+        values.insert("resolution".into(), Value::Int(resolution));
+    }
+    Record {
+        technique: technique.into(),
+        params: params_text(setup.values()),
+        scene: setup.scene.clone(),
+        width: setup.size[0],
+        height: setup.size[1],
+        facing: 1000,
+        error_share: error,
+        gpu_ms: ms,
+        gpu_bytes: resolution.map_or(0, |r| (r * r * 4) as u64),
+        texels: resolution.map(|r| (r * r) as u64),
+        texels_covered: resolution.map(|r| (r * r / 4) as u64),
+        setup: serde_json::to_string(&setup).unwrap(),
+        ..Record::default()
+    }
+}
+
+fn rows(setup: &Setup) -> Vec<Record> {
+    vec![
+        row(setup, "shadow-map", Some(256), 0.02, 0.1),
+        row(setup, "shadow-map", Some(512), 0.01, 0.3),
+        row(setup, "pcf", Some(512), 0.008, 0.5),
+        row(setup, "pcf", Some(2048), 0.002, 2.0),
+        row(setup, "rt-hard", None, 0.0, 5.0),
+    ]
+}
+
+/// The chart with rows in it, open.
+fn charted() -> Harness<'static, State> {
+    let mut harness = harness("cubes", 800.0);
+    let rows = rows(&setup(&harness));
+    harness.state_mut().model.adopt(rows);
+    click(&mut harness, "Chart");
+    harness.run_steps(4);
+    harness
+}
+
+const POINT: &str = "pcf resolution 2048, mode grid, kernel 3";
+
+#[test]
+fn the_drawer_opens_under_the_picture_and_closes() {
+    let mut harness = harness("cubes", 800.0);
+    let whole = harness.state().picture;
+    for tab in ["Chart", "Stability", "Advice"] {
+        click(&mut harness, tab);
+        harness.run_steps(2);
+        let left = harness.state().picture;
+        assert_eq!((left.min, left.width()), (whole.min, whole.width()), "{tab} moves the picture");
+        let share = left.height() / whole.height();
+        assert!(share > 0.5 && share < 0.6, "{tab} leaves {share} of the picture");
+    }
+    click(&mut harness, "Advice");
+    assert_eq!(harness.state().picture, whole);
+    harness.key_press(egui::Key::F2);
+    harness.run_steps(2);
+    assert_eq!(harness.state().model.drawer, Some(Tab::Chart));
+}
+
+#[test]
+fn nothing_in_the_drawer_is_clipped() {
+    use egui::accesskit::Role;
+    // The room that is left of the panel, with the harness's margin; in the smallest window the drawer scrolls.
+    for (size, bottom) in [([1280.0, 800.0], true), ([640.0, 384.0], false)] {
+        let mut harness = harness("st-jitter", 800.0);
+        harness.set_size(egui::vec2(size[0] + 16.0, size[1] + 16.0));
+        let rows = rows(&setup(&harness));
+        let found = advice(&rows, Some(3));
+        harness.state_mut().model.advice.found = Some(found);
+        harness.state_mut().model.adopt(rows);
+        let right = 8.0 + size[0] - 340.0;
+        for tab in ["Chart", "Stability", "Advice"] {
+            click(&mut harness, tab);
+            harness.run_steps(4);
+            assert_eq!(harness.state().picture.width(), size[0] - 340.0);
+            let mut seen = 0;
+            for role in [Role::Button, Role::ComboBox, Role::Slider, Role::SpinButton, Role::TextInput] {
+                for node in harness.get_all_by_role(role) {
+                    let rect = node.rect();
+                    let inside = rect.left() < right && rect.top() >= harness.state().picture.bottom();
+                    if inside {
+                        seen += 1;
+                        let name = node.accesskit_node().label().unwrap_or_default();
+                        assert!(rect.right() <= right, "{tab}: {name:?} reaches to {} of {right}", rect.right());
+                        assert!(!bottom || rect.bottom() <= 8.0 + size[1], "{tab}: {name:?} is cut off below");
+                    }
+                }
+            }
+            assert!(seen > 2, "{tab} shows {seen} controls at {size:?}");
+        }
+    }
+}
+
+#[test]
+fn a_click_on_a_point_applies_it_as_one_step() {
+    let mut harness = charted();
+    let before = setup(&harness);
+    // Labels of the lines are painted; points are there by name.
+    assert_eq!(harness.get_all_by_role(egui::accesskit::Role::Button).filter(is_point).count(), 5);
+    click(&mut harness, POINT);
+    let after = setup(&harness);
+    assert_eq!(after.technique, "pcf");
+    assert_eq!(after.values()["resolution"], Value::Int(2048));
+    assert_eq!((after.camera, after.light), (before.camera, before.light));
+    after.check().unwrap();
+    click(&mut harness, "Undo");
+    assert_eq!(setup(&harness), before, "a click is one step");
+    assert!(!harness.state().model.history.can_undo());
+    click(&mut harness, "Redo");
+    assert_eq!(setup(&harness), after);
+}
+
+fn is_point(node: &Node) -> bool {
+    let label = node.accesskit_node().label().unwrap_or_default();
+    techniques::ALL.iter().any(|i| label.starts_with(&format!("{} ", i.id)))
+}
+
+#[test]
+fn a_point_of_another_view_or_scene_brings_it_along() {
+    let mut harness = harness("cubes", 800.0);
+    let before = setup(&harness);
+    let mut moved = before.clone();
+    moved.camera.position.x += 2.0;
+    let (other, _) = Setup::open("blocks").unwrap();
+    let rows = [row(&moved, "pcf", Some(512), 0.01, 0.1), row(&other, "pcf", Some(1024), 0.001, 1.0)];
+    harness.state_mut().model.adopt(rows);
+    click(&mut harness, "Chart");
+    click(&mut harness, "pcf resolution 512, mode grid, kernel 3");
+    assert_eq!(setup(&harness).camera, moved.camera);
+    click(&mut harness, "Undo");
+    assert_eq!(setup(&harness), before, "the camera belongs to the step");
+    harness.state_mut().actions.clear();
+    click(&mut harness, "pcf resolution 1024, mode grid, kernel 3");
+    let asked = &harness.state().actions;
+    assert!(matches!(&asked[..], [Action::Restore(s)] if s.scene == "blocks" && s.technique == "pcf"), "{asked:?}");
+    assert_eq!(setup(&harness), before, "until the scene is there");
+}
+
+#[test]
+fn the_axes_can_be_changed() {
+    let mut harness = charted();
+    let place = |h: &Harness<'static, State>, label: &str| h.get_by_label(label).rect().center();
+    let fast = "shadow-map resolution 256";
+    assert!(place(&harness, fast).x < place(&harness, "rt-hard ").x, "the faster stands to the left");
+    assert!(place(&harness, fast).y < place(&harness, POINT).y, "the more exact stands below");
+    click(&mut harness, "cost axis");
+    click(&mut harness, "GPU memory held, bytes");
+    harness.run_steps(4);
+    assert_eq!(chart::COSTS[harness.state().model.chart.cost].id, "gpu_bytes");
+    assert!(place(&harness, fast).x > place(&harness, "rt-hard ").x, "rays hold no memory");
+    click(&mut harness, "error axis");
+    click(&mut harness, "flicker, share of pixels a frame");
+    harness.run_steps(4);
+    assert_eq!(harness.get_all_by_role(egui::accesskit::Role::Button).filter(is_point).count(), 0, "none has flicker");
+}
+
+#[test]
+fn a_sweep_is_asked_for_with_the_techniques_chosen() {
+    let mut harness = charted();
+    click(&mut harness, "pcf");
+    click(&mut harness, "rt-hard");
+    let axes = [measure::Axis::parse("resolution=256..8192*2").unwrap()];
+    let expected = measure::expand(&setup(&harness), &["shadow-map".into()], &axes, false).unwrap();
+    click(&mut harness, &format!("Sweep {} configurations", expected.len()));
+    assert_eq!(harness.state().actions, [Action::Sweep(expected)]);
+    harness.state_mut().model.measuring = Some(Job::new("Sweep"));
+    harness.run_steps(2);
+    click(&mut harness, "Cancel");
+    assert_eq!(harness.state().actions.last(), Some(&Action::CancelMeasuring));
+}
+
+#[test]
+fn a_point_tells_what_it_is_and_asks_for_its_picture() {
+    let mut harness = charted();
+    let place = harness.get_by_label(POINT).rect().center();
+    harness.hover_at(place);
+    harness.run_steps(40);
+    harness.get_by_label("0.200 %");
+    let row = harness.state().model.rows.iter().find(|r| r.params.contains("resolution=2048")).unwrap().setup.clone();
+    assert!(harness.state().actions.contains(&Action::Thumbnail(row)));
+}
+
+#[test]
+fn measured_again_a_row_takes_the_place_of_the_older() {
+    let mut harness = charted();
+    let again = row(&setup(&harness), "pcf", Some(2048), 0.003, 1.0);
+    harness.state_mut().model.adopt([again.clone()]);
+    let rows = &harness.state().model.rows;
+    assert_eq!((rows.len(), rows.last()), (5, Some(&again)));
+}
+
+#[test]
+fn needs_stand_beside_the_technique_once_measured() {
+    let mut harness = harness("cubes", 2400.0);
+    let now = setup(&harness);
+    assert!(harness.query_by_label("texels covered").is_none());
+    let measured = row(&now, "shadow-map", Some(1024), 0.01, 1.0);
+    harness.state_mut().model.adopt([measured]);
+    harness.run_steps(3);
+    harness.get_by_label("texels covered");
+    harness.get_by_label("262 144 of 1 048 576 (25.0 %)");
+    harness.state_mut().model.setup.camera.position.x += 1.0;
+    harness.run_steps(3);
+    assert!(harness.query_by_label("texels covered").is_none(), "measured from elsewhere");
+}
+
+#[test]
+fn the_timeline_places_the_setup_and_leaves_no_steps() {
+    // Its sun moves, which would be a step; a camera that moves never is.
+    let mut harness = harness("st-grazing", 800.0);
+    let case = stability::find("st-grazing").unwrap();
+    click(&mut harness, "Stability");
+    let before = setup(&harness);
+    let placed = |h: &Harness<'static, State>| {
+        let mut expected = before.clone();
+        (case.place)(&mut expected, h.state().model.timeline.t);
+        expected
+    };
+    let slider = harness.get_by_role_and_label(egui::accesskit::Role::Slider, "t").rect();
+    for x in [0.3, 0.7] {
+        harness.drag_at(slider.left_center() + egui::vec2(slider.width() * x, 0.0));
+        harness.run_steps(2);
+        harness.drop_at(slider.left_center() + egui::vec2(slider.width() * x, 0.0));
+        harness.run_steps(3);
+        let t = harness.state().model.timeline.t;
+        assert!((t - x).abs() < 0.1, "{t} for {x}");
+        assert_eq!(setup(&harness), placed(&harness));
+        assert_ne!(setup(&harness), before);
+    }
+    // In the chart, under the slider.
+    let at = egui::pos2(slider.left(), slider.bottom() + 80.0);
+    harness.hover_at(at);
+    harness.drag_at(at);
+    harness.run_steps(1);
+    harness.drop_at(at);
+    harness.run_steps(3);
+    let t = harness.state().model.timeline.t;
+    assert!(t > 0.05 && t < 0.6, "{t}");
+    assert_eq!(setup(&harness), placed(&harness));
+    harness.state_mut().model.timeline.playing = true;
+    harness.state_mut().model.advance(0.5);
+    assert!(harness.state().model.timeline.t > t);
+    assert_eq!(setup(&harness), placed(&harness));
+    assert!(!harness.state().model.history.can_undo());
+    click(&mut harness, "Run");
+    let all = harness.state().model.techniques();
+    assert_eq!(harness.state().actions, [Action::Stability("st-grazing", all, case.frames)]);
+}
+
+fn advice(tried: &[Record], answer: Option<usize>) -> (Budget, Advice) {
+    let budget = Budget { max_error: 0.005, max_ratio: None };
+    let closest = if answer.is_none() { Some(2) } else { None };
+    let frontier = (0..tried.len()).collect();
+    (budget, Advice { answer, closest, halved: None, frontier, tried: tried.to_vec(), space: 19 })
+}
+
+#[test]
+fn advice_is_asked_for_and_applied() {
+    let mut harness = harness("cubes", 800.0);
+    click(&mut harness, "Advice");
+    click(&mut harness, "Find the cheapest");
+    let all = harness.state().model.techniques();
+    let budget = Budget { max_error: 0.005, max_ratio: None };
+    assert_eq!(harness.state().actions, [Action::Advise(budget, all)]);
+    let before = setup(&harness);
+    let rows = rows(&before);
+    harness.state_mut().model.advice.found = Some(advice(&rows, Some(3)));
+    harness.run_steps(3);
+    harness.get_by_label("Measured 5 of 19 configurations.");
+    harness.get_by_label("Margin: 60 % of the error allowed is to spare.");
+    click(&mut harness, "Apply");
+    assert_eq!(
+        (setup(&harness).technique.as_str(), &setup(&harness).values()["resolution"]),
+        ("pcf", &Value::Int(2048))
+    );
+    click(&mut harness, "Undo");
+    assert_eq!(setup(&harness), before);
+    click(&mut harness, "Apply shadow-map resolution 512");
+    assert_eq!(setup(&harness).values()["resolution"], Value::Int(512));
+    harness.state_mut().model.advice.found = Some(advice(&rows, None));
+    harness.run_steps(3);
+    harness.get_by_label("The closest miss");
+    click(&mut harness, "To the chart");
+    assert_eq!(harness.state().model.rows, rows);
+    assert_eq!(harness.state().model.drawer, Some(Tab::Chart));
+}
+
+#[test]
+fn values_are_read_under_the_pointer_where_the_view_has_them() {
+    let mut harness = harness("cubes", 800.0);
+    let picture = harness.state().picture;
+    let read = |h: &Harness<'static, State>| h.state().actions.contains(&Action::Read([0.25, 0.5]));
+    harness.hover_at(picture.min + picture.size() * egui::vec2(0.25, 0.5));
+    harness.run_steps(2);
+    assert!(!read(&harness), "a shaded picture has no values");
+    harness.state_mut().model.setup.view = "error".into();
+    harness.run_steps(2);
+    assert!(!read(&harness), "the truth is not there yet");
+    harness.state_mut().model.facts.traced = Traced::Fully;
+    harness.run_steps(2);
+    assert!(read(&harness));
+    harness.state_mut().actions.clear();
+    harness.state_mut().model.reading = Some(Reading { at: [0.25, 0.5], text: Some("visibility 1, truth 0".into()) });
+    harness.run_steps(2);
+    assert!(!read(&harness), "once is enough while the picture rests");
+}
+
+#[test]
+fn the_live_point_leaves_a_trail_that_ends() {
+    let mut harness = charted();
+    let base = setup(&harness);
+    let trail = |h: &Harness<'static, State>| h.state().model.chart.trail.len();
+    for (error, expected) in [(0.02, 1), (0.02, 1), (0.01, 2)] {
+        harness.state_mut().model.chart.live(row(&base, "shadow-map", Some(1024), error, 1.0));
+        harness.run_steps(2);
+        assert_eq!(trail(&harness), expected, "only what moves leaves a trail");
+    }
+    for i in 0..100 {
+        harness.state_mut().model.chart.live(row(&base, "pcf", Some(1024), 0.01 + i as f64 * 1e-4, 1.0));
+    }
+    harness.run_steps(2);
+    assert!(trail(&harness) < 100);
+    let (other, scene) = Setup::open("blocks").unwrap();
+    let bounds = harness.state().model.bounds;
+    harness.state_mut().model.open(other, Arc::new(scene), bounds, false);
+    assert_eq!(trail(&harness), 0, "another scene, another matter");
 }

@@ -1,10 +1,11 @@
-//! The real window on a virtual display: it opens, shows the scene, follows a click, and closes.
+//! The real window on a virtual display: it opens, shows the scene, follows clicks, sweeps, and closes.
 
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
+use shadowscope::params::Value;
 use shadowscope::scene::geometry::Geometry;
 use shadowscope::setup::Setup;
-use shadowscope::ui::{self, Model};
+use shadowscope::ui::{self, Job, Model, Tab};
 use std::io::{BufRead, BufReader};
 use std::path::Path;
 use std::process::{Child, Command, ExitStatus, Stdio};
@@ -66,13 +67,14 @@ fn cut(screen: &[u32], rect: egui::Rect) -> Vec<u32> {
     (top..bottom).flat_map(|y| screen[y * SIZE[0] + left..y * SIZE[0] + right].to_vec()).collect()
 }
 
-/// Where the layout puts the picture, and the button of a technique, in a window of our size.
-fn places(scene: &str, technique: &str) -> (egui::Rect, egui::Pos2) {
-    let (setup, scene) = Setup::open(scene).unwrap();
+/// The layout of a window of our size, without the window: to know where things are.
+fn layout(what: &str, prepare: impl Fn(&mut Model)) -> Harness<'static, (Model, egui::Rect)> {
+    let (setup, scene) = Setup::open(what).unwrap();
     let geometry = Geometry::new(&scene, 0, 0.0).unwrap();
-    let model = Model::new(setup, Arc::new(scene), geometry.bounds);
+    let mut model = Model::new(setup, Arc::new(scene), geometry.bounds);
+    prepare(&mut model);
     // The harness keeps a margin of 8 points around what it shows.
-    let size = [SIZE[0] as f32 + 16.0, SIZE[1] as f32 + 16.0];
+    let size = [SIZE[0] as f32 + 2.0 * MARGIN, SIZE[1] as f32 + 2.0 * MARGIN];
     let builder = Harness::builder().with_size(size).with_accessibility_check(false);
     let mut harness = builder.build_ui_state(
         |ui, (model, rect): &mut (Model, egui::Rect)| {
@@ -82,8 +84,82 @@ fn places(scene: &str, technique: &str) -> (egui::Rect, egui::Pos2) {
         (model, egui::Rect::NOTHING),
     );
     harness.run_steps(4);
-    let margin = egui::vec2(8.0, 8.0);
-    (harness.state().1.translate(-margin), harness.get_by_label(technique).rect().center() - margin)
+    harness
+}
+
+const MARGIN: f32 = 8.0;
+
+/// A rectangle of the harness in the window.
+fn placed(rect: egui::Rect) -> egui::Rect {
+    rect.translate(egui::Vec2::splat(-MARGIN))
+}
+
+/// Where the button with this label is in the window.
+fn button(harness: &Harness<'static, (Model, egui::Rect)>, label: &str) -> egui::Pos2 {
+    placed(harness.get_all_by_label(label).next().unwrap().rect()).center()
+}
+
+/// A virtual display with the program's window on it.
+struct Desktop {
+    window: Running,
+    display: String,
+    folder: tempfile::TempDir,
+    _xvfb: Running,
+}
+
+impl Desktop {
+    /// Opens the window on `what`; `files` are written into its folder first.
+    fn open(what: &str, files: &[(&str, &str)]) -> Desktop {
+        let folder = tempfile::tempdir().unwrap();
+        for (name, text) in files {
+            std::fs::write(folder.path().join(name), text).unwrap();
+        }
+        let screen_size = format!("{}x{}x24", SIZE[0], SIZE[1]);
+        let mut xvfb = Command::new("Xvfb");
+        // Without -noreset the server starts over when a client leaves it alone, under the feet of one that is just coming.
+        xvfb.args(["-displayfd", "1", "-noreset", "-nolisten", "tcp", "-screen", "0", &screen_size, "-fbdir"])
+            .arg(folder.path());
+        let mut xvfb = start(xvfb.stdout(Stdio::piped()).stderr(Stdio::null()));
+        let mut number = String::new();
+        BufReader::new(xvfb.0.stdout.take().unwrap()).read_line(&mut number).unwrap();
+        let display = format!(":{}", number.trim());
+        assert!(number.trim().parse::<u32>().is_ok(), "Xvfb did not start; ./setup.sh installs it");
+
+        let mut window = Command::new(env!("CARGO_BIN_EXE_shadowscope"));
+        window.arg(what).current_dir(&folder).env("DISPLAY", &display).env("XDG_RUNTIME_DIR", folder.path());
+        window.env_remove("WAYLAND_DISPLAY").env("WINIT_X11_SCALE_FACTOR", "1");
+        let window = start(&mut window);
+        let mut desktop = Desktop { window, display, folder, _xvfb: xvfb };
+        wait_for("the window", || {
+            let running = desktop.window.0.try_wait().unwrap().is_none();
+            assert!(running, "the program ended before its window was there");
+            desktop.xdotool(&["search", "--onlyvisible", "--name", "^Shadowscope$"]).then_some(())
+        });
+        desktop
+    }
+
+    fn xdotool(&self, args: &[&str]) -> bool {
+        let status = Command::new("xdotool").args(args).env("DISPLAY", &self.display).stdout(Stdio::null()).status();
+        status.unwrap_or_else(|e| panic!("xdotool cannot be started ({e}); ./setup.sh installs it")).success()
+    }
+
+    fn click(&self, at: egui::Pos2) {
+        self.xdotool(&["mousemove", &(at.x as i32).to_string(), &(at.y as i32).to_string()]);
+        // A mouse that jumps and clicks at once is hardly a mouse.
+        std::thread::sleep(Duration::from_millis(200));
+        self.xdotool(&["click", "1"]);
+    }
+
+    /// What the screen shows inside a rectangle.
+    fn look(&self, rect: egui::Rect) -> Option<Vec<u32>> {
+        Some(cut(&screen(self.folder.path())?, rect))
+    }
+
+    /// Presses a key. Without a window manager nobody else gives the window the keyboard.
+    fn key(&self, key: &str) {
+        assert!(self.xdotool(&["search", "--name", "^Shadowscope$", "windowfocus", "--sync"]));
+        assert!(self.xdotool(&["key", key]));
+    }
 }
 
 /// A screenshot of the picture that two looks agree on.
@@ -114,49 +190,115 @@ fn wait_for_exit(child: &mut Running) -> ExitStatus {
 
 #[test]
 fn the_window_opens_follows_a_click_and_closes() {
-    let folder = tempfile::tempdir().unwrap();
-    let screen_size = format!("{}x{}x24", SIZE[0], SIZE[1]);
-    let mut xvfb = Command::new("Xvfb");
-    // Without -noreset the server starts over when a client leaves it alone, under the feet of one that is just coming.
-    xvfb.args(["-displayfd", "1", "-noreset", "-nolisten", "tcp", "-screen", "0", &screen_size, "-fbdir"])
-        .arg(folder.path());
-    let mut xvfb = start(xvfb.stdout(Stdio::piped()).stderr(Stdio::null()));
-    let mut number = String::new();
-    BufReader::new(xvfb.0.stdout.take().unwrap()).read_line(&mut number).unwrap();
-    let display = format!(":{}", number.trim());
-    assert!(number.trim().parse::<u32>().is_ok(), "Xvfb did not start; ./setup.sh installs it");
-    let xdotool = |args: &[&str]| {
-        let status = Command::new("xdotool").args(args).env("DISPLAY", &display).stdout(Stdio::null()).status();
-        status.unwrap_or_else(|e| panic!("xdotool cannot be started ({e}); ./setup.sh installs it")).success()
-    };
-
-    let mut window = Command::new(env!("CARGO_BIN_EXE_shadowscope"));
-    window.arg("cubes").current_dir(&folder).env("DISPLAY", &display).env("XDG_RUNTIME_DIR", folder.path());
-    window.env_remove("WAYLAND_DISPLAY").env("WINIT_X11_SCALE_FACTOR", "1");
-    let mut window = start(&mut window);
-    wait_for("the window", || {
-        assert!(window.0.try_wait().unwrap().is_none(), "the program ended before its window was there");
-        xdotool(&["search", "--onlyvisible", "--name", "^Shadowscope$"]).then_some(())
-    });
-
-    let (picture, button) = places("cubes", "Ray-traced hard shadow");
+    let mut desktop = Desktop::open("cubes", &[]);
+    let layout = layout("cubes", |_| ());
     // The sun's widget and other marks lie at the edges.
-    let middle = picture.shrink2(egui::vec2(150.0, 150.0));
-    let mapped = settled(folder.path(), middle, |p| colours(p) > 50, "the picture");
+    let middle = placed(layout.state().1).shrink2(egui::vec2(150.0, 150.0));
+    let folder = desktop.folder.path().to_path_buf();
+    let mapped = settled(&folder, middle, |p| colours(p) > 50, "the picture");
 
-    xdotool(&["mousemove", &(button.x as i32).to_string(), &(button.y as i32).to_string()]);
-    xdotool(&["click", "1"]);
+    desktop.click(button(&layout, "Ray-traced hard shadow"));
     let differing = |p: &[u32]| p.iter().zip(&mapped).filter(|(a, b)| a != b).count();
-    let traced = settled(folder.path(), middle, |p| differing(p) > 20, "another technique's picture");
+    let traced = settled(&folder, middle, |p| differing(p) > 20, "another technique's picture");
     assert!(colours(&traced) > 50);
     // The same scene: only shadow edges differ.
     let share = differing(&traced) as f32 / traced.len() as f32;
     assert!(share < 0.2, "{} % of the picture changed", share * 100.0);
 
-    // Without a window manager nobody else gives it the keyboard.
-    assert!(xdotool(&["search", "--name", "^Shadowscope$", "windowfocus", "--sync"]));
-    assert!(xdotool(&["key", "ctrl+q"]));
-    let status = wait_for_exit(&mut window);
+    desktop.key("ctrl+q");
+    let status = wait_for_exit(&mut desktop.window);
+    assert!(status.success(), "the window closed with {status}");
+}
+
+/// The colour of a full pixel.
+fn rgb(color: egui::Color32) -> u32 {
+    u32::from_be_bytes([0, color.r(), color.g(), color.b()])
+}
+
+/// Places inside a rectangle of the screen that are this colour all around: the middles of markers, not of letters.
+fn spots(picture: &[u32], rect: egui::Rect, color: u32) -> Vec<egui::Pos2> {
+    let (width, height) = (rect.width() as usize, picture.len() / rect.width() as usize);
+    let mut out: Vec<egui::Pos2> = Vec::new();
+    for y in 2..height - 2 {
+        for x in 2..width - 2 {
+            let all = (y - 2..=y + 2).all(|y| (x - 2..=x + 2).all(|x| picture[y * width + x] == color));
+            let at = rect.min + egui::vec2(x as f32, y as f32);
+            if all && out.iter().all(|o| o.distance(at) > 8.0) {
+                out.push(at);
+            }
+        }
+    }
+    out
+}
+
+#[test]
+fn a_sweep_started_by_a_click_makes_points_and_a_click_on_one_applies_it() {
+    let small = "scene = \"cubes\"\nsize = [160, 90]\n";
+    let mut desktop = Desktop::open("small.toml", &[("small.toml", small)]);
+    let what = desktop.folder.path().join("small.toml").to_string_lossy().into_owned();
+    let closed = layout(&what, |_| ());
+    let whole = placed(closed.state().1);
+    wait_for("the picture", || desktop.look(whole.shrink(150.0)).filter(|p| colours(p) > 50));
+
+    // The tab, then one technique only.
+    desktop.click(button(&closed, "Chart"));
+    let open = layout(&what, |m| m.drawer = Some(Tab::Chart));
+    let drawer = egui::Rect::from_min_max(placed(open.state().1).left_bottom(), whole.right_bottom());
+    let style = open.ctx.style_of(egui::Theme::Dark).visuals.clone();
+    wait_for("the chart's ground", || {
+        let ground = desktop.look(drawer)?;
+        (ground.iter().filter(|p| **p == rgb(style.extreme_bg_color)).count() * 3 > ground.len()).then_some(())
+    });
+    for label in ["pcf", "rt-hard"] {
+        desktop.click(button(&open, label));
+    }
+    let one = layout(&what, |m| {
+        m.drawer = Some(Tab::Chart);
+        m.left_out = ["pcf", "rt-hard"].into();
+    });
+    desktop.click(button(&one, "Sweep 6 configurations"));
+
+    // The bar grows.
+    let busy = layout(&what, |m| {
+        m.drawer = Some(Tab::Chart);
+        m.left_out = ["pcf", "rt-hard"].into();
+        m.measuring = Some(Job::new("Sweep"));
+    });
+    // The spinner over the picture is one too.
+    let mut bars = busy.get_all_by_role(egui::accesskit::Role::ProgressIndicator).map(|n| placed(n.rect()));
+    let bar = bars.find(|bar| drawer.contains_rect(*bar)).unwrap();
+    let filled = || {
+        let chosen = rgb(style.selection.bg_fill);
+        desktop.look(bar).map_or(0, |p| p.iter().filter(|p| **p == chosen).count())
+    };
+    let first = wait_for("progress", || Some(filled()).filter(|n| *n > 100));
+    wait_for("more progress", || Some(filled()).filter(|n| *n > first + 100));
+
+    // One marker a configuration.
+    let blue = rgb(egui::Color32::from_rgb(0, 114, 178).lerp_to_gamma(egui::Color32::WHITE, 0.22));
+    let plot = drawer.with_max_x(drawer.right() - 300.0);
+    let points = wait_for("the points", || {
+        let points = spots(&desktop.look(plot)?, plot, blue);
+        (filled() == 0 && points.len() >= 4).then_some(points)
+    });
+
+    // The first points that are clicked may be the picture's own, or of the resolution that is set already.
+    let saved = desktop.folder.path().join("setup.toml");
+    let changed = points.iter().any(|at| {
+        desktop.click(*at);
+        std::thread::sleep(Duration::from_millis(500));
+        let _ = std::fs::remove_file(&saved);
+        desktop.key("ctrl+s");
+        let text =
+            wait_for("the saved set-up", || std::fs::read_to_string(&saved).ok().filter(|t| t.contains("[params")));
+        let (setup, _) = Setup::from_toml(&text, &saved).unwrap();
+        assert_eq!((setup.technique.as_str(), setup.size), ("shadow-map", [160, 90]));
+        setup.values()["resolution"] != Value::Int(1024)
+    });
+    assert!(changed, "none of the points at {points:?} changed the set-up");
+
+    desktop.key("ctrl+q");
+    let status = wait_for_exit(&mut desktop.window);
     assert!(status.success(), "the window closed with {status}");
 }
 

@@ -46,6 +46,11 @@ impl History {
         }
     }
 
+    /// Takes what changed since the last call as no step: the passing of time on a path.
+    pub fn absorb(&mut self, now: &Setup) {
+        self.last = now.clone();
+    }
+
     /// The set-up before the last step.
     pub fn undo(&mut self, now: &Setup) -> Option<Setup> {
         let step = self.past.pop()?;

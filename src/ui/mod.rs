@@ -3,23 +3,31 @@
 //! A pass runs from `shell::layout` (input to changes of the `Model`) over `stage` (which picture to
 //! render, and when) to `canvas` (picture and panel onto the surface). What takes long runs in `work`.
 
+mod advice;
 mod camera;
 mod canvas;
+mod chart;
 mod controls;
+mod drawer;
 mod gizmo;
 mod history;
 mod lighting;
 mod model;
+mod needs;
 mod panel;
+mod plotting;
 mod results;
 mod shell;
 mod stage;
 mod style;
+mod sweep;
+mod timeline;
 mod viewport;
 mod window;
 mod work;
 
-pub use model::{Action, Facts, Model, Traced};
+pub use advice::Advising;
+pub use model::{Action, Facts, Job, Model, Reading, Tab, Traced};
 pub use shell::layout;
 pub use style::apply as apply_style;
 

@@ -1,14 +1,19 @@
 //! What the window shows and changes, without the device that draws it.
 
+use super::advice::Advising;
+use super::chart::Chart;
 use super::history::History;
+use super::timeline::Timeline;
 use crate::frame::{SHARED_PASSES, Told};
 use crate::measure::Record;
+use crate::measure::advise::Budget;
 use crate::scene::{Camera, Scene};
 use crate::setup::Setup;
 use crate::techniques::{self, Info};
 use crate::view;
+use anyhow::Context;
 use glam::Vec3;
-use std::collections::VecDeque;
+use std::collections::{BTreeSet, VecDeque};
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
@@ -24,14 +29,34 @@ pub enum Action {
     PickFile,
     CancelLoading,
     Measure,
+    /// Measure these one after the other, each a row of the chart.
+    Sweep(Vec<Setup>),
+    /// Run techniques along the path of a case, in so many frames.
+    Stability(&'static str, Vec<String>, usize),
+    /// Look among techniques for the cheapest configuration that meets a budget.
+    Advise(Budget, Vec<String>),
     CancelMeasuring,
+    /// Write the measured rows: .svg and .png the chart, .csv and .json the figures.
+    SaveRows(PathBuf),
+    /// Render a small picture of this set-up (JSON, as a row holds it).
+    Thumbnail(String),
     Capture(PathBuf),
     /// Ask where to capture to.
     PickCapture,
     SaveSetup(PathBuf),
     /// Look at the surface under this pixel of the viewport (0 to 1 from its upper left corner).
     Focus([f32; 2]),
+    /// Read what the view shows there.
+    Read([f32; 2]),
     Quit,
+}
+
+/// What the picture shows under the pointer.
+pub struct Reading {
+    /// Place in the viewport, 0 to 1 from its upper left corner.
+    pub at: [f32; 2],
+    /// In words; None: no value there.
+    pub text: Option<String>,
 }
 
 /// A message in the bar over the viewport.
@@ -90,9 +115,41 @@ impl Facts {
 
 /// A piece of work beside the window.
 pub struct Job {
+    /// What was started, such as `Sweep`.
+    pub title: &'static str,
+    /// What it is at.
     pub what: String,
     /// Share done, 0 to 1.
     pub done: f32,
+    pub since: Instant,
+}
+
+impl Job {
+    pub fn new(title: &'static str) -> Job {
+        Job { title, what: String::new(), done: 0.0, since: Instant::now() }
+    }
+
+    /// How far it is and how long it will still take, in words.
+    pub fn told(&self) -> String {
+        let spent = self.since.elapsed().as_secs_f32();
+        let left = spent * (1.0 - self.done) / self.done;
+        let share = format!("{:.0} %", self.done * 100.0);
+        match left {
+            // Too early to tell.
+            _ if self.done < 0.02 || spent < 2.0 => share,
+            s if s < 90.0 => format!("{share}, {s:.0} s left"),
+            s if s < 5400.0 => format!("{share}, {:.0} min left", s / 60.0),
+            s => format!("{share}, {:.0} h left", s / 3600.0),
+        }
+    }
+}
+
+/// What stands in the drawer under the picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Tab {
+    Chart,
+    Stability,
+    Advice,
 }
 
 /// All that the window shows.
@@ -115,15 +172,26 @@ pub struct Model {
     pub loading: Option<String>,
     pub measuring: Option<Job>,
     pub capturing: bool,
-    /// Measured, the newest first.
+    /// All that was measured or read from files, the newest last: the chart's points.
     pub rows: Vec<Record>,
+    /// The drawer's open tab.
+    pub drawer: Option<Tab>,
+    /// Techniques that sweeps, stability and advice leave out.
+    pub left_out: BTreeSet<&'static str>,
+    pub chart: Chart,
+    pub timeline: Timeline,
+    pub advice: Advising,
     pub facts: Facts,
+    /// None: not read since the picture changed.
+    pub reading: Option<Reading>,
     pub show_help: bool,
     pub show_panel: bool,
 }
 
 impl Model {
     pub fn new(setup: Setup, scene: Arc<Scene>, bounds: [Vec3; 2]) -> Model {
+        let mut timeline = Timeline::default();
+        timeline.opened(&setup);
         Model {
             history: History::new(&setup),
             home: setup.camera,
@@ -139,7 +207,13 @@ impl Model {
             measuring: None,
             capturing: false,
             rows: Vec::new(),
+            drawer: None,
+            left_out: BTreeSet::new(),
+            chart: Chart::default(),
+            timeline,
+            advice: Advising::default(),
             facts: Facts::default(),
+            reading: None,
             show_help: false,
             show_panel: true,
             setup,
@@ -149,8 +223,10 @@ impl Model {
     /// Takes another scene and set-up; messages and measurements stay. Opening is a step that can be undone,
     /// unless it `restored` one.
     pub fn open(&mut self, setup: Setup, scene: Arc<Scene>, bounds: [Vec3; 2], restored: bool) {
-        if !restored {
+        if !restored || self.setup.scene != setup.scene {
             self.home = setup.camera;
+        }
+        if !restored {
             self.history.commit(&self.setup, false);
             self.history.commit(&setup, true);
         }
@@ -158,6 +234,8 @@ impl Model {
         self.scene = scene;
         self.bounds = bounds;
         self.playing = false;
+        self.chart.trail.clear();
+        self.timeline.opened(&self.setup);
     }
 
     /// After a step that could not be undone or redone: the present set-up is the newest.
@@ -176,6 +254,72 @@ impl Model {
         self.setup.complete();
         if view::check(&self.setup.view, info).is_err() {
             self.setup.view = view::VIEWS[0].id.into();
+        }
+    }
+
+    /// The techniques that serve the light and are not left out, in the order of the lists.
+    pub fn techniques(&self) -> Vec<String> {
+        let fits = |i: &&&Info| i.refuses(&self.setup.light).is_none() && !self.left_out.contains(i.id);
+        techniques::ALL.iter().filter(fits).map(|i| i.id.into()).collect()
+    }
+
+    /// Adds measured rows to the list; one that was measured before takes the place of the older.
+    pub fn adopt(&mut self, rows: impl IntoIterator<Item = Record>) {
+        for row in rows {
+            let again = |r: &Record| r.setup == row.setup && r.adapter == row.adapter && !row.setup.is_empty();
+            self.rows.retain(|r| !again(r));
+            self.rows.push(row);
+        }
+        self.chart.stale = true;
+    }
+
+    /// Empties the list of measured rows.
+    pub fn clear_rows(&mut self) {
+        self.rows.clear();
+        self.chart.pictures.clear();
+        self.chart.stale = true;
+    }
+
+    /// Takes over the set-up of a measured row, as one step that can be undone; the view stays. The action loads its
+    /// scene, where that is another.
+    pub fn apply(&mut self, row: &Record) -> Option<Action> {
+        let setup = row.setup().and_then(|s| s.check().map(|()| s).context("this row cannot be used"));
+        let mut setup = match setup {
+            Ok(setup) => setup,
+            Err(e) => {
+                self.fail(&e);
+                return None;
+            }
+        };
+        // What was changed just before is a step of its own.
+        self.history.commit(&self.setup, false);
+        setup.split = self.setup.split;
+        let known = techniques::find(&setup.technique).is_some_and(|i| view::check(&self.setup.view, i).is_ok());
+        setup.view = if known { self.setup.view.clone() } else { view::VIEWS[0].id.into() };
+        // Other techniques keep what they are set to.
+        let own = setup.values().clone();
+        setup.params = self.setup.params.clone();
+        setup.params.insert(setup.technique.clone(), own);
+        setup.complete();
+        self.camera_chosen = true;
+        self.timeline.playing = false;
+        self.take(setup)
+    }
+
+    /// Something moves by itself.
+    pub fn moving(&self) -> bool {
+        self.playing || self.timeline.playing
+    }
+
+    /// Lets the clocks run.
+    pub fn advance(&mut self, seconds: f32) {
+        if self.playing {
+            let duration = self.duration();
+            self.setup.time = if duration > 0.0 { (self.setup.time + seconds) % duration } else { 0.0 };
+        }
+        if self.timeline.playing {
+            let t = self.timeline.t + seconds / super::timeline::SECONDS;
+            self.scrub(if t > 1.0 { 0.0 } else { t });
         }
     }
 

@@ -3,8 +3,8 @@
 use super::controls::{chips, field, parameter, row, slide};
 use super::lighting;
 use super::model::{Action, Model};
-use super::results;
 use super::style::WEAK;
+use super::{needs, results};
 use crate::scene::builtin;
 use crate::techniques;
 use crate::view;
@@ -33,6 +33,7 @@ pub fn show(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
         if !m.scene.animations.is_empty() {
             section(ui, "Animation", true, |ui| animation(ui, m));
         }
+        section(ui, "Needs", true, |ui| needs::show(ui, m, out));
         section(ui, "Timings", true, |ui| results::timings(ui, &m.facts));
         section(ui, "Measure", false, |ui| results::measure(ui, m, out));
         section(ui, "Capture", false, |ui| capture(ui, m, out));

@@ -1,10 +1,12 @@
 //! The panel's figures: pass times and measurements.
 
+use super::drawer::{line, progress};
 use super::model::{Action, Facts, Model};
+use super::needs::{self, main_values, percent, table, title};
 use super::style::{ACCENT, WEAK};
 use crate::frame::SHARED_PASSES;
 use crate::measure::Record;
-use egui::{Button, Grid, ProgressBar, RichText, Ui};
+use egui::{Button, Grid, RichText, Ui};
 use egui_plot::{Line, Plot, PlotPoints};
 
 pub fn timings(ui: &mut Ui, facts: &Facts) {
@@ -52,15 +54,7 @@ pub fn timings(ui: &mut Ui, facts: &Facts) {
 
 pub fn measure(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
     match &m.measuring {
-        Some(job) => {
-            ui.horizontal(|ui| {
-                let bar = ProgressBar::new(job.done).desired_width(ui.available_width() - 70.0);
-                ui.add(bar.text(format!("{} {:3.0} %", job.what, job.done * 100.0)));
-                if ui.button("Cancel").on_hover_text("Stop and throw the figures away.").clicked() {
-                    out.push(Action::CancelMeasuring);
-                }
-            });
-        }
+        Some(job) => progress(ui, job, out),
         None => {
             ui.horizontal(|ui| {
                 let size = m.setup.size;
@@ -75,25 +69,39 @@ pub fn measure(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
                 }
                 let clear = ui.add_enabled(!m.rows.is_empty(), Button::new("Clear"));
                 if clear.on_hover_text("Remove the figures below.").clicked() {
-                    m.rows.clear();
+                    m.clear_rows();
                 }
             });
+            // As high as what shows the progress.
+            let text = match m.rows.len() {
+                0 => String::new(),
+                n if n > SHOWN => format!("the newest {SHOWN} of {n} rows; the chart shows all"),
+                _ => "the chart shows them too".into(),
+            };
+            line(ui, &text);
         }
     }
-    for (i, r) in m.rows.iter().enumerate() {
+    for (i, r) in m.rows.iter().rev().take(SHOWN).enumerate() {
         egui::Frame::group(ui.style()).show(ui, |ui| measured(ui, i, r));
     }
 }
 
+/// Rows that the panel shows.
+const SHOWN: usize = 6;
+
 fn measured(ui: &mut Ui, i: usize, r: &Record) {
-    let title = crate::techniques::find(&r.technique).map_or(r.technique.as_str(), |t| t.title);
-    ui.label(RichText::new(title).strong()).on_hover_text(r.params.replace(';', "\n"));
+    ui.label(RichText::new(title(&r.technique)).strong()).on_hover_text(r.params.replace(';', "\n"));
+    let main = main_values(r);
+    if !main.is_empty() {
+        ui.label(RichText::new(main).small().color(WEAK));
+    }
     let share = |n: usize| format!("{n:>9}  {:6.3} %", 100.0 * n as f64 / r.facing.max(1) as f64);
-    let edge = match (r.boundary_median_px, r.boundary_p95_px, r.boundary_max_px) {
-        (Some(median), Some(p95), Some(max)) => format!("{median:.1} / {p95:.1} / {max:.1} px"),
-        _ => "none".into(),
+    let three = |values: [Option<f64>; 3], unit: &str| match values {
+        [Some(a), Some(b), Some(c)] => Some(format!("{a:.1} / {b:.1} / {c:.1}{unit}")),
+        _ => None,
     };
-    let rows = [
+    let edge = three([r.boundary_median_px, r.boundary_p95_px, r.boundary_max_px], " px");
+    let counts = [
         (
             "facing the light",
             format!("{:>9}  pixels", r.facing),
@@ -108,25 +116,32 @@ fn measured(ui: &mut Ui, i: usize, r: &Record) {
             share(r.lit_incorrect + r.shadow_incorrect),
             "Wrong pixels as a share of those facing the light.",
         ),
-        ("RMSE", format!("{:.5}", r.rmse), "Root mean square of visibility minus truth: counts soft errors too."),
-        ("edge error", edge, "Distance of wrong pixels from the true shadow edge: median, 95th percentile, greatest."),
-        ("GPU time", format!("{:.3} ms", r.gpu_ms), "Median of the technique's time."),
-        (
-            "quartiles",
-            format!("{:.3} to {:.3} ms", r.gpu_ms_q1, r.gpu_ms_q3),
-            "The middle half of the frames lies between these.",
-        ),
-        ("frames", r.frames.to_string(), "Frames that were timed, after some to warm up."),
-        ("CPU time", format!("{:.3} ms", r.cpu_ms), "Recording the technique's passes."),
-        ("memory", format!("{:.2} MiB", r.gpu_bytes as f64 / 1048576.0), "GPU memory that the technique holds."),
     ];
-    Grid::new(("measured", i)).num_columns(2).min_col_width(110.0).spacing([8.0, 1.0]).show(ui, |ui| {
-        for (name, value, tip) in rows {
-            ui.label(RichText::new(name).small()).on_hover_text(tip);
-            ui.label(RichText::new(value).monospace().size(11.5)).on_hover_text(tip);
-            ui.end_row();
-        }
-    });
+    let mut rows = counts.to_vec();
+    let tip = "Root mean square of visibility minus truth: counts soft errors too.";
+    rows.push(("RMSE", format!("{:.5}", r.rmse), tip));
+    let tip = "Root mean square difference of the shaded picture from the one shaded with the truth.";
+    rows.push(("RMSE of the picture", format!("{:.5}", r.rmse_image), tip));
+    let tip = "How different the shaded picture looks from the true one to a human eye: 0 the same, 1 utterly.";
+    rows.push(("FLIP", format!("{:.5}", r.flip), tip));
+    let tip = "Distance of wrong pixels from the true shadow edge: median, 95th percentile, greatest.";
+    rows.push(("edge error", edge.unwrap_or("none".into()), tip));
+    let tip = "Aliasing error m, the longest extent of a texel in the picture: median, 95th percentile, greatest.";
+    rows.extend(three([r.m_p50, r.m_p95, r.m_max], " px").map(|m| ("texel in the picture", m, tip)));
+    let tip = "Labels that change between neighbouring frames though the truth's do not, as a share of pixels.";
+    rows.extend(r.flicker.map(|f| ("flicker", percent(f), tip)));
+    rows.push(("GPU time", format!("{:.3} ms", r.gpu_ms), "Median of the technique's time."));
+    let quartiles = format!("{:.3} to {:.3} ms", r.gpu_ms_q1, r.gpu_ms_q3);
+    rows.push(("quartiles", quartiles, "The middle half of the frames lies between these."));
+    let tip = "Time as a multiple of the standard shadow map's of the same resolution, measured in the same run.";
+    rows.extend(r.ratio.map(|x| ("ratio", format!("{x:.2} × shadow-map"), tip)));
+    let tip = "Time as a multiple of that of the shadow map as the set-up has it: comparable across all rows.";
+    rows.extend(r.cost.map(|x| ("cost", format!("{x:.2} × the set-up's"), tip)));
+    rows.push(("frames", r.frames.to_string(), "Frames that were timed, after some to warm up."));
+    rows.push(("CPU time", format!("{:.3} ms", r.cpu_ms), "Recording the technique's passes."));
+    table(ui, ("measured", i), &rows);
+    ui.add_space(3.0);
+    table(ui, ("needs of", i), &needs::rows(r));
     if r.wall_clock {
         ui.label(RichText::new("times are wall clock").small().color(WEAK));
     }

@@ -1,9 +1,9 @@
 //! The window's layout: panel, viewport, status line, messages, help, keys.
 
 use super::model::{Action, Model, Traced};
-use super::panel;
 use super::style::{ERROR, TEXT, WEAK};
 use super::viewport;
+use super::{drawer, panel};
 use crate::view;
 use egui::{
     Align, Align2, Area, Color32, Context, Frame, Grid, Id, Key, Label, Layout, Margin, Modifiers, Order, Panel, Rect,
@@ -26,6 +26,7 @@ pub fn layout(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) -> Rect {
         let side = Panel::right("panel").resizable(false).exact_size(panel::WIDTH).frame(side);
         side.show(ui, |ui| panel::show(ui, m, out));
     }
+    drawer::show(ui, m, out);
     let rect = ui.available_rect_before_wrap();
     viewport::show(ui, rect, m, out);
     messages(ui.ctx(), rect, m);
@@ -64,6 +65,11 @@ fn keys(ctx: &Context, m: &mut Model, out: &mut Vec<Action>) {
     }
     if pressed(Modifiers::NONE, Key::F1) {
         m.show_help = !m.show_help;
+    }
+    for (key, (tab, ..)) in [Key::F2, Key::F3, Key::F4].into_iter().zip(drawer::TABS) {
+        if pressed(Modifiers::NONE, key) {
+            m.drawer = if m.drawer == Some(tab) { None } else { Some(tab) };
+        }
     }
     if typing {
         return;
@@ -181,18 +187,20 @@ fn messages(ctx: &Context, rect: Rect, m: &mut Model) {
 fn busy(ctx: &Context, rect: Rect, m: &Model, out: &mut Vec<Action>) {
     let (text, cancel) = match (&m.loading, &m.measuring) {
         (Some(what), _) => (format!("Opening {what} …"), Action::CancelLoading),
-        (None, Some(job)) => {
-            (format!("Measuring: {:.0} %. The picture waits.", job.done * 100.0), Action::CancelMeasuring)
-        }
+        (None, Some(job)) => (format!("{}: {}. The picture waits.", job.title, job.told()), Action::CancelMeasuring),
         _ => return,
     };
+    let width = (rect.width() - 140.0).clamp(80.0, 320.0);
     let area = Area::new(Id::unique("busy")).order(Order::Foreground).pivot(Align2::CENTER_TOP);
     area.fixed_pos(rect.center_top() + vec2(0.0, 16.0)).show(ctx, |ui| {
         Frame::popup(ui.style()).show(ui, |ui| {
             ui.horizontal(|ui| {
-                ui.spinner();
-                ui.add_sized([250.0, 20.0], Label::new(text).truncate());
-                if ui.button("Cancel").on_hover_text("Stop, and leave everything as it was.").clicked() {
+                if m.loading.is_some() {
+                    // Not while measuring: what turns is drawn anew all the time, and disturbs what is timed.
+                    ui.spinner();
+                }
+                ui.add_sized([width, 20.0], Label::new(text).truncate());
+                if ui.button("Cancel").on_hover_text("Stop; what was open or measured before stays.").clicked() {
                     out.push(cancel);
                 }
             });
@@ -200,24 +208,26 @@ fn busy(ctx: &Context, rect: Rect, m: &Model, out: &mut Vec<Action>) {
     });
 }
 
-const HELP: [(&str, &str); 19] = [
+const HELP: [(&str, &str); 21] = [
     ("Left drag", "orbit around the target"),
     ("Right drag", "look around"),
     ("Middle drag", "pan"),
     ("Wheel", "nearer to the target, farther from it"),
     ("Double-click", "look at that point and orbit around it"),
+    ("Rest on a map, an error", "read the value there"),
     ("W A S D, Q E", "fly, down and up; Shift is faster"),
     ("R", "reset the camera"),
     ("Drag the sun or lamp", "move the light; Shift: nearer and farther"),
     ("1 … 9", "choose a view"),
     ("Space", "run or stop the animation"),
     ("Tab", "hide or show the panel"),
+    ("F2, F3, F4", "chart, stability, advice"),
     ("Ctrl+Z", "undo"),
     ("Ctrl+Shift+Z, Ctrl+Y", "redo"),
     ("Ctrl+S", "save the set-up"),
     ("F12", "capture into capture-001.png, …"),
     ("Double-click a name", "reset that parameter"),
-    ("Drop a file", "open it: .glb, .gltf, .toml, .png"),
+    ("Drop a file", "open it: .glb, .gltf, .toml, .png, .csv, .json"),
     ("F1 or ?", "this help"),
     ("Ctrl+Q", "quit"),
 ];

@@ -1,10 +1,10 @@
 //! When to render what: few pixels while something moves, all of them at rest, then the exact shadow.
 
-use super::model::{Model, Traced};
+use super::model::{Model, Tab, Traced};
 use super::work::{Desk, Done};
 use crate::frame::{Ask, Renderer, Truth};
 use crate::gpu::TimerMode;
-use crate::measure::metrics;
+use crate::measure::{Record, metrics, params_text};
 use crate::setup::Setup;
 use crate::{techniques, view};
 use anyhow::Result;
@@ -72,8 +72,9 @@ pub struct Stage {
     /// Frames since the size changed.
     steady: u32,
     failed: bool,
-    /// The errors have been asked for.
+    /// The errors have been asked for; those of some picture are being counted.
     counting: bool,
+    pending: bool,
     /// Counts the changes, so that late errors are known as such.
     generation: u64,
     awaiting_times: u32,
@@ -102,6 +103,7 @@ impl Stage {
             steady: 0,
             failed: false,
             counting: false,
+            pending: false,
             generation: 0,
             awaiting_times: 0,
         }
@@ -134,7 +136,7 @@ impl Stage {
         if self.failed {
             return Next::Rest;
         }
-        let rest = self.changed.elapsed() >= SETTLE && !m.playing;
+        let rest = self.changed.elapsed() >= SETTLE && !m.moving();
         let served = techniques::TRUTH.refuses(&m.setup.light).is_none();
         let shown = served && view::needs_truth(&m.setup.view);
         let scale = self.next_scale(rest, shown);
@@ -170,10 +172,7 @@ impl Stage {
         if !due {
             self.times(m);
             if rest && !refining && served && !missing && !self.counting {
-                self.counting = true;
-                if let Err(e) = self.count(desk) {
-                    m.fail(&e);
-                }
+                self.count(m, desk);
             }
             let waiting = self.awaiting_times > 0;
             return match (rest, waiting) {
@@ -204,6 +203,7 @@ impl Stage {
                 if ask.picture {
                     self.drawn_truth = told.truth_done;
                     self.picture = self.renderer.output().cloned();
+                    m.reading = None;
                     m.facts.size = size;
                 }
                 self.truth_pixels = ((told.truth_done - before).max(0.0) as f64) * size[0] as f64 * size[1] as f64;
@@ -228,6 +228,11 @@ impl Stage {
         if refining && shown && self.traced >= 1.0 {
             // A complete truth at fewer pixels: right as far as it goes.
             m.facts.traced = Traced::Fully;
+        }
+        // The chart's live point follows while sliders move, as fast as pictures are counted.
+        let followed = m.drawer == Some(Tab::Chart) && !self.pending;
+        if followed && served && self.traced >= 1.0 && self.size == self.full {
+            self.count(m, desk);
         }
         Next::Now
     }
@@ -322,27 +327,55 @@ impl Stage {
         if self.renderer.timer.mode() == TimerMode::Stamps { 20 } else { 1 }
     }
 
+    /// Has the errors of the picture counted.
+    fn count(&mut self, m: &mut Model, desk: &Desk) {
+        self.counting = true;
+        self.pending = true;
+        if let Err(e) = self.start_counting(m, desk) {
+            self.pending = false;
+            m.fail(&e);
+        }
+    }
+
     /// Reads back what the errors need, and has them counted on a thread.
-    fn count(&mut self, desk: &Desk) -> Result<()> {
+    fn start_counting(&mut self, m: &Model, desk: &Desk) -> Result<()> {
         let (visibility, truth) = (self.renderer.read_visibility()?, self.renderer.read_truth()?);
         let mask = self.renderer.read_mask()?;
         let (width, generation) = (self.size[0] as usize, self.generation);
+        let row = Record {
+            technique: m.setup.technique.clone(),
+            params: params_text(m.setup.values()),
+            gpu_bytes: m.facts.told.gpu_bytes,
+            gpu_ms: m.facts.technique_ms(),
+            ..Record::default()
+        };
         desk.start(move |post| {
-            let share = metrics::errors(&visibility, &truth, &mask, width).share();
-            post.send(Done::Counted(generation, share));
+            let e = metrics::errors(&visibility, &truth, &mask, width);
+            let boundary_p95_px = e.boundary.map(|b| b.p95 as f64);
+            let row = Record { error_share: e.share(), rmse: e.rmse, boundary_p95_px, ..row };
+            post.send(Done::Counted(generation, Box::new(row)));
         });
         Ok(())
     }
 
-    /// Whether errors that were counted belong to the present set-up.
-    pub fn is_current(&self, generation: u64) -> bool {
+    /// Takes note that errors are counted; whether they belong to the present set-up.
+    pub fn counted(&mut self, generation: u64) -> bool {
+        self.pending = false;
         generation == self.generation
     }
 
     /// The surface point under a place of the viewport (0 to 1), if there is one.
     pub fn point_at(&self, at: [f32; 2]) -> Result<Option<Vec3>> {
-        let pixel = [0, 1].map(|i| ((at[i] * self.size[i] as f32) as u32).min(self.size[i].saturating_sub(1)));
-        self.renderer.position_at(pixel)
+        self.renderer.position_at(self.pixel(at))
+    }
+
+    /// What the view shows at a place of the viewport (0 to 1), in words, if it shows values.
+    pub fn value_at(&self, at: [f32; 2]) -> Result<Option<String>> {
+        self.renderer.value_at(self.pixel(at))
+    }
+
+    fn pixel(&self, at: [f32; 2]) -> [u32; 2] {
+        [0, 1].map(|i| ((at[i] * self.size[i] as f32) as u32).min(self.size[i].saturating_sub(1)))
     }
 
     /// Makes all passes anew from changed shaders; on an error those in use stay.

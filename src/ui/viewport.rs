@@ -32,6 +32,7 @@ pub fn show(ui: &mut Ui, rect: Rect, m: &mut Model, out: &mut Vec<Action>) {
             camera.dolly((-wheel * 0.004).exp());
         }
     }
+    read(ui, rect, r.hover_pos().filter(|_| !r.dragged()), m, out);
     if r.double_clicked()
         && let Some(at) = r.interact_pointer_pos()
     {
@@ -47,6 +48,31 @@ pub fn show(ui: &mut Ui, rect: Rect, m: &mut Model, out: &mut Vec<Action>) {
     if let Some(reason) = m.info().refuses(&m.setup.light) {
         let text = format!("{reason}: drawn without shadow");
         label(ui, rect, rect.center_top() + vec2(0.0, 40.0), Align2::CENTER_TOP, &text);
+    }
+}
+
+/// The common views that have a value at each pixel; a technique's maps have one too.
+const VALUED: [&str; 6] = ["visibility", "truth", "error", "acne", "detachment", "split"];
+
+/// Reads the view's value under the pointer, while the picture is at rest.
+fn read(ui: &Ui, rect: Rect, pointer: Option<Pos2>, m: &Model, out: &mut Vec<Action>) {
+    let valued = view::index(&m.setup.view).is_none() || VALUED.contains(&m.setup.view.as_str());
+    let traced = !view::needs_truth(&m.setup.view) || m.facts.traced == Traced::Fully;
+    let rest = m.facts.size == m.facts.full && !m.facts.keeping && !m.moving() && m.measuring.is_none();
+    let (Some(pointer), true) = (pointer, valued && traced && rest) else { return };
+    let at = (pointer - rect.min) / rect.size();
+    let at = [at.x, at.y];
+    match m.reading.as_ref().filter(|r| r.at == at) {
+        None => out.push(Action::Read(at)),
+        Some(reading) => {
+            if let Some(text) = &reading.text {
+                let left = pointer.x > rect.center().x;
+                let align = if left { Align2::RIGHT_BOTTOM } else { Align2::LEFT_BOTTOM };
+                let offset = if left { vec2(-14.0, -14.0) } else { vec2(14.0, -14.0) };
+                let place = (pointer + offset).clamp(rect.min + vec2(0.0, 22.0), rect.max);
+                label(ui, rect, place, align, text);
+            }
+        }
     }
 }
 

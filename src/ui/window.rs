@@ -1,15 +1,19 @@
 //! The event loop's side: window, input, one pass after the other, and what actions do.
 
 use super::canvas::Canvas;
-use super::model::{Action, Job, Model};
+use super::chart::Picture;
+use super::model::{Action, Job, Model, Reading, Tab};
 use super::stage::{Next, Stage};
 use super::work::{Desk, Done, Loaded};
 use super::{Ended, shell, style};
+use crate::chart::{COSTS, ERRORS};
 use crate::frame::Renderer;
 use crate::gpu::{self, Gpu};
+use crate::measure::stability;
+use crate::setup::Setup;
 use crate::view;
 use anyhow::{Context, Result};
-use egui::{Event, Key, Modifiers, Rect};
+use egui::{Event, Key, Modifiers, Rect, TextureOptions};
 use glam::Vec3;
 use std::path::Path;
 use std::sync::Arc;
@@ -183,6 +187,12 @@ impl Open {
 
     /// Starts to open something; what is open stays until it is there.
     fn load(&mut self, what: String) {
+        let path = Path::new(&what);
+        let rows = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("csv") || e.eq_ignore_ascii_case("json"));
+        if rows && self.model.is_some() {
+            self.desk.read_rows(path.to_path_buf());
+            return;
+        }
         self.loading += 1;
         self.restoring = false;
         let name = Path::new(&what).file_name().map_or(what.clone(), |n| n.to_string_lossy().into_owned());
@@ -213,22 +223,49 @@ impl Open {
             let Some(m) = &mut self.model else { continue };
             match done {
                 Done::Loaded(..) => {}
-                Done::Progress(job, done) => {
+                Done::Progress(job, done, what) => {
                     if let Some(running) = m.measuring.as_mut().filter(|_| job == self.measuring) {
                         running.done = done;
+                        running.what = what;
                     }
                 }
+                // What is measured stays, also of work that was cancelled.
+                Done::Row(row) => m.adopt([*row]),
                 Done::Measured(job, result) if job == self.measuring => {
                     m.measuring = None;
-                    match result {
-                        Ok(row) => {
-                            m.rows.insert(0, *row);
-                            m.rows.truncate(6);
-                        }
-                        Err(e) => m.fail(&e.context("measuring failed")),
+                    if let Err(e) = result {
+                        m.fail(&e.context("measuring failed"));
                     }
                 }
-                Done::Measured(..) => {}
+                Done::Stability(job, result) if job == self.measuring => {
+                    m.measuring = None;
+                    match result {
+                        Ok(found) => m.timeline.found = Some(found),
+                        Err(e) => m.fail(&e.context("the stability run failed")),
+                    }
+                }
+                Done::Advised(job, result) if job == self.measuring => {
+                    m.measuring = None;
+                    match result {
+                        Ok(found) => m.advice.found = Some(*found),
+                        Err(e) => m.fail(&e.context("no advice can be given")),
+                    }
+                }
+                Done::Measured(..) | Done::Stability(..) | Done::Advised(..) => {}
+                Done::Saved(Ok(path)) => m.say(format!("Saved {}.", path.display())),
+                Done::Saved(Err(e)) | Done::Read(_, Err(e)) => m.fail(&e),
+                Done::Read(path, Ok(rows)) => {
+                    m.say(format!("{} rows of {} are in the chart.", rows.len(), path.display()));
+                    m.adopt(rows);
+                    m.drawer = Some(Tab::Chart);
+                }
+                Done::Pictured(setup, drawn) => {
+                    let drawn = match drawn {
+                        Ok(image) => Picture::Drawn(self.ctx.load_texture("small", image, TextureOptions::LINEAR)),
+                        Err(e) => Picture::Failed(format!("{e:#}")),
+                    };
+                    m.chart.picture(setup, drawn);
+                }
                 Done::Captured(result) => {
                     m.capturing = false;
                     match result {
@@ -236,10 +273,11 @@ impl Open {
                         Err(e) => m.fail(&e),
                     }
                 }
-                Done::Counted(generation, share) => {
-                    if self.stage.as_ref().is_some_and(|s| s.is_current(generation)) {
-                        m.facts.error = Some(share);
+                Done::Counted(generation, row) => {
+                    if self.stage.as_mut().is_some_and(|s| s.counted(generation)) {
+                        m.facts.error = Some(row.error_share);
                     }
+                    m.chart.live(*row);
                 }
                 Done::PickedFile(path) => self.load(path.to_string_lossy().into_owned()),
                 Done::PickedCapture(path) => {
@@ -352,7 +390,7 @@ impl Open {
             Next::In(time) => wait = wait.min(time),
             Next::Rest => {}
         }
-        if self.glide.is_some() || self.model.as_ref().is_some_and(|m| m.playing) {
+        if self.glide.is_some() || self.model.as_ref().is_some_and(|m| m.moving() && m.measuring.is_none()) {
             wait = Duration::ZERO;
         }
         if self.shaders.is_some() {
@@ -391,9 +429,8 @@ impl Open {
         let seconds = self.clock.elapsed().as_secs_f32().min(0.5);
         self.clock = Instant::now();
         let Some(m) = &mut self.model else { return };
-        if m.playing && m.measuring.is_none() {
-            let duration = m.duration();
-            m.setup.time = if duration > 0.0 { (m.setup.time + seconds) % duration } else { 0.0 };
+        if m.measuring.is_none() {
+            m.advance(seconds);
         }
         if let Some(g) = &self.glide {
             let t = (g.start.elapsed().as_secs_f32() / GLIDE).min(1.0);
@@ -426,8 +463,20 @@ impl Open {
         }
     }
 
+    /// Begins a measurement: its number, and the adapter to use.
+    fn job(&mut self, title: &'static str) -> (u64, String) {
+        self.measuring += 1;
+        if let Some(m) = &mut self.model {
+            m.measuring = Some(Job::new(title));
+            m.playing = false;
+            m.timeline.playing = false;
+        }
+        (self.measuring, self.gpu.info.name.clone())
+    }
+
     fn act(&mut self, action: Action) {
         let Some(m) = &mut self.model else { return };
+        let scene = m.scene.clone();
         match action {
             Action::Open(what) => self.load(what),
             Action::Restore(setup) => {
@@ -447,11 +496,36 @@ impl Open {
             Action::PickFile => self.desk.pick_file(),
             Action::PickCapture => self.desk.pick_capture(),
             Action::Measure => {
-                self.measuring += 1;
-                m.measuring = Some(Job { what: "measuring".into(), done: 0.0 });
-                let adapter = self.gpu.info.name.clone();
-                self.desk.measure(self.measuring, adapter, m.scene.clone(), m.setup.clone());
+                let setup = Setup { view: "shaded".into(), ..m.setup.clone() };
+                let (job, adapter) = self.job("Measuring");
+                self.desk.measure(job, adapter, scene, setup.clone(), vec![setup]);
             }
+            Action::Sweep(setups) => {
+                let base = Setup { view: "shaded".into(), ..m.setup.clone() };
+                let (job, adapter) = self.job("Sweep");
+                self.desk.measure(job, adapter, scene, base, setups);
+            }
+            Action::Stability(case, techniques, frames) => {
+                let setup = Setup { size: stability::SIZE, ..m.setup.clone() };
+                let (job, adapter) = self.job("Stability");
+                self.desk.stability(job, adapter, scene, setup, (case, techniques, frames));
+            }
+            Action::Advise(budget, techniques) => {
+                let setup = Setup { view: "shaded".into(), ..m.setup.clone() };
+                let (job, adapter) = self.job("Advice");
+                self.desk.advise(job, adapter, scene, setup, (budget, techniques));
+            }
+            Action::SaveRows(path) => {
+                let axes = [&COSTS[m.chart.cost], &ERRORS[m.chart.error]];
+                self.desk.save_rows(m.rows.clone(), axes, path);
+            }
+            Action::Thumbnail(key) => match serde_json::from_str(&key) {
+                Ok(setup) => {
+                    m.chart.picture(key.clone(), Picture::Waiting);
+                    self.desk.picture(self.gpu.info.name.clone(), setup, key, scene);
+                }
+                Err(_) => m.chart.picture(key, Picture::Failed("This row's set-up cannot be read.".into())),
+            },
             Action::CancelMeasuring => {
                 self.desk.cancel_measuring();
                 self.measuring += 1;
@@ -477,6 +551,13 @@ impl Open {
                     Err(e) => m.fail(&e),
                 }
             }
+            Action::Read(at) => match self.stage.as_ref().map_or(Ok(None), |s| s.value_at(at)) {
+                Ok(text) => {
+                    m.reading = Some(Reading { at, text });
+                    self.window.request_redraw();
+                }
+                Err(e) => m.fail(&e),
+            },
             Action::Quit => {}
         }
     }

@@ -1,18 +1,24 @@
 //! Work beside the window: loading, measuring, capturing, file dialogs. Each on a thread of its own.
 
-use crate::capture;
-use crate::frame::Renderer;
+use crate::chart::{self, Axis};
+use crate::frame::{Ask, Renderer, Truth};
 use crate::gpu::Gpu;
+use crate::measure::advise::{self, Advice, Budget};
+use crate::measure::stability::{self, Stability};
 use crate::measure::{self, Record, Step};
 use crate::scene::Scene;
 use crate::scene::geometry::Geometry;
 use crate::setup::{self, Setup};
-use anyhow::{Context, Result, anyhow};
-use std::path::PathBuf;
+use crate::{capture, techniques};
+use anyhow::{Context, Result, anyhow, bail};
+use egui::ColorImage;
+use std::cell::Cell;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::mpsc::{Receiver, Sender, channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
 use winit::event_loop::EventLoopProxy;
 
 /// A set-up with its scene, ready to be drawn.
@@ -25,11 +31,19 @@ pub struct Loaded {
 /// What a thread has done. Numbers tell which request it answers.
 pub enum Done {
     Loaded(u64, Result<Box<Loaded>>),
-    Progress(u64, f32),
-    Measured(u64, Result<Box<Record>>),
+    /// Share done, and what it is at.
+    Progress(u64, f32, String),
+    Row(Box<Record>),
+    Measured(u64, Result<()>),
+    Stability(u64, Result<Stability>),
+    Advised(u64, Result<Box<(Budget, Advice)>>),
     Captured(Result<PathBuf>),
-    /// Share of wrong pixels in the picture.
-    Counted(u64, f64),
+    Saved(Result<PathBuf>),
+    Read(PathBuf, Result<Vec<Record>>),
+    /// A row's set-up, small.
+    Pictured(String, Result<ColorImage>),
+    /// The errors of the picture.
+    Counted(u64, Box<Record>),
     PickedFile(PathBuf),
     PickedCapture(PathBuf),
 }
@@ -57,12 +71,52 @@ pub struct Desk {
     drawing: Vec<JoinHandle<()>>,
     /// The measurement that is still wanted.
     measuring: Arc<AtomicU64>,
+    /// To the thread that draws small pictures, once there is one.
+    pictures: Option<Sender<(Setup, String, Arc<Scene>)>>,
+}
+
+/// How long the thread that draws small pictures keeps its scene on the device.
+const IDLE: Duration = Duration::from_secs(20);
+/// Width of a small picture, pixels.
+const SMALL: u32 = 320;
+/// Width of a chart saved as a picture, pixels.
+const CHART: u32 = 2400;
+
+/// Where a measurement says how far it is, and asks whether it is still wanted.
+struct Watch {
+    post: Post,
+    job: u64,
+    wanted: Arc<AtomicU64>,
+    /// When it last said how far it is.
+    said: Cell<Option<Instant>>,
+}
+
+/// Between two words on the progress: each draws the window anew, on the device that is being timed.
+const PAUSE: Duration = Duration::from_millis(300);
+
+impl Watch {
+    fn tell(&self, done: Done) -> bool {
+        self.post.send(done);
+        self.wanted()
+    }
+
+    fn progress(&self, done: f32, what: &str) -> bool {
+        if self.said.get().is_none_or(|said| said.elapsed() >= PAUSE) {
+            self.said.set(Some(Instant::now()));
+            self.post.send(Done::Progress(self.job, done, what.into()));
+        }
+        self.wanted()
+    }
+
+    fn wanted(&self) -> bool {
+        self.wanted.load(Ordering::Relaxed) == self.job
+    }
 }
 
 impl Desk {
     pub fn new(wake: EventLoopProxy<()>) -> Desk {
         let (sender, receiver) = channel();
-        Desk { post: Post { sender, wake }, receiver, drawing: Vec::new(), measuring: Arc::default() }
+        Desk { post: Post { sender, wake }, receiver, drawing: Vec::new(), measuring: Arc::default(), pictures: None }
     }
 
     /// The next thing done.
@@ -92,25 +146,68 @@ impl Desk {
         });
     }
 
-    /// Measures a set-up on a device of its own, so that the window's work does not mix with it.
-    pub fn measure(&mut self, job: u64, adapter: String, scene: Arc<Scene>, setup: Setup) {
+    /// Runs a measurement on a device of its own, so that the window's work does not mix with it.
+    fn beside<T: 'static>(
+        &mut self,
+        job: u64,
+        adapter: String,
+        scene: Arc<Scene>,
+        work: impl FnOnce(&mut Renderer, &Watch) -> Result<T> + Send + 'static,
+        done: fn(u64, Result<T>) -> Done,
+    ) {
         let wanted = self.measuring.clone();
         wanted.store(job, Ordering::Relaxed);
         let thread = self.start(move |post| {
-            let measured = renderer(&adapter, scene).and_then(|mut renderer| {
-                let mut row = None;
-                measure::run(&mut renderer, &setup.clone(), &[(0, setup)], 1, false, &mut |step| {
-                    match step {
-                        Step::Working(done, _) => post.send(Done::Progress(job, done)),
-                        Step::Row(measured) => row = Some(measured),
-                    }
-                    wanted.load(Ordering::Relaxed) == job
-                })?;
-                row.context("nothing was measured")
-            });
-            post.send(Done::Measured(job, measured));
+            let watch = Watch { post: post.clone(), job, wanted, said: Cell::new(None) };
+            let result = renderer(&adapter, scene).and_then(|mut r| work(&mut r, &watch));
+            post.send(done(job, result));
         });
         self.drawing.push(thread);
+    }
+
+    /// Measures set-ups, each a row, whose costs are multiples of the shadow map's of `base`.
+    pub fn measure(&mut self, job: u64, adapter: String, scene: Arc<Scene>, base: Setup, setups: Vec<Setup>) {
+        let work = move |renderer: &mut Renderer, watch: &Watch| {
+            let setups: Vec<(u64, Setup)> = (0..).zip(setups).collect();
+            measure::run(renderer, &base, &setups, setups.len() as u64, false, &mut |step| match step {
+                Step::Working(done, what) => watch.progress(done, &what),
+                Step::Row(row) => watch.tell(Done::Row(row)),
+            })
+        };
+        self.beside(job, adapter, scene, work, Done::Measured);
+    }
+
+    /// Runs techniques along a case's path.
+    pub fn stability(
+        &mut self,
+        job: u64,
+        adapter: String,
+        scene: Arc<Scene>,
+        setup: Setup,
+        (case, techniques, frames): (&'static str, Vec<String>, usize),
+    ) {
+        let work = move |renderer: &mut Renderer, watch: &Watch| {
+            let case = stability::find(case).context("there is no such case")?;
+            stability::run(renderer, case, &setup, &techniques, frames, &mut |done| watch.progress(done, case.id))
+        };
+        self.beside(job, adapter, scene, work, Done::Stability);
+    }
+
+    /// Looks for the cheapest configuration that meets a budget.
+    pub fn advise(
+        &mut self,
+        job: u64,
+        adapter: String,
+        scene: Arc<Scene>,
+        setup: Setup,
+        (budget, techniques): (Budget, Vec<String>),
+    ) {
+        let work = move |renderer: &mut Renderer, watch: &Watch| {
+            let advice =
+                advise::advise(renderer, &setup, &techniques, budget, &mut |done, what| watch.progress(done, what))?;
+            Ok(Box::new((budget, advice)))
+        };
+        self.beside(job, adapter, scene, work, Done::Advised);
     }
 
     /// Lets a measurement that runs end early.
@@ -127,11 +224,38 @@ impl Desk {
         self.drawing.push(thread);
     }
 
+    /// Draws a row's set-up small. `scene` is the one that is open, by its name.
+    pub fn picture(&mut self, adapter: String, setup: Setup, key: String, scene: Arc<Scene>) {
+        if self.pictures.is_none() {
+            let (sender, requests) = channel();
+            self.drawing.push(self.start(move |post| draw_small(&adapter, &requests, post)));
+            self.pictures = Some(sender);
+        }
+        if let Some(sender) = &self.pictures {
+            // Fails only when the thread has ended, and then nothing is drawn.
+            let _ = sender.send((setup, key, scene));
+        }
+    }
+
+    /// Writes measured rows into a file.
+    pub fn save_rows(&self, rows: Vec<Record>, axes: [&'static Axis; 2], path: PathBuf) {
+        self.start(move |post| post.send(Done::Saved(save_rows(&rows, axes, &path).map(|()| path))));
+    }
+
+    /// Reads measured rows.
+    pub fn read_rows(&self, path: PathBuf) {
+        self.start(move |post| {
+            let rows = measure::read(&path);
+            post.send(Done::Read(path, rows));
+        });
+    }
+
     /// Asks for a file to open.
     pub fn pick_file(&self) {
         self.start(|post| {
             let dialog = rfd::FileDialog::new().set_title("Open a scene, a set-up or a capture");
-            let dialog = dialog.add_filter("Scenes, set-ups, captures", &["glb", "gltf", "toml", "png"]);
+            let dialog =
+                dialog.add_filter("Scenes, set-ups, captures, results", &["glb", "gltf", "toml", "png", "csv", "json"]);
             if let Some(path) = dialog.pick_file() {
                 post.send(Done::PickedFile(path));
             }
@@ -151,6 +275,7 @@ impl Desk {
     /// Waits for the threads that draw: a driver must not be torn down under them.
     pub fn close(&mut self) {
         self.cancel_measuring();
+        self.pictures = None;
         for thread in self.drawing.drain(..) {
             // A thread that panicked has said so already.
             let _ = thread.join();
@@ -161,6 +286,61 @@ impl Desk {
 fn prepared(setup: Setup, scene: Scene) -> Result<Box<Loaded>> {
     let geometry = Geometry::new(&scene, 0, 0.0)?;
     Ok(Box::new(Loaded { setup, scene: Arc::new(scene), geometry }))
+}
+
+/// Draws small pictures for as long as they are asked for.
+fn draw_small(adapter: &str, requests: &Receiver<(Setup, String, Arc<Scene>)>, post: &Post) {
+    // The scene's name, and the device that holds it.
+    let mut held: Option<(String, Renderer)> = None;
+    loop {
+        match requests.recv_timeout(IDLE) {
+            Ok((setup, key, scene)) => {
+                let drawn = small(adapter, &mut held, setup, scene);
+                post.send(Done::Pictured(key, drawn));
+            }
+            Err(RecvTimeoutError::Timeout) => held = None,
+            Err(RecvTimeoutError::Disconnected) => return,
+        }
+    }
+}
+
+fn small(
+    adapter: &str,
+    held: &mut Option<(String, Renderer)>,
+    mut setup: Setup,
+    scene: Arc<Scene>,
+) -> Result<ColorImage> {
+    let [width, height] = setup.size.map(u64::from);
+    let size = [SMALL, ((SMALL as u64 * height / width.max(1)) as u32).clamp(1, 2 * SMALL)];
+    // Where there is no truth, what can be seen.
+    setup.view = if techniques::TRUTH.refuses(&setup.light).is_none() { "error" } else { "shaded" }.into();
+    if held.as_ref().is_some_and(|h| h.0 != setup.scene) {
+        *held = None;
+    }
+    let (_, renderer) = match held {
+        Some(held) => held,
+        None => {
+            let scene = if scene.name == setup.scene { scene } else { Arc::new(setup::load_scene(&setup.scene)?) };
+            held.insert((setup.scene.clone(), renderer(adapter, scene)?))
+        }
+    };
+    renderer.render(&setup, Ask { size, truth: Truth::All, analysis: false, timed: false, picture: true })?;
+    Ok(ColorImage::from_rgba_unmultiplied(size.map(|s| s as usize), &renderer.read_picture()?))
+}
+
+fn save_rows(rows: &[Record], [cost, error]: [&Axis; 2], path: &Path) -> Result<()> {
+    let ending = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
+    let scenes: std::collections::BTreeSet<&str> = rows.iter().map(|r| r.scene.as_str()).collect();
+    let title = scenes.into_iter().collect::<Vec<_>>().join(", ");
+    let doing = || format!("{} cannot be written", path.display());
+    capture::create_folder(path)?;
+    match ending.as_str() {
+        "csv" => measure::write(rows, path, false),
+        "json" => measure::write(rows, path, true),
+        "svg" => std::fs::write(path, chart::svg(rows, cost, error, &title)?).with_context(doing),
+        "png" => std::fs::write(path, chart::png(&chart::svg(rows, cost, error, &title)?, CHART)?).with_context(doing),
+        _ => bail!("{}: a chart's file name ends in .svg, .png, .csv or .json", path.display()),
+    }
 }
 
 fn renderer(adapter: &str, scene: Arc<Scene>) -> Result<Renderer> {

@@ -1,0 +1,343 @@
+//! The chart tab: error against cost, a point a configuration.
+
+use super::model::{Action, Model};
+use super::needs::{main_values, mebibytes, percent, title};
+use super::plotting::{Labels, LogAxis, color, marker, short};
+use super::style::{LINE, TEXT, WEAK};
+use super::sweep::Range;
+use crate::chart::{self, Axis, COSTS, ERRORS, Series};
+use crate::measure::Record;
+use crate::setup::Setup;
+use egui::{Align2, Color32, ComboBox, FontId, Grid, Pos2, Rect, RichText, Role, Sense, Stroke, TextureHandle};
+use egui::{Ui, Vec2, WidgetInfo, vec2};
+use egui_plot::{Line, LineStyle, Plot, PlotPoint, PlotPoints, Points};
+use std::collections::{BTreeMap, HashMap, VecDeque};
+
+/// Places of the live point that are kept.
+const TRAIL: usize = 32;
+/// Small pictures that are kept.
+const PICTURES: usize = 200;
+/// What a frame of the window tells without a measurement.
+const LIVE: [&str; 5] = ["error_share", "rmse", "boundary_p95_px", "gpu_ms", "gpu_bytes"];
+
+/// A small picture of a row's set-up.
+pub enum Picture {
+    Waiting,
+    Drawn(TextureHandle),
+    Failed(String),
+}
+
+/// The chart's state.
+pub struct Chart {
+    /// Places of the axes in [`ERRORS`] and [`COSTS`].
+    pub error: usize,
+    pub cost: usize,
+    pub range: Range,
+    /// File to save to or to open.
+    pub path: String,
+    /// The pictures shown so far, as rows: what is known of them. The newest last.
+    pub trail: VecDeque<Record>,
+    /// By the rows' set-ups.
+    pub pictures: HashMap<String, Picture>,
+    /// The rows have changed since they were sorted into lines.
+    pub stale: bool,
+    lines: Vec<Series>,
+    /// For each row a number that it shares with those of the same picture.
+    seen: Vec<usize>,
+}
+
+impl Default for Chart {
+    fn default() -> Chart {
+        Chart {
+            error: 0,
+            cost: 0,
+            range: Range::default(),
+            path: "chart.svg".into(),
+            trail: VecDeque::new(),
+            pictures: HashMap::new(),
+            stale: false,
+            lines: Vec::new(),
+            seen: Vec::new(),
+        }
+    }
+}
+
+impl Chart {
+    /// Sorts rows into lines.
+    fn sort(&mut self, rows: &[Record]) {
+        self.lines = chart::series(rows);
+        let mut views: Vec<Option<Setup>> = Vec::new();
+        // What is left is all but the technique: scene, camera, light, size, clock.
+        let left = |s: Setup| Setup {
+            technique: String::new(),
+            params: BTreeMap::new(),
+            split: 0.0,
+            view: String::new(),
+            ..s
+        };
+        self.seen.clear();
+        for r in rows {
+            let view = r.setup().ok().map(left);
+            let known = views.iter().position(|v| *v == view);
+            self.seen.push(known.unwrap_or(views.len()));
+            if known.is_none() {
+                views.push(view);
+            }
+        }
+    }
+
+    /// Moves the live point.
+    pub fn live(&mut self, row: Record) {
+        let same =
+            |r: &Record| (&r.technique, &r.params, r.error_share) == (&row.technique, &row.params, row.error_share);
+        if self.trail.back().is_some_and(same) {
+            self.trail.pop_back();
+        }
+        self.trail.push_back(row);
+        if self.trail.len() > TRAIL {
+            self.trail.pop_front();
+        }
+    }
+
+    /// Keeps a small picture.
+    pub fn picture(&mut self, setup: String, picture: Picture) {
+        if self.pictures.len() >= PICTURES {
+            self.pictures.clear();
+        }
+        self.pictures.insert(setup, picture);
+    }
+}
+
+/// Draws the chart.
+pub fn show(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
+    axes(ui, m);
+    if std::mem::take(&mut m.chart.stale) {
+        m.chart.sort(&m.rows);
+    }
+    let (cost, error) = (&COSTS[m.chart.cost], &ERRORS[m.chart.error]);
+    let points: Vec<Option<(f64, f64)>> = m.rows.iter().map(|r| chart::point(r, cost, error)).collect();
+    let known = LIVE.contains(&cost.id) && LIVE.contains(&error.id);
+    let trail: Vec<(f64, f64)> =
+        m.chart.trail.iter().filter(|_| known).filter_map(|r| chart::point(r, cost, error)).collect();
+    let all = || points.iter().flatten().chain(&trail);
+    let (x, y) = (LogAxis::of(all().map(|p| p.0)), LogAxis::of(all().map(|p| p.1)));
+    let at = |(cost, error): (f64, f64)| [x.at(cost), y.at(error)];
+
+    let empty = all().next().is_none();
+    let plot = Plot::new(("chart", m.chart.cost, m.chart.error))
+        .show_x(false)
+        .show_y(false)
+        .set_margin_fraction(vec2(0.09, 0.1))
+        .y_axis_min_width(44.0)
+        .grid_color(LINE)
+        .show_axes(!empty)
+        .show_grid(!empty)
+        .allow_scroll(false)
+        .allow_boxed_zoom(false)
+        .x_grid_spacer(move |g| x.marks(g.bounds))
+        .y_grid_spacer(move |g| y.marks(g.bounds))
+        .x_axis_formatter(move |mark, _| x.text(mark))
+        .y_axis_formatter(move |mark, _| y.text(mark));
+    let shown = plot.show(ui, |plot| {
+        for line in &m.chart.lines {
+            let places: PlotPoints = line.points.iter().filter_map(|i| points[*i]).map(at).collect();
+            plot.line(
+                Line::new("", places).color(color(&line.technique).gamma_multiply(0.8)).width(1.5).allow_hover(false),
+            );
+        }
+        for front in fronts(&m.chart.seen, &points) {
+            let steps: PlotPoints = staircase(&front).into_iter().map(at).collect();
+            let line = Line::new("", steps).color(TEXT.gamma_multiply(0.6)).width(1.0);
+            plot.line(line.style(LineStyle::dashed_dense()).allow_hover(false));
+        }
+        for line in &m.chart.lines {
+            let places: PlotPoints = line.points.iter().filter_map(|i| points[*i]).map(at).collect();
+            let places = Points::new("", places).shape(marker(&line.technique)).radius(4.5);
+            plot.points(places.color(color(&line.technique)).allow_hover(false));
+        }
+        // Part of the bounds; drawn below.
+        plot.points(
+            Points::new("", trail.iter().copied().map(at).collect::<PlotPoints>()).radius(0.1).allow_hover(false),
+        );
+        let wheel = plot.response().ctx.input(|i| i.smooth_scroll_delta.y);
+        if plot.response().contains_pointer() && wheel != 0.0 {
+            plot.zoom_bounds_around_hovered(Vec2::splat((wheel * 0.004).exp()));
+        }
+    });
+    let frame = *shown.transform.frame();
+    let screen = |p: (f64, f64)| {
+        let [x, y] = at(p);
+        shown.transform.position_from_point(&PlotPoint::new(x, y))
+    };
+    let screens: Vec<Option<Pos2>> = points.iter().map(|p| p.map(screen).filter(|s| frame.contains(*s))).collect();
+    let mut labels = Labels::new(frame);
+    live(ui, m, frame, &mut labels, &trail.iter().copied().map(screen).collect::<Vec<_>>());
+    for line in &m.chart.lines {
+        if let Some(end) = line.points.iter().rev().find_map(|i| screens[*i]) {
+            labels.write(ui, end, &line.label, color(&line.technique), false);
+        }
+    }
+    if let Some(axis) = [error, cost].into_iter().find(|a| !LIVE.contains(&a.id)) {
+        let text = format!("The picture now is not shown: its {} is not known without a measurement.", axis.id);
+        let galley = ui.painter().layout_no_wrap(text, FontId::proportional(11.5), WEAK);
+        let place = Align2::RIGHT_TOP.anchor_size(frame.right_top() + vec2(-8.0, 6.0), galley.size());
+        ui.painter().with_clip_rect(frame).galley(place.min, galley, WEAK);
+    }
+    if points.iter().all(Option::is_none) {
+        let text = match m.rows.is_empty() {
+            true => "Sweep, measure or open a file: every configuration becomes a point here.",
+            false => "None of the rows has both of these figures.",
+        };
+        let galley = ui.painter().layout(text.into(), FontId::proportional(13.0), WEAK, frame.width() - 40.0);
+        let place = Align2::CENTER_TOP.anchor_size(frame.center_top() + vec2(0.0, 26.0), galley.size());
+        ui.painter().galley(place.min, galley, WEAK);
+    }
+    let mut chosen = None;
+    for (i, place) in screens.iter().enumerate() {
+        let Some(place) = place else { continue };
+        let r = &m.rows[i];
+        let touch = ui.interact(
+            Rect::from_center_size(*place, Vec2::splat(13.0)),
+            ui.scope_id().with(("row", i)),
+            Sense::click(),
+        );
+        touch.widget_info(|| WidgetInfo::labeled(Role::Button, true, format!("{} {}", r.technique, main_values(r))));
+        if touch.hovered() {
+            let painter = ui.painter().with_clip_rect(frame);
+            painter.circle_stroke(*place, 8.0, Stroke::new(1.5, Color32::WHITE));
+        }
+        if touch.clicked() {
+            chosen = Some(i);
+        }
+        let (pictures, busy) = (&m.chart.pictures, m.measuring.is_some());
+        touch.on_hover_ui(|ui| about(ui, r, pictures, busy, out));
+    }
+    if let Some(i) = chosen {
+        let row = m.rows[i].clone();
+        out.extend(m.apply(&row));
+    }
+}
+
+/// The points that no other beats, for each picture that was measured: another scene, camera or light is another matter.
+fn fronts(seen: &[usize], points: &[Option<(f64, f64)>]) -> Vec<Vec<(f64, f64)>> {
+    let views = seen.iter().max().map_or(0, |most| most + 1);
+    let of = |view: usize| {
+        let own = seen.iter().zip(points).filter(|(v, _)| **v == view);
+        let own: Vec<(f64, f64)> = own.filter_map(|(_, p)| *p).collect();
+        chart::pareto(&own).into_iter().map(|i| own[i]).collect()
+    };
+    (0..views).map(of).collect()
+}
+
+/// From each point to the cost of the next, then down.
+fn staircase(front: &[(f64, f64)]) -> Vec<(f64, f64)> {
+    let mut out: Vec<(f64, f64)> = Vec::new();
+    for p in front {
+        out.extend(out.last().map(|last| (p.0, last.1)));
+        out.push(*p);
+    }
+    out
+}
+
+/// The boxes that choose the axes.
+fn axes(ui: &mut Ui, m: &mut Model) {
+    let choose = |ui: &mut Ui, id: &str, all: &'static [Axis], chosen: &mut usize, width: f32| {
+        let combo = ComboBox::from_id_salt(id).selected_text(all[*chosen].title).width(width).truncate();
+        let shown = combo.show_ui(ui, |ui| {
+            for (i, axis) in all.iter().enumerate() {
+                if ui.selectable_label(i == *chosen, axis.title).on_hover_text(axis.doc).clicked() {
+                    *chosen = i;
+                }
+            }
+        });
+        shown.response.on_hover_text(all[*chosen].doc).widget_info(|| WidgetInfo::labeled(Role::ComboBox, true, id));
+    };
+    ui.horizontal(|ui| {
+        let room = ui.available_width();
+        let width = ((room - 70.0) / 2.0).clamp(60.0, 300.0);
+        choose(ui, "error axis", ERRORS, &mut m.chart.error, width);
+        ui.label(RichText::new("against").color(WEAK));
+        choose(ui, "cost axis", COSTS, &mut m.chart.cost, width);
+    });
+}
+
+/// The picture now, and where it has been: fading.
+fn live(ui: &Ui, m: &Model, frame: Rect, labels: &mut Labels, places: &[Pos2]) {
+    let painter = ui.painter().with_clip_rect(frame);
+    let trail = m.chart.trail.iter().collect::<Vec<_>>();
+    let count = places.len();
+    if count != trail.len() {
+        return;
+    }
+    for i in 0..count {
+        let fade = (i + 1) as f32 / count as f32;
+        let color = color(&trail[i].technique).gamma_multiply(0.15 + 0.6 * fade * fade);
+        if i > 0 {
+            painter.line_segment([places[i - 1], places[i]], Stroke::new(1.0, color.gamma_multiply(0.6)));
+        }
+        if i + 1 < count {
+            painter.circle_filled(places[i], 2.5, color);
+        }
+    }
+    let (Some(place), Some(row)) = (places.last(), trail.last()) else { return };
+    // Hollow while the error of what is shown is not known yet.
+    let now = m.facts.error.is_some() && m.measuring.is_none();
+    painter.circle_stroke(*place, 7.5, Stroke::new(2.0, if now { Color32::WHITE } else { WEAK }));
+    if now {
+        painter.circle_filled(*place, 4.0, color(&row.technique));
+    }
+    labels.write(ui, *place, if now { "now" } else { "before" }, Color32::WHITE, false);
+}
+
+/// What a point is: settings, figures, a small picture.
+fn about(ui: &mut Ui, r: &Record, pictures: &HashMap<String, Picture>, busy: bool, out: &mut Vec<Action>) {
+    ui.set_width(250.0);
+    ui.label(RichText::new(title(&r.technique)).strong());
+    let main = main_values(r);
+    if !main.is_empty() {
+        ui.label(main);
+    }
+    let wide = vec2(240.0, (240.0 * r.height as f32 / r.width.max(1) as f32).clamp(60.0, 240.0));
+    match pictures.get(&r.setup) {
+        Some(Picture::Drawn(texture)) => {
+            ui.add(egui::Image::from_texture((texture.id(), wide)));
+        }
+        Some(Picture::Failed(why)) => {
+            ui.label(RichText::new(why).small().color(WEAK));
+        }
+        waiting => {
+            ui.allocate_ui(wide, |ui| {
+                ui.set_min_size(wide);
+                ui.centered_and_justified(|ui| match busy {
+                    true => ui.label(RichText::new("no small picture while measuring").small().color(WEAK)),
+                    false => ui.add(egui::Spinner::new().size(22.0)),
+                });
+            });
+            if waiting.is_none() && !busy {
+                out.push(Action::Thumbnail(r.setup.clone()));
+            }
+        }
+    }
+    let rows = [
+        ("wrong pixels", Some(percent(r.error_share))),
+        ("RMSE", Some(format!("{:.5}", r.rmse))),
+        ("FLIP", Some(format!("{:.5}", r.flip))),
+        ("edge error, 95 %", r.boundary_p95_px.map(|px| format!("{px:.1} px"))),
+        ("flicker", r.flicker.map(percent)),
+        ("time", Some(format!("{} ms ({} to {})", short(r.gpu_ms), short(r.gpu_ms_q1), short(r.gpu_ms_q3)))),
+        ("ratio", r.ratio.map(|x| format!("{x:.2} × shadow-map"))),
+        ("memory", Some(mebibytes(r.gpu_bytes))),
+        ("rays", (r.rays > 0).then(|| r.rays.to_string())),
+    ];
+    Grid::new("about").num_columns(2).min_row_height(15.0).spacing([10.0, 1.0]).show(ui, |ui| {
+        for (name, value) in rows.into_iter().filter_map(|(name, value)| Some((name, value?))) {
+            ui.label(RichText::new(name).small());
+            ui.label(RichText::new(value).monospace().size(11.5));
+            ui.end_row();
+        }
+    });
+    let rest = r.params.replace(';', ", ").replace('=', " ");
+    ui.label(RichText::new(rest).small().color(WEAK));
+    let place = format!("{}, {} × {} pixels. Click to apply.", r.scene, r.width, r.height);
+    ui.label(RichText::new(place).small().color(WEAK));
+}

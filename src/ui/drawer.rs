@@ -1,0 +1,126 @@
+//! The drawer under the picture: its tabs, and what they have in common.
+
+use super::controls::chips;
+use super::model::{Action, Job, Model, Tab};
+use super::style::{PANEL, WEAK};
+use super::{advice, sweep, timeline};
+use crate::techniques;
+use egui::{Align, Button, Frame, Label, Layout, Margin, Panel, ProgressBar, Rect, RichText, ScrollArea, Sense, Ui};
+use egui::{UiBuilder, vec2};
+use std::collections::BTreeSet;
+
+/// Height of the strip with the tabs, points.
+const STRIP: f32 = 26.0;
+/// Share of the room that the drawer takes at first.
+const SHARE: f32 = 0.45;
+/// Points of picture that always stay.
+const PICTURE: f32 = 90.0;
+/// Width of a column with controls, points.
+const SIDE: f32 = 270.0;
+/// Below this width controls stand under the chart, points.
+const NARROW: f32 = 520.0;
+
+/// The tabs with their titles, keys, and what they are for.
+pub const TABS: [(Tab, &str, &str); 3] = [
+    (Tab::Chart, "Chart", "Error against cost: sweep techniques over their parameters and compare them (F2)."),
+    (Tab::Stability, "Stability", "Paths of camera and light on which some techniques fail (F3)."),
+    (Tab::Advice, "Advice", "The cheapest technique and parameters that are exact enough (F4)."),
+];
+
+/// Draws the strip and, above it, the open tab.
+pub fn show(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
+    let strip = Frame::new().fill(PANEL).inner_margin(Margin::symmetric(10, 0));
+    Panel::bottom("tabs").exact_size(STRIP).frame(strip).show(ui, |ui| {
+        ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
+            for (tab, title, tip) in TABS {
+                let open = m.drawer == Some(tab);
+                let button = Button::selectable(open, title).frame_when_inactive(true);
+                if ui.add(button).on_hover_text(tip).clicked() {
+                    m.drawer = if open { None } else { Some(tab) };
+                }
+            }
+        });
+    });
+    let Some(tab) = m.drawer else { return };
+    let room = ui.available_height();
+    let most = (room - PICTURE).max(room * 0.5);
+    let body = Panel::bottom("drawer").resizable(true).default_size(room * SHARE).size_range(most.min(140.0)..=most);
+    let frame = Frame::new().fill(PANEL).inner_margin(Margin { left: 10, right: 6, top: 6, bottom: 4 });
+    body.frame(frame).show(ui, |ui| {
+        let rest = ui.available_rect_before_wrap();
+        within(ui, rest, |ui| match tab {
+            Tab::Chart => sweep::show(ui, m, out),
+            Tab::Stability => timeline::show(ui, m, out),
+            Tab::Advice => advice::show(ui, m, out),
+        });
+        ui.allocate_rect(rest, Sense::hover());
+    });
+}
+
+/// Draws into a rectangle, beyond which nothing reaches.
+fn within(ui: &mut Ui, rect: Rect, add: impl FnOnce(&mut Ui)) {
+    let mut inside = ui.new_child(UiBuilder::new().max_rect(rect));
+    inside.shrink_clip_rect(rect);
+    add(&mut inside);
+}
+
+/// What is drawn of a tab's part.
+pub type Part = fn(&mut Ui, &mut Model, &mut Vec<Action>);
+
+/// A chart with a column of controls beside it, or under it where the drawer is narrow.
+pub fn beside(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>, chart: Part, controls: Part) {
+    let rest = ui.available_rect_before_wrap();
+    if rest.width() < NARROW {
+        ScrollArea::vertical().id_salt("narrow").auto_shrink([false, false]).show(ui, |ui| {
+            controls(ui, m, out);
+            let size = vec2(ui.available_width(), (rest.height() - 20.0).max(230.0));
+            let (_, rect) = ui.allocate_space(size);
+            within(ui, rect, |ui| chart(ui, m, out));
+        });
+        return;
+    }
+    let middle = rest.right() - SIDE;
+    let [left, right] = [rest.with_max_x(middle - 10.0), rest.with_min_x(middle)];
+    within(ui, left, |ui| chart(ui, m, out));
+    within(ui, right, |ui| {
+        ScrollArea::vertical().id_salt("controls").auto_shrink([false, false]).show(ui, |ui| controls(ui, m, out));
+    });
+}
+
+/// What runs and how far it is, with a button that ends it; two lines high.
+pub fn progress(ui: &mut Ui, job: &Job, out: &mut Vec<Action>) {
+    ui.horizontal(|ui| {
+        let bar = ProgressBar::new(job.done).desired_width((ui.available_width() - 64.0).max(60.0));
+        ui.add(bar.text(RichText::new(job.told()).size(12.0)));
+        if ui.button("Cancel").on_hover_text("Stop. What is measured so far stays.").clicked() {
+            out.push(Action::CancelMeasuring);
+        }
+    });
+    let what = if job.what.is_empty() { job.title.to_string() } else { format!("{}: {}", job.title, job.what) };
+    line(ui, &what);
+}
+
+/// A line of small grey text that never breaks.
+pub fn line(ui: &mut Ui, text: &str) {
+    ui.add(Label::new(RichText::new(text).small().color(WEAK)).truncate());
+}
+
+/// Chips for the techniques that take part; those that do not serve the light are left out.
+pub fn pick_techniques(ui: &mut Ui, m: &mut Model) {
+    ui.horizontal(|ui| {
+        ui.label(RichText::new("techniques").small().color(WEAK));
+        if ui.small_button("all").on_hover_text("Take all that serve the light.").clicked() {
+            m.left_out = BTreeSet::new();
+        }
+        if ui.small_button("none").on_hover_text("Leave all out.").clicked() {
+            m.left_out = techniques::ALL.iter().map(|i| i.id).collect();
+        }
+    });
+    let serving: Vec<_> = techniques::ALL.iter().filter(|i| i.refuses(&m.setup.light).is_none()).collect();
+    let items = serving.iter().map(|i| (i.id, !m.left_out.contains(i.id), format!("{}\n{}", i.title, i.doc)));
+    if let Some(i) = chips(ui, items)
+        && !m.left_out.remove(serving[i].id)
+    {
+        m.left_out.insert(serving[i].id);
+    }
+}

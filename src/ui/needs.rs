@@ -1,0 +1,108 @@
+//! What a technique needs of what it renders, and numbers in words.
+
+use super::model::{Action, Model};
+use super::panel::grouped;
+use super::style::WEAK;
+use crate::measure::{Record, params_text};
+use crate::setup::Setup;
+use crate::techniques;
+use egui::{Grid, RichText, Ui};
+
+/// A name, a value and what it means.
+pub type Row = (&'static str, String, &'static str);
+
+/// What a measured configuration needs of what it renders; what does not apply is left out.
+pub fn rows(r: &Record) -> Vec<Row> {
+    let of = |part: u64, whole: u64| {
+        let share = 100.0 * part as f64 / whole.max(1) as f64;
+        format!("{} of {} ({share:.1} %)", grouped(part as usize), grouped(whole as usize))
+    };
+    let mut out: Vec<Row> = Vec::new();
+    if let (Some(part), Some(whole)) = (r.texels_covered, r.texels) {
+        out.push(("texels covered", of(part, whole), "Texels of the maps that some pixel looks into, of all."));
+    }
+    if let (Some(part), Some(whole)) = (r.views_needed, r.views_rendered) {
+        out.push(("views needed", of(part, whole), "Maps, faces, cascades or samples that some pixel looks into."));
+    }
+    if let (Some(part), Some(whole)) = (r.triangles_drawn, r.triangles_submitted) {
+        out.push((
+            "triangles drawn",
+            of(part, whole),
+            "Triangles left after culling, of those sent to the light's views.",
+        ));
+    }
+    if r.rays > 0 {
+        let tip = "Shadow rays traced in one frame, of the pixels that face the light.";
+        out.push(("rays", of(r.rays, r.facing as u64), tip));
+    }
+    out.push(("memory held", mebibytes(r.gpu_bytes), "GPU memory that the technique holds."));
+    out
+}
+
+/// Bytes in words.
+pub fn mebibytes(bytes: u64) -> String {
+    format!("{:.2} MiB", bytes as f64 / 1048576.0)
+}
+
+/// A share as a percentage with about three figures.
+pub fn percent(share: f64) -> String {
+    let p = share * 100.0;
+    let decimals = if p == 0.0 { 0 } else { (2.0 - p.abs().log10().floor()).clamp(0.0, 5.0) as usize };
+    format!("{p:.decimals$} %")
+}
+
+/// The values of the technique's main parameters: `resolution 1024, kernel 3`.
+pub fn main_values(r: &Record) -> String {
+    let main = techniques::find(&r.technique).map_or(&[][..], |i| i.main);
+    let values = r.values();
+    let one = |(name, _): &(&str, &str)| {
+        let value = values.iter().find(|(n, _)| n == name)?.1;
+        Some(format!("{} {value}", name.replace('_', " ")))
+    };
+    main.iter().filter_map(one).collect::<Vec<_>>().join(", ")
+}
+
+/// A technique's title; the id of one that is unknown.
+pub fn title(technique: &str) -> &str {
+    techniques::find(technique).map_or(technique, |i| i.title)
+}
+
+/// The panel's table for the present set-up.
+pub fn show(ui: &mut Ui, m: &Model, out: &mut Vec<Action>) {
+    let measured = m.rows.iter().rev().find(|r| is_of(r, &m.setup));
+    let bytes = m.facts.told.gpu_bytes;
+    let rows = match measured {
+        Some(r) => rows(r),
+        None => vec![("memory held", mebibytes(bytes), "GPU memory that the technique holds.")],
+    };
+    table(ui, "needs", &rows);
+    ui.horizontal(|ui| {
+        let text = if measured.is_some() { "as measured at this set-up" } else { "the rest is known once measured" };
+        ui.label(RichText::new(text).small().color(WEAK));
+        let ready = m.measuring.is_none() && m.info().refuses(&m.setup.light).is_none();
+        if measured.is_none() && ready && ui.small_button("Measure now").on_hover_text("Measure this set-up.").clicked()
+        {
+            out.push(Action::Measure);
+        }
+    });
+}
+
+/// Two columns: names and values.
+pub fn table(ui: &mut Ui, id: impl std::hash::Hash + std::fmt::Debug, rows: &[Row]) {
+    Grid::new(id).num_columns(2).min_col_width(110.0).spacing([8.0, 1.0]).show(ui, |ui| {
+        for (name, value, tip) in rows {
+            ui.label(RichText::new(*name).small()).on_hover_text(*tip);
+            ui.label(RichText::new(value).monospace().size(11.5)).on_hover_text(*tip);
+            ui.end_row();
+        }
+    });
+}
+
+/// Whether a row was measured at this set-up, whatever its view.
+fn is_of(r: &Record, setup: &Setup) -> bool {
+    if r.technique != setup.technique || r.scene != setup.scene || r.params != params_text(setup.values()) {
+        return false;
+    }
+    let seen = |s: &Setup| (s.camera, s.light, s.size, s.time, s.animation, s.seed);
+    r.setup().is_ok_and(|s| seen(&s) == seen(setup))
+}

@@ -1,0 +1,124 @@
+//! What the window's charts have in common: a technique's colour and marker, logarithmic axes, labels.
+
+use crate::chart::{COLORS, place};
+use egui::{Align2, Color32, FontId, Rect, Ui, pos2, vec2};
+use egui_plot::{GridMark, MarkerShape};
+
+/// A technique's colour, lightened for the dark ground.
+pub fn color(technique: &str) -> Color32 {
+    let [r, g, b] = COLORS[place(technique) % COLORS.len()];
+    Color32::from_rgb(r, g, b).lerp_to_gamma(Color32::WHITE, 0.22)
+}
+
+/// A technique's marker.
+pub fn marker(technique: &str) -> MarkerShape {
+    use MarkerShape::{Circle, Diamond, Down, Left, Plus, Right, Square, Up};
+    [Circle, Square, Up, Diamond, Down, Plus, Left, Right][place(technique) % 8]
+}
+
+/// A logarithmic axis on which zero has a place of its own, below the decade of the smallest value.
+#[derive(Clone, Copy)]
+pub struct LogAxis {
+    /// Where zero stands, as an exponent; None: no value is zero.
+    zero: Option<f64>,
+}
+
+impl LogAxis {
+    pub fn of(values: impl Iterator<Item = f64> + Clone) -> LogAxis {
+        let least = values.clone().filter(|v| *v > 0.0).fold(f64::INFINITY, f64::min);
+        let zero = values.clone().any(|v| v <= 0.0);
+        let below = if least.is_finite() { (least.log10() - 0.4).floor() } else { -1.0 };
+        LogAxis { zero: zero.then_some(below) }
+    }
+
+    /// Where a value stands.
+    pub fn at(self, value: f64) -> f64 {
+        if value > 0.0 { value.log10() } else { self.zero.unwrap_or(-1.0) }
+    }
+
+    /// The grid: 1, 2 and 5 of each decade, and zero.
+    pub fn marks(self, (low, high): (f64, f64)) -> Vec<GridMark> {
+        let mut out = Vec::new();
+        let least = self.zero.map_or(low, |z| low.max(z + 0.2));
+        // Within one decade more numbers are needed.
+        let fine: &[(f64, f64)] = match high - low {
+            span if span < 0.5 => {
+                &[1.0, 1.2, 1.4, 1.6, 1.8, 2.0, 2.5, 3.0, 3.5, 4.0, 4.5, 5.0, 6.0, 7.0, 8.0, 9.0].map(|m| (m, 0.05))
+            }
+            span if span < 1.2 => &[1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 7.0].map(|m| (m, 0.15)),
+            _ => &[(1.0, 1.0), (2.0, 0.3), (5.0, 0.3)],
+        };
+        let (first, last) = (low.floor().max(-30.0) as i32, high.ceil().min(30.0) as i32);
+        for decade in first..=last {
+            for (mantissa, step_size) in fine {
+                let value = decade as f64 + mantissa.log10();
+                if value >= least && value <= high {
+                    out.push(GridMark { value, step_size: *step_size });
+                }
+            }
+        }
+        out.extend(self.zero.map(|value| GridMark { value, step_size: 1.0 }));
+        out
+    }
+
+    /// What is written beside a mark.
+    pub fn text(self, mark: GridMark) -> String {
+        if self.zero == Some(mark.value) { "0".into() } else { short(10f64.powf(mark.value)) }
+    }
+}
+
+/// A number of few digits, with letters for thousands and more.
+pub fn short(value: f64) -> String {
+    let letters = [(1e9, "G"), (1e6, "M"), (1e3, "k")];
+    match letters.iter().find(|(unit, _)| value >= *unit * 0.9995 && value >= 9999.0) {
+        Some((unit, letter)) => format!("{}{letter}", digits(value / unit)),
+        None => digits(value),
+    }
+}
+
+fn digits(value: f64) -> String {
+    if value == 0.0 {
+        return "0".into();
+    }
+    let places = (2.0 - value.abs().log10().floor()).clamp(0.0, 9.0) as usize;
+    let text = format!("{value:.places$}");
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').into() } else { text }
+}
+
+/// Labels that keep out of each other's way.
+pub struct Labels {
+    inside: Rect,
+    placed: Vec<Rect>,
+}
+
+impl Labels {
+    pub fn new(inside: Rect) -> Labels {
+        Labels { inside, placed: Vec::new() }
+    }
+
+    /// Writes beside a point, or above it, or on the next side that is free; not at all where none is.
+    pub fn write(&mut self, ui: &Ui, at: egui::Pos2, text: &str, color: Color32, above: bool) {
+        let painter = ui.painter().with_clip_rect(self.inside);
+        let galley = painter.layout_no_wrap(text.into(), FontId::proportional(11.5), color);
+        let mut sides = [
+            (Align2::LEFT_CENTER, vec2(12.0, 0.0)),
+            (Align2::RIGHT_CENTER, vec2(-12.0, 0.0)),
+            (Align2::CENTER_BOTTOM, vec2(0.0, -10.0)),
+            (Align2::CENTER_TOP, vec2(0.0, 10.0)),
+            (Align2::LEFT_BOTTOM, vec2(8.0, -8.0)),
+            (Align2::LEFT_TOP, vec2(8.0, 8.0)),
+        ];
+        if above {
+            sides.swap(0, 2);
+        }
+        for (align, offset) in sides {
+            let rect = align.anchor_size(at + offset, galley.size());
+            let free = |r: &Rect| !r.expand2(vec2(3.0, 0.0)).intersects(rect);
+            if self.inside.contains_rect(rect) && self.placed.iter().all(free) {
+                painter.galley(pos2(rect.left(), rect.top()), galley, color);
+                self.placed.push(rect);
+                return;
+            }
+        }
+    }
+}

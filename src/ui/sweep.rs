@@ -1,0 +1,110 @@
+//! The chart tab's controls: what is swept, and files.
+
+use super::controls::chips;
+use super::drawer::{beside, line, pick_techniques, progress};
+use super::model::{Action, Model};
+use super::{chart, style::WEAK};
+use crate::measure::{self, Axis};
+use crate::setup::Setup;
+use crate::techniques;
+use anyhow::Result;
+use egui::{Align, Button, Layout, RichText, TextEdit, Ui, vec2};
+use std::path::PathBuf;
+
+/// Which configurations a sweep has.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Range {
+    /// Over all main parameters, not over the first alone.
+    pub all: bool,
+    techniques: Vec<String>,
+    /// Configurations, counted for these techniques.
+    count: Option<usize>,
+}
+
+pub fn show(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
+    beside(ui, m, out, chart::show, controls);
+}
+
+fn controls(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
+    pick_techniques(ui, m);
+    ui.label(RichText::new("over").small().color(WEAK));
+    let all = m.chart.range.all;
+    let first = "Each technique over its first main parameter only, such as the resolution.";
+    let every = "Each technique over all combinations of its main parameters.";
+    let items = [("main parameter", !all, first.to_string()), ("all main parameters", all, every.to_string())];
+    if let Some(i) = chips(ui, items.into_iter()) {
+        m.chart.range.all = i == 1;
+        m.chart.range.count = None;
+    }
+    ui.add_space(2.0);
+    start(ui, m, out);
+    ui.add_space(4.0);
+    files(ui, m, out);
+}
+
+/// The button that starts, or how far what runs is.
+fn start(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
+    if let Some(job) = &m.measuring {
+        progress(ui, job, out);
+        return;
+    }
+    let chosen = m.techniques();
+    if m.chart.range.count.is_none() || m.chart.range.techniques != chosen {
+        m.chart.range.count = Some(configurations(&m.setup, &chosen, m.chart.range.all).map_or(0, |c| c.len()));
+        m.chart.range.techniques = chosen;
+    }
+    let count = m.chart.range.count.unwrap_or(0);
+    let text = if count == 1 { "Sweep 1 configuration".into() } else { format!("Sweep {count} configurations") };
+    ui.horizontal(|ui| {
+        let start = ui.add_enabled(count > 0, Button::new(text));
+        let tip = "Measure every configuration's error and time, each a point of the chart. The picture waits meanwhile, so that it does not disturb the times.";
+        if start.on_hover_text(tip).on_disabled_hover_text("No technique is chosen that serves the light.").clicked() {
+            match configurations(&m.setup, &m.chart.range.techniques, m.chart.range.all) {
+                Ok(all) => out.push(Action::Sweep(all)),
+                Err(e) => m.fail(&e),
+            }
+        }
+        let clear = ui.add_enabled(!m.rows.is_empty(), Button::new("Clear"));
+        if clear.on_hover_text("Remove all points from the chart.").clicked() {
+            m.clear_rows();
+        }
+    });
+    let [w, h] = m.setup.size;
+    line(ui, &format!("at {w} × {h} pixels, as set under Capture"));
+}
+
+/// The set-ups of a sweep over the techniques' main parameters, or over the first of them.
+fn configurations(setup: &Setup, chosen: &[String], all: bool) -> Result<Vec<Setup>> {
+    let setup = Setup { view: "shaded".into(), ..setup.clone() };
+    if all {
+        return measure::expand(&setup, chosen, &[], true);
+    }
+    let mut out = Vec::new();
+    for id in chosen {
+        let main = techniques::find_or_say(id)?.main.first();
+        let axis = main.map(|(name, values)| Axis::parse(&format!("{id}.{name}={values}"))).transpose()?;
+        out.append(&mut measure::expand(&setup, std::slice::from_ref(id), axis.as_slice(), false)?);
+    }
+    Ok(out)
+}
+
+fn files(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
+    let tip = "Save writes .svg or .png: the chart, .csv or .json: the figures. Open reads the figures of a sweep, .csv or .json; such files can also be dropped on the window.";
+    ui.label(RichText::new("file").small().color(WEAK)).on_hover_text(tip);
+    ui.with_layout(Layout::right_to_left(Align::Min), |ui| {
+        let path = m.chart.path.trim().to_string();
+        let is = |endings: &[&str]| endings.iter().any(|e| path.to_ascii_lowercase().ends_with(e));
+        let open = ui.add_enabled(is(&[".csv", ".json"]), Button::new("Open"));
+        if open.on_hover_text("Add the rows of this .csv or .json file to the chart.").clicked() {
+            out.push(Action::Open(path.clone()));
+        }
+        let save = !m.rows.is_empty() && is(&[".svg", ".png", ".csv", ".json"]);
+        let save = ui.add_enabled(save, Button::new("Save"));
+        let save = save.on_hover_text("Write this file: the chart as .svg or .png, the figures as .csv or .json.");
+        if save.on_disabled_hover_text("Needs points, and a name that ends in .svg, .png, .csv or .json.").clicked() {
+            out.push(Action::SaveRows(PathBuf::from(&path)));
+        }
+        let size = vec2(ui.available_width() - 2.0, 21.0);
+        ui.add_sized(size, TextEdit::singleline(&mut m.chart.path).hint_text("path")).on_hover_text(tip);
+    });
+}

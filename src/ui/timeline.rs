@@ -1,0 +1,271 @@
+//! The stability tab: a case's path, and error and flicker along it.
+
+use super::controls::chips;
+use super::drawer::{beside, line, pick_techniques, progress};
+use super::model::{Action, Model};
+use super::needs::percent;
+use super::plotting::{Labels, color, short};
+use super::style::{ACCENT, LINE, TEXT, WEAK};
+use crate::measure::stability::{self, CASES, Case, Point, Stability};
+use crate::setup::Setup;
+use egui::{Button, ComboBox, DragValue, FontId, Grid, Label, RichText, Role, Slider, Ui, WidgetInfo, vec2};
+use egui_plot::{GridMark, HLine, Line, Plot, PlotPoint, PlotPoints, VLine};
+
+/// Seconds that a path takes when it plays.
+pub const SECONDS: f32 = 8.0;
+
+/// The timeline's state.
+#[derive(Default)]
+pub struct Timeline {
+    pub case: Option<&'static Case>,
+    /// Where on the path, 0 to 1.
+    pub t: f32,
+    pub playing: bool,
+    /// Frames of the next run; None: as many as the case has by default.
+    pub frames: Option<usize>,
+    /// Flicker is shown, not error.
+    pub flicker: bool,
+    pub found: Option<Stability>,
+}
+
+impl Timeline {
+    /// Another scene has been opened.
+    pub fn opened(&mut self, setup: &Setup) {
+        self.playing = false;
+        if let Some(case) = stability::find(&setup.scene) {
+            if self.case.is_none_or(|c| c.id != case.id) {
+                self.choose(case);
+            }
+            self.t = 0.0;
+        }
+    }
+
+    fn choose(&mut self, case: &'static Case) {
+        self.case = Some(case);
+        self.frames = None;
+        if self.found.as_ref().is_some_and(|f| f.case != case.id) {
+            self.found = None;
+        }
+    }
+}
+
+impl Model {
+    /// The case whose scene is open.
+    fn case(&self) -> Option<&'static Case> {
+        self.timeline.case.filter(|c| c.id == self.setup.scene && self.loading.is_none())
+    }
+
+    /// Moves along the path. It is no step that can be undone, like flying.
+    pub fn scrub(&mut self, t: f32) {
+        let Some(case) = self.case() else { return };
+        self.history.commit(&self.setup, false);
+        self.timeline.t = t.clamp(0.0, 1.0);
+        (case.place)(&mut self.setup, self.timeline.t);
+        self.history.absorb(&self.setup);
+    }
+}
+
+pub fn show(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
+    beside(ui, m, out, path, controls);
+}
+
+fn controls(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
+    let chosen = m.timeline.case;
+    let combo = ComboBox::from_id_salt("case").width(ui.available_width() - 4.0).truncate();
+    let shown = combo.selected_text(chosen.map_or("choose a case", |c| c.id)).show_ui(ui, |ui| {
+        for case in CASES {
+            let own = chosen.is_some_and(|c| c.id == case.id);
+            if ui.selectable_label(own, case.id).on_hover_text(case.doc).clicked() {
+                m.timeline.choose(case);
+                if m.setup.scene != case.id {
+                    out.push(Action::Open(case.id.into()));
+                }
+            }
+        }
+    });
+    let tip = chosen.map_or("A scene with a path on which some techniques fail.", |c| c.doc);
+    shown.response.on_hover_text(tip).widget_info(|| WidgetInfo::labeled(Role::ComboBox, true, "case"));
+    let Some(case) = chosen else {
+        ui.label(RichText::new(tip).small().color(WEAK));
+        return;
+    };
+    ui.label(RichText::new(case.doc).small().color(WEAK));
+    if m.case().is_none() {
+        let open = ui.add_enabled(m.loading.is_none(), Button::new(format!("Open {}", case.id)));
+        if open.on_hover_text("Load the case's scene.").clicked() {
+            out.push(Action::Open(case.id.into()));
+        }
+        return;
+    }
+    ui.add_space(2.0);
+    pick_techniques(ui, m);
+    ui.add_space(2.0);
+    if let Some(job) = &m.measuring {
+        progress(ui, job, out);
+    } else {
+        let techniques = m.techniques();
+        ui.horizontal(|ui| {
+            let run = ui.add_enabled(!techniques.is_empty(), Button::new("Run"));
+            let tip = "Count each technique's errors along the path, and what flickers from frame to frame, with the parameters set now. The picture waits meanwhile.";
+            let mut frames = m.timeline.frames.unwrap_or(case.frames);
+            if run.on_hover_text(tip).clicked() {
+                out.push(Action::Stability(case.id, techniques, frames));
+            }
+            let drag = DragValue::new(&mut frames).range(2..=1000).suffix(" frames");
+            if ui.add_sized([96.0, 21.0], drag).on_hover_text("Frames along the path.").changed() {
+                m.timeline.frames = Some(frames);
+            }
+        });
+        let [w, h] = stability::SIZE;
+        line(ui, &format!("at {w} × {h} pixels, as on the command line"));
+    }
+    found(ui, m);
+}
+
+/// Each technique's worst place and its flicker.
+fn found(ui: &mut Ui, m: &mut Model) {
+    let Some(found) = &m.timeline.found else { return };
+    let mut to = None;
+    ui.add_space(4.0);
+    Grid::new("tracks").num_columns(4).spacing([8.0, 2.0]).show(ui, |ui| {
+        for (head, tip) in [
+            ("technique", "Its parameters were those set when the run began."),
+            ("worst error", "Largest share of wrong pixels along the path. Click to go there."),
+            ("flicker", "Labels that change from frame to frame though the truth's do not: mean along the path."),
+        ] {
+            ui.label(RichText::new(head).small().color(WEAK)).on_hover_text(tip);
+        }
+        ui.end_row();
+        for track in &found.tracks {
+            ui.label(RichText::new(&track.technique).small().color(color(&track.technique)))
+                .on_hover_text(track.params.replace(';', "\n"));
+            if let Some(worst) = track.worst() {
+                let text = RichText::new(percent(worst.error_share)).monospace().size(11.5);
+                if ui.add(Button::new(text).small()).on_hover_text(format!("Go to t = {:.3}.", worst.t)).clicked() {
+                    to = Some(worst.t);
+                }
+            }
+            let text = track.mean(|p| p.flicker).map_or("-".into(), percent);
+            ui.label(RichText::new(text).monospace().size(11.5));
+            ui.end_row();
+        }
+    });
+    for (id, why) in &found.left_out {
+        ui.label(RichText::new(format!("{id}: {why}")).small().color(WEAK));
+    }
+    if let Some(t) = to {
+        m.timeline.playing = false;
+        m.scrub(t);
+    }
+}
+
+/// The timeline and, under it, the chart.
+fn path(ui: &mut Ui, m: &mut Model, _: &mut Vec<Action>) {
+    let case = m.case();
+    transport(ui, m, case);
+    let flicker = m.timeline.flicker;
+    let value = |p: &Point| if flicker { p.flicker } else { Some(p.error_share) };
+    let at = case.map(|_| m.timeline.t as f64);
+    let found = m.timeline.found.as_ref();
+    let most = found.iter().flat_map(|f| &f.tracks).flat_map(|t| &t.points).filter_map(value).fold(0.0, f64::max);
+    let plot = Plot::new(("stability", flicker))
+        .show_x(false)
+        .show_y(false)
+        .include_x(0.0)
+        .include_x(1.0)
+        .include_y(0.0)
+        .include_y(if most > 0.0 { most } else { 0.01 })
+        .set_margin_fraction(vec2(0.02, 0.08))
+        .y_axis_min_width(44.0)
+        .grid_color(LINE)
+        .allow_drag(false)
+        .allow_zoom(false)
+        .allow_scroll(false)
+        .allow_boxed_zoom(false)
+        .x_grid_spacer(|_| {
+            (0..=8)
+                .map(|i| GridMark { value: i as f64 / 8.0, step_size: if i % 2 == 0 { 0.25 } else { 0.125 } })
+                .collect()
+        })
+        .y_axis_formatter(
+            |mark, _| if mark.value < -1e-9 { String::new() } else { format!("{} %", short(mark.value * 100.0)) },
+        )
+        .x_axis_formatter(move |mark, _| match case {
+            Some(case) if (0.0..=1.0).contains(&mark.value) => short_signed((case.value)(mark.value as f32) as f64),
+            _ => String::new(),
+        });
+    let shown = plot.show(ui, |plot| {
+        plot.hline(HLine::new("", 0.0).color(WEAK.gamma_multiply(0.5)).width(1.0).allow_hover(false));
+        for track in found.iter().flat_map(|f| &f.tracks) {
+            let points = track.points.iter().filter_map(|p| Some([p.t as f64, value(p)?]));
+            let points: PlotPoints = points.collect();
+            plot.line(Line::new("", points).color(color(&track.technique)).width(1.6).allow_hover(false));
+        }
+        if let Some(t) = at {
+            plot.vline(VLine::new("", t).color(ACCENT).width(1.2).allow_hover(false));
+        }
+    });
+    let frame = *shown.transform.frame();
+    let mut labels = Labels::new(frame);
+    for track in found.iter().flat_map(|f| &f.tracks) {
+        let top = track.points.iter().filter_map(|p| Some((p.t, value(p)?)));
+        if let Some((t, v)) = top.max_by(|a, b| a.1.total_cmp(&b.1)) {
+            let place = shown.transform.position_from_point(&PlotPoint::new(t, v));
+            labels.write(ui, place, &track.technique, color(&track.technique), true);
+        }
+    }
+    if found.is_none_or(|f| f.tracks.is_empty()) {
+        let text = match case {
+            Some(_) => "Run: error and flicker along the path appear here.",
+            None => "Choose a case: its scene opens, and its path can be played.",
+        };
+        let galley = ui.painter().layout(text.into(), FontId::proportional(13.0), WEAK, frame.width() - 40.0);
+        let place = egui::Align2::CENTER_CENTER.anchor_size(frame.center(), galley.size());
+        ui.painter().galley(place.min, galley, WEAK);
+    }
+    let r = shown.response.interact(egui::Sense::click_and_drag());
+    if case.is_some()
+        && (r.clicked() || r.dragged())
+        && let Some(pointer) = r.interact_pointer_pos()
+    {
+        m.timeline.playing = false;
+        m.scrub(shown.transform.value_from_position(pointer).x as f32);
+    }
+}
+
+/// Play, the slider, what runs along the path, and which figure is charted.
+fn transport(ui: &mut Ui, m: &mut Model, case: Option<&'static Case>) {
+    ui.horizontal(|ui| {
+        let text = if m.timeline.playing { "Pause" } else { "Play" };
+        let play = ui.add_enabled(case.is_some() && m.measuring.is_none(), Button::new(text).min_size(vec2(54.0, 21.0)));
+        if play.on_hover_text("Run along the path, again and again.").clicked() {
+            m.timeline.playing = !m.timeline.playing;
+        }
+        let figures = [("error", !m.timeline.flicker), ("flicker", m.timeline.flicker)];
+        let tips = [
+            "Wrong pixels as a share of those that face the light.",
+            "Labels that change between neighbouring frames though the truth's do not, as a share of the pixels seen in both.",
+        ];
+        let items = figures.iter().zip(tips).map(|((name, on), tip)| (*name, *on, tip.to_string()));
+        if let Some(i) = chips(ui, items) {
+            m.timeline.flicker = i == 1;
+        }
+        let Some(case) = case else { return };
+        let (name, unit) = case.axis.rsplit_once(", ").unwrap_or((case.axis, ""));
+        let mut t = m.timeline.t;
+        ui.spacing_mut().slider_width = (ui.available_width() - 180.0).clamp(60.0, 400.0);
+        let slider = ui.add(Slider::new(&mut t, 0.0..=1.0).show_value(false));
+        slider.widget_info(|| WidgetInfo::slider(true, t as f64, "t"));
+        if slider.on_hover_text("Where on the path. Drag to scrub; in the chart, click or drag.").changed() {
+            m.timeline.playing = false;
+            m.scrub(t);
+        }
+        let value = short_signed((case.value)(m.timeline.t) as f64);
+        let text = RichText::new(format!("{name} {value} {unit}").replace(" °", "°")).small().color(TEXT);
+        ui.add(Label::new(text).truncate());
+    });
+}
+
+fn short_signed(value: f64) -> String {
+    if value < 0.0 { format!("−{}", short(-value)) } else { short(value) }
+}
