@@ -189,7 +189,7 @@ pub fn show(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
             false => "None of the rows has both of these figures.",
         };
         let galley = ui.painter().layout(text.into(), FontId::proportional(13.0), WEAK, frame.width() - 40.0);
-        let place = Align2::CENTER_TOP.anchor_size(frame.center_top() + vec2(0.0, 26.0), galley.size());
+        let place = Align2::CENTER_CENTER.anchor_size(frame.center(), galley.size());
         ui.painter().galley(place.min, galley, WEAK);
     }
     let mut chosen = None;
