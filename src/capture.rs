@@ -6,14 +6,15 @@ use crate::setup::Setup;
 use crate::{techniques, view};
 use anyhow::{Context, Result, bail, ensure};
 use std::fs::File;
-use std::io::{BufReader, BufWriter};
+use std::io::{BufReader, BufWriter, Write};
 use std::path::Path;
 
 /// Keyword of the PNG text chunk (iTXt) that holds the set-up as TOML.
 const KEYWORD: &str = "shadowscope-setup";
 
 /// Renders a set-up at its size and writes it: .png the view with the set-up inside, .exr the raw 32-bit
-/// floats of the views visibility, truth, depth (one channel), position and normals (three).
+/// floats of the views visibility, truth, depth (one channel), position, normals (shading normals) and aliasing (three),
+/// and of counts the map itself (several below each other), a number a texel.
 ///
 /// # Errors
 /// A light that the technique does not serve, another file ending, or what the file system says.
@@ -21,7 +22,8 @@ pub fn capture(renderer: &mut Renderer, setup: &Setup, path: &Path) -> Result<()
     check(&setup.view, path)?;
     techniques::find_or_say(&setup.technique)?.serve(&setup.light)?;
     let truth = if view::needs_truth(&setup.view) { Truth::All } else { Truth::Off };
-    renderer.render(setup, Ask { size: setup.size, truth, analysis: false, timed: false, picture: true })?;
+    let analysis = is_exr(path);
+    renderer.render(setup, Ask { size: setup.size, truth, analysis, timed: false, picture: true })?;
     if is_exr(path) {
         return write_exr(renderer, setup, path);
     }
@@ -30,7 +32,7 @@ pub fn capture(renderer: &mut Renderer, setup: &Setup, path: &Path) -> Result<()
 }
 
 /// The views that an .exr can hold.
-const RAW: [&str; 5] = ["visibility", "truth", "depth", "position", "normals"];
+const RAW: [&str; 7] = ["visibility", "truth", "depth", "position", "normals", "aliasing", "counts"];
 
 /// Refuses a file whose ending or view cannot be written, before anything is rendered.
 pub fn check(view: &str, path: &Path) -> Result<()> {
@@ -51,6 +53,28 @@ pub fn create_folder(file: &Path) -> Result<()> {
         std::fs::create_dir_all(folder).with_context(|| format!("{} cannot be made", folder.display()))?;
     }
     Ok(())
+}
+
+/// Writes a file whole or not at all: what was there stays until the new contents are safe on the disk.
+pub fn save(path: &Path, contents: &[u8]) -> Result<()> {
+    let doing = || format!("{} cannot be written", path.display());
+    create_folder(path)?;
+    if path.exists() && !path.is_file() {
+        // A pipe or a device.
+        return std::fs::write(path, contents).with_context(doing);
+    }
+    let mut beside = path.as_os_str().to_owned();
+    beside.push(".new");
+    let written = File::create(&beside).and_then(|mut file| {
+        file.write_all(contents)?;
+        file.sync_all()
+    });
+    let done = written.and_then(|()| std::fs::rename(&beside, path));
+    if done.is_err() {
+        // What is half written helps nobody.
+        let _ = std::fs::remove_file(&beside);
+    }
+    done.with_context(doing)
 }
 
 /// Writes four bytes a pixel, rows from the top, as PNG, with a set-up as an iTXt chunk if given.
@@ -88,7 +112,7 @@ pub fn read_setup(path: &Path) -> Result<String> {
 
 fn write_exr(renderer: &Renderer, setup: &Setup, path: &Path) -> Result<()> {
     use exr::prelude::*;
-    let [w, h] = setup.size.map(|s| s as usize);
+    let [mut w, mut h] = setup.size.map(|s| s as usize);
     let doing = || format!("{} cannot be written", path.display());
     let one = |name: &str, values: Vec<f32>| {
         let channel = AnyChannel::new(name, FlatSamples::F32(values));
@@ -104,6 +128,19 @@ fn write_exr(renderer: &Renderer, setup: &Setup, path: &Path) -> Result<()> {
         "truth" => one("Y", renderer.read_truth()?),
         "depth" => one("Y", renderer.read_position()?.iter().map(|p| p[3]).collect()),
         "position" => three(renderer.read_position()?.iter().map(|p| [p[0], p[1], p[2]]).collect()),
+        "aliasing" => {
+            let values = renderer.analysis().aliasing(&renderer.gpu)?;
+            three(values.context("this technique has no maps")?.iter().map(|a| [a[0], a[1], a[2]]).collect())
+        }
+        "counts" => {
+            let maps = renderer.analysis().maps().context("this technique has no maps")?;
+            [w, h] = [maps.size[0] as usize, (maps.size[1] * maps.layers) as usize];
+            let mut values = Vec::with_capacity(w * h);
+            let take = |_, counts: &[u32]| values.extend(counts.iter().map(|c| *c as f32));
+            let counted = renderer.analysis().counts(&renderer.gpu, take)?;
+            ensure!(counted, "{} × {} texels are too many to count", maps.size[0], maps.size[1]);
+            one("Y", values)
+        }
         _ => {
             let position = renderer.read_position()?;
             let normal =

@@ -186,6 +186,12 @@ impl Setup {
         }
     }
 
+    /// The set-up without technique, parameters and view: what the configurations of one sweep share.
+    pub fn around(&self) -> Setup {
+        let blank = String::new();
+        Setup { technique: blank.clone(), view: blank, split: 0.0, params: BTreeMap::new(), ..self.clone() }
+    }
+
     /// Selects a technique by its id.
     pub fn select(&mut self, technique: &str) -> Result<()> {
         techniques::find_or_say(technique)?;

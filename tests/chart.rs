@@ -390,6 +390,7 @@ fn a_report_is_one_page_that_holds_everything() {
         let mut r = record(technique, &params_text(setup.values()), ms, error);
         (r.scene, r.width, r.height) = ("cubes".into(), 96, 64);
         r.ratio = Some(ms / 2.0);
+        r.cost = Some(ms / 4.0);
         r.setup = serde_json::to_string(&setup).unwrap();
         rows.push(r);
     }
@@ -409,7 +410,7 @@ fn a_report_is_one_page_that_holds_everything() {
     assert!(!html.contains("<link") && !html.contains("src=\"/") && html.matches("<script").count() == 1);
     // Charts, each of them SVG, without an XML line amid the page.
     let charts: Vec<&str> = html.split("<svg").skip(1).filter_map(|s| s.split("</svg>").next()).collect();
-    assert_eq!(charts.len(), 4, "error share over time and ratio, RMSE, FLIP");
+    assert_eq!(charts.len(), 4, "error share over cost and time, RMSE, FLIP over cost");
     for svg in charts {
         Document::parse(&format!("<svg{svg}</svg>")).unwrap();
     }
@@ -427,9 +428,9 @@ fn a_report_is_one_page_that_holds_everything() {
             "index.html",
             "pcf-3-error.png",
             "pcf-3-shaded.png",
+            "report.toml",
             "rt-hard-5-error.png",
             "rt-hard-5-shaded.png",
-            "setup.toml",
             "shadow-map-1-error.png",
             "shadow-map-1-shaded.png"
         ]
@@ -457,7 +458,7 @@ fn a_report_is_one_page_that_holds_everything() {
     {
         assert!(html.contains(said), "{said}");
     }
-    let (base, _) = Setup::open(folder.join("setup.toml").to_str().unwrap()).unwrap();
+    let (base, _) = Setup::open(folder.join("report.toml").to_str().unwrap()).unwrap();
     assert_eq!((base.size, base.params["pcf"].len()), ([96, 64], setup.params["pcf"].len()));
     assert!(!html.contains("not every combination"));
     // Less than all combinations is said; another size is another report.

@@ -47,7 +47,9 @@ fn captures_repeat_and_reopen_byte_for_byte() {
 #[test]
 fn exr_holds_raw_values() {
     let dir = tempfile::tempdir().unwrap();
-    for (view, channels) in [("visibility", 1), ("truth", 1), ("depth", 1), ("position", 3), ("normals", 3)] {
+    for (view, channels) in
+        [("visibility", 1), ("truth", 1), ("depth", 1), ("position", 3), ("normals", 3), ("aliasing", 3)]
+    {
         let name = format!("{view}.exr");
         ok(dir.path(), &["capture", "cubes", "--size", "64x48", "--view", view, "-o", &name]);
         let image = exr::prelude::read_all_flat_layers_from_file(dir.path().join(&name)).unwrap();
@@ -63,6 +65,21 @@ fn exr_holds_raw_values() {
             _ => {}
         }
     }
+}
+
+/// The counts as a file: the map's size, and as many view samples as pixels face the light.
+#[test]
+fn exr_holds_the_counts_of_the_map() {
+    let dir = tempfile::tempdir().unwrap();
+    let set = ["--size", "96x54", "--set", "resolution=128"];
+    ok(dir.path(), &[&["capture", "cubes", "--view", "counts", "-o", "c.exr"], &set[..]].concat());
+    let image = exr::prelude::read_all_flat_layers_from_file(dir.path().join("c.exr")).unwrap();
+    let layer = &image.layer_data[0];
+    assert_eq!((layer.size.x(), layer.size.y()), (128, 128));
+    let samples: f32 = layer.channel_data.list[0].sample_data.values_as_f32().sum();
+    let out = ok(dir.path(), &[&["measure", "cubes", "--techniques", "shadow-map", "--json"], &set[..]].concat());
+    let rows: Value = serde_json::from_slice(&out.stdout).unwrap();
+    assert_eq!(rows[0]["facing"].as_f64(), Some(samples as f64));
 }
 
 #[test]

@@ -85,7 +85,7 @@ fn parts_join_to_the_whole_and_json_says_the_same_as_csv() {
     assert!(all[..3].iter().all(|r| r.ratio == Some(1.0)) && all[5].ratio_resolution == Some(512));
     assert_eq!(all[4].ratio, Some(all[4].gpu_ms / all[1].gpu_ms), "timed in turn with the map of its resolution");
     assert_eq!((all[6].ratio_resolution, all[6].ratio.is_some()), (Some(1024), true));
-    assert!(all.iter().all(|r| r.frames >= 7 && r.gpu_ms_low <= r.gpu_ms && r.gpu_ms <= r.gpu_ms_high));
+    assert!(all.iter().all(|r| r.frames >= 11 && r.gpu_ms_low <= r.gpu_ms && r.gpu_ms <= r.gpu_ms_high));
 
     for part in ["1/3", "2/3", "3/3"] {
         sweep(folder, &["-o", &format!("{}.json", &part[..1]), "--shard", part]);
@@ -102,7 +102,8 @@ fn parts_join_to_the_whole_and_json_says_the_same_as_csv() {
     names.sort_unstable();
     assert_eq!(json[0].as_object().unwrap().keys().map(String::as_str).collect::<Vec<_>>(), names);
 
-    let out = ok(folder, &["merge", "3.json", "1.json", "-o", "gap.csv"]);
+    let out = shadowscope(folder, &["merge", "3.json", "1.json", "-o", "gap.csv"]);
+    assert_eq!((out.status.code(), rows(folder, "gap.csv").len()), (Some(1), 5));
     let said = String::from_utf8_lossy(&out.stderr).into_owned();
     assert!(said.contains("2 of 7 configurations are missing: 1, 4"), "{said}");
     // Every row can be drawn again from its set-up.
@@ -125,6 +126,16 @@ fn an_interrupted_sweep_goes_on_where_it_stopped() {
     assert_eq!(still(&new), still(&old));
     assert!(!folder.join("a.csv.partial").exists());
 
+    // Cut inside its last column, or begun beside an incomplete result: what is whole counts.
+    std::fs::write(folder.join("b.csv.partial"), &whole[..whole.len() - 300]).unwrap();
+    measure::write(&old[..1], &folder.join("b.csv"), false).unwrap();
+    let out = sweep(folder, &["-o", "b.csv"]);
+    assert!(String::from_utf8_lossy(&out.stderr).contains("6 of 7 configurations are measured already"));
+    assert_eq!(rows(folder, "b.csv")[..6], old[..6]);
+    // What was not measured then is now.
+    sweep(folder, &["-o", "b.csv", "--flicker"]);
+    assert!(rows(folder, "b.csv").iter().all(|r| r.flicker.is_some()));
+
     // Complete: nothing is measured again, and nothing else is written over it.
     let before = std::fs::read(folder.join("a.csv")).unwrap();
     sweep(folder, &["-o", "a.csv"]);
@@ -141,7 +152,7 @@ fn wrong_sweeps_are_refused_in_a_sentence() {
         (&["-o", "a.txt"][..], "ends in .csv or .json"),
         (&["-o", "a.csv", "--shard", "4/3"], "takes 1 to 3"),
         (&["-o", "a.csv", "--set", "kernel=2"], "steps of 2"),
-        (&["-o", "a.csv", "--set", "kernal=3"], "no such parameter"),
+        (&["-o", "a.csv", "--set", "kernal=3"], "no parameter kernal"),
         (&["-o", "a.csv", "--set", "pcf.kernel=9..3"], "above its end"),
         (&["-o", "a.csv", "--set", "resolution=64..8192*0.5"], "steps do not lead"),
         (&["-o", "a.csv", "--light", "omni"], "not omni"),
@@ -149,6 +160,21 @@ fn wrong_sweeps_are_refused_in_a_sentence() {
         let message = refused(dir.path(), &[&SMALL[..6], more].concat());
         assert!(message.contains(says), "{more:?}: {message}");
     }
+    // Parts of different sweeps, and files without rows, do not join.
+    ok(
+        dir.path(),
+        &["sweep", "cubes", "--size", "32x18", "--techniques", "pcf", "--set=kernel=3,5", "--shard=1/2", "-o", "x.csv"],
+    );
+    ok(
+        dir.path(),
+        &["sweep", "cubes", "--size", "48x27", "--techniques", "pcf", "--set=kernel=3,5", "--shard=2/2", "-o", "y.csv"],
+    );
+    let before = std::fs::read(dir.path().join("x.csv")).unwrap();
+    std::fs::write(dir.path().join("empty.csv"), "").unwrap();
+    assert!(refused(dir.path(), &["merge", "x.csv", "y.csv", "-o", "x.csv"]).contains("another sweep"));
+    assert!(refused(dir.path(), &["merge", "empty.csv", "-o", "x.csv"]).contains("holds no rows"));
+    assert_eq!(std::fs::read(dir.path().join("x.csv")).unwrap(), before);
+    assert!(refused(dir.path(), &["sweep", "cubes", "--light", "area", "-o", "z.csv"]).contains("no technique serves"));
     std::fs::write(dir.path().join("b.csv"), "a,b\n1,2\n").unwrap();
     let message = refused(dir.path(), &["merge", "b.csv", "-o", "c.csv"]);
     assert!(message.contains("b.csv does not hold measured rows"), "{message}");
@@ -207,6 +233,14 @@ fn advice_meets_its_budget_or_says_what_comes_closest() {
     assert_eq!(out.status.code(), Some(3), "nothing costs a hundredth of a shadow map");
     let advice: Value = serde_json::from_slice(&out.stdout).unwrap();
     assert!(advice["answer"].is_null() && advice["closest"]["technique"].is_string());
+    // Before it gives up it tries the finest, and it varies only what was not fixed.
+    let coarse = ["--set", "pcf.kernel=5", "--set", "resolution=64..256*2"];
+    let out = advise(&[&["--techniques", "shadow-map,pcf", "--max-error", "0.01%"], &coarse[..]].concat());
+    assert_eq!(out.status.code(), Some(3));
+    let advice: Value = serde_json::from_slice(&out.stdout).unwrap();
+    let all: Vec<&str> = advice["tried"].as_array().unwrap().iter().filter_map(|r| r["params"].as_str()).collect();
+    assert!(all.iter().any(|p| p.contains("resolution=256")) && advice["space"] == 9, "{all:?}");
+    assert!(all.iter().all(|p| !p.contains("kernel=") || p.contains("kernel=5")), "{all:?}");
     let message = refused(folder, &["advise", "cubes", "--max-error", "half"]);
     assert!(message.contains("write it as 0.5% or 0.005"), "{message}");
 }

@@ -3,7 +3,7 @@
 use super::canvas::{self, Anchor, BLACK, Canvas, GREY, MARKER, SMALL, Stroke, TITLE, WIDTH};
 use super::labels::{Found, Point, Room, Wish, arrange};
 use super::scale::{Scale, short};
-use super::{Axis, Series, main_parameter, main_value, pareto, place, point, series};
+use super::{Axis, Series, front, main_parameter, main_value, place, point, series};
 use crate::measure::Record;
 use anyhow::{Result, ensure};
 use std::collections::BTreeSet;
@@ -53,7 +53,7 @@ pub fn svg(records: &[Record], x: &Axis, y: &Axis, title: &str) -> Result<String
     rows.sort_by_cached_key(|r| serde_json::to_string(r).unwrap_or_default());
     let values: Vec<Point> = rows.iter().filter_map(|r| point(r, x, y)).collect();
     let lines = series(&rows);
-    let front = pareto(&values);
+    let front = front(x, &values);
     let named = named(&lines, &front);
     let title = canvas::wrap(title, TITLE, WIDTH - 2.0 * MARGIN);
     let top = MARGIN + title.len() as f64 * (LEAD + 1.5) + LEAD + 4.0;
@@ -236,7 +236,7 @@ impl Layout {
         }
         let corners = self.front.iter().map(|p| (*p, 0.0)).collect();
         let f = room.find(&Wish { owner: usize::MAX, size: text_size(FRONT), beside: corners, reach: 5.0 });
-        if f.cost < 12.0 {
+        if f.cost < 12.0 && !self.front.is_empty() {
             out.push(Label { found: f, class: "value", color: GREY.into(), text: FRONT.into() });
         }
         (out, missing)

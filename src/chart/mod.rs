@@ -197,6 +197,12 @@ pub fn main_parameter(technique: &str) -> Option<&'static str> {
     techniques::find(technique)?.main.first().map(|(name, _)| *name)
 }
 
+/// The Pareto front of points (cost, error), as [`pareto`]; none over `ratio`, each of whose points has a denominator of
+/// its own.
+pub fn front(cost: &Axis, points: &[(f64, f64)]) -> Vec<usize> {
+    if cost.id == "ratio" { Vec::new() } else { pareto(points) }
+}
+
 /// Indices of the points that no other beats, by ascending cost: none is at least as good in both numbers and better in
 /// one. Points are (cost, error). Of equal points the first stands for all; those that are no numbers are left out.
 pub fn pareto(points: &[(f64, f64)]) -> Vec<usize> {

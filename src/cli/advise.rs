@@ -1,6 +1,6 @@
 //! `advise`: the cheapest configuration within an error budget.
 
-use super::{Wanted, chosen, named, print, progress};
+use super::{Wanted, chosen, named, print, progress, try_file};
 use crate::frame::Renderer;
 use crate::gpu::Gpu;
 use crate::measure::advise::{Advice, Budget, advise};
@@ -14,10 +14,10 @@ use std::sync::Arc;
 #[derive(clap::Args)]
 pub struct Limits {
     /// Wrong pixels allowed, of those that face the light: 0.5% or 0.005.
-    #[arg(long)]
+    #[arg(long, allow_hyphen_values = true)]
     max_error: String,
-    /// Time allowed, as a multiple of the set-up's shadow-map.
-    #[arg(long)]
+    /// Time allowed, as a multiple of that of the set-up's own shadow-map (its parameters as they stand in the set-up).
+    #[arg(long, allow_hyphen_values = true)]
     max_ratio: Option<f64>,
     /// Write what was measured as .csv or .json.
     #[arg(short, long)]
@@ -30,28 +30,27 @@ pub struct Limits {
 /// Exit code where nothing meets the budget.
 const NOTHING: u8 = 3;
 
-pub fn run(wanted: Wanted, ids: Vec<String>, limits: Limits, adapter: Option<&str>) -> Result<ExitCode> {
+pub fn run(mut wanted: Wanted, ids: Vec<String>, limits: Limits, adapter: Option<&str>) -> Result<ExitCode> {
     let max_error = share(&limits.max_error)?;
     if let Some(ratio) = limits.max_ratio {
         ensure!(ratio > 0.0 && ratio.is_finite(), "--max-ratio {ratio} must be a number above 0");
     }
     let json_file = limits.output.as_deref().map(super::sweep::is_json).transpose()?;
-    let (mut setup, scene) = wanted.open()?;
+    if let Some(path) = &limits.output {
+        try_file(path)?;
+    }
+    let (axes, (mut setup, scene)) = (wanted.axes()?, wanted.open()?);
     setup.view = "shaded".into();
     wanted.apply(&mut setup, &scene, &named(&ids))?;
     let ids = chosen(&ids, &setup)?;
     let mut renderer = Renderer::new(Arc::new(Gpu::new(adapter)?), Arc::new(scene))?;
     let bar = progress();
     let budget = Budget { max_error, max_ratio: limits.max_ratio };
-    let advice = advise(&mut renderer, &setup, &ids, budget, &mut |done, what| {
+    let advice = advise(&mut renderer, &setup, &ids, &axes, budget, &mut |done, what| {
         super::show(&bar, done, what.into());
         true
     })?;
     bar.finish_and_clear();
-    if let (Some(path), Some(json)) = (&limits.output, json_file) {
-        crate::capture::create_folder(path)?;
-        measure::write(&advice.tried, path, json)?;
-    }
     if limits.json {
         let value = serde_json::json!({
             "max_error": max_error, "max_ratio": limits.max_ratio, "space": advice.space,
@@ -63,6 +62,9 @@ pub fn run(wanted: Wanted, ids: Vec<String>, limits: Limits, adapter: Option<&st
         print(&(serde_json::to_string_pretty(&value)? + "\n"))?;
     } else {
         print(&text(&advice, budget))?;
+    }
+    if let (Some(path), Some(json)) = (&limits.output, json_file) {
+        measure::write(&advice.tried, path, json)?;
     }
     Ok(if advice.answer.is_some() { ExitCode::SUCCESS } else { ExitCode::from(NOTHING) })
 }
@@ -104,19 +106,26 @@ fn text(advice: &Advice, budget: Budget) -> String {
     match (advice.answer.map(row), advice.closest.map(row)) {
         (Some(r), _) => {
             out += &format!("take:      {}: {}\n", name(r), figures(r));
-            let spare = 1.0 - r.error_share / budget.max_error.max(f64::MIN_POSITIVE);
-            out += &format!("margin:    {:.0} % of the error budget is left", spare * 100.0);
-            if let (Some(most), Some(ratio)) = (budget.max_ratio, r.cost) {
-                out += &format!(", {:.0} % of the time", (1.0 - ratio / most) * 100.0);
+            let mut margin = Vec::new();
+            if budget.max_error > 0.0 {
+                margin.push(format!("{:.0} % of the error", (1.0 - r.error_share / budget.max_error) * 100.0));
             }
-            out.push('\n');
+            if let (Some(most), Some(cost)) = (budget.max_ratio, r.cost) {
+                margin.push(format!("{:.0} % of the time", (1.0 - cost / most) * 100.0));
+            }
+            if !margin.is_empty() {
+                out += &format!("margin:    {} allowed is left\n", margin.join(" and "));
+            }
             match advice.halved.map(row) {
                 Some(h) => {
                     let more = Advice::cost(h) / Advice::cost(r);
                     out += &format!("half of that error costs {more:.2} times as much: {}: {}\n", name(h), figures(h));
                 }
                 None if r.error_share == 0.0 => out += "it makes no error that could be halved\n",
-                None => out += "nothing measured halves that error\n",
+                None if advice.tried.len() >= advice.limit => {
+                    out += "what halves that error was not found before the limit was reached\n";
+                }
+                None => out += "nothing there halves that error\n",
             }
         }
         (None, Some(r)) => {
@@ -124,9 +133,10 @@ fn text(advice: &Advice, budget: Budget) -> String {
         }
         (None, None) => out += "there is no configuration to choose from\n",
     }
-    out += &format!("\nmeasured {} of {} configurations", advice.tried.len(), advice.space);
+    out += &format!("\nmeasured {} of {} configurations (at most {})", advice.tried.len(), advice.space, advice.limit);
     out += "; those marked * are beaten by no other in both error and time:\n";
-    let mut lines = vec![["configuration", "", "error %", "GPU ms", "× shadow-map", "MiB"].map(String::from).to_vec()];
+    let mut lines =
+        vec![["configuration", "", "error %", "GPU ms", "× set-up's shadow-map", "MiB"].map(String::from).to_vec()];
     for (i, r) in advice.tried.iter().enumerate() {
         lines.push(vec![
             name(r),

@@ -1,9 +1,9 @@
 //! `chart`: error against cost from measured rows.
 
-use super::try_file;
+use crate::capture;
 use crate::chart::{self, Axis, COSTS, ERRORS};
 use crate::measure::{self, Record};
-use anyhow::{Context, Result, bail, ensure};
+use anyhow::{Result, bail, ensure};
 use std::path::PathBuf;
 
 #[derive(clap::Args)]
@@ -48,8 +48,7 @@ pub fn run(wanted: &Wanted) -> Result<()> {
     }
     let svg = chart::svg(&rows, x, y, &wanted.title)?;
     let bytes = if ends("png") { chart::png(&svg, wanted.width)? } else { svg.into_bytes() };
-    try_file(&wanted.output)?;
-    std::fs::write(&wanted.output, bytes).with_context(|| super::cannot_write(&wanted.output))?;
+    capture::save(&wanted.output, &bytes)?;
     eprintln!("wrote {name}");
     Ok(())
 }

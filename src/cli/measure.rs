@@ -4,7 +4,7 @@ use super::{Wanted, chosen, print, progress, try_file};
 use crate::frame::Renderer;
 use crate::gpu::Gpu;
 use crate::measure::{self, Step, table};
-use anyhow::Result;
+use anyhow::{Result, ensure};
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -23,6 +23,8 @@ pub struct Output {
 }
 
 pub fn run(wanted: Wanted, ids: Vec<String>, output: Output, adapter: Option<&str>) -> Result<()> {
+    let both = [&output.json, &output.csv].map(|p| p.as_ref().is_some_and(|p| p.as_os_str() == "-"));
+    ensure!(both != [true, true], "standard output takes either --json or --csv; give one of them a file");
     let (mut setup, scene) = wanted.open()?;
     // A capture may show a map that only its own technique has.
     setup.view = "shaded".into();

@@ -9,13 +9,14 @@ mod sweep;
 
 use crate::frame::Renderer;
 use crate::gpu::Gpu;
-use crate::measure::reproduce;
+use crate::measure::{Axis, reproduce};
 use crate::scene::Scene;
 use crate::setup::{self, Setup};
 use crate::{capture, techniques, tour, ui};
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, bail, ensure};
 use clap::{Args, Parser, Subcommand};
 use indicatif::{ProgressBar, ProgressStyle};
+use std::cell::Cell;
 use std::fs::File;
 use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
@@ -194,6 +195,14 @@ pub fn run() -> Result<ExitCode> {
 }
 
 impl Wanted {
+    /// What `--set` asks to vary. What fixes a single value stays to be applied to the set-up too.
+    fn axes(&mut self) -> Result<Vec<Axis>> {
+        let axes = self.sets.iter().map(|s| Axis::parse(s)).collect::<Result<Vec<_>>>()?;
+        let mut fixed = axes.iter().map(Axis::is_fixed);
+        self.sets.retain(|_| fixed.next().unwrap_or(false));
+        Ok(axes)
+    }
+
     /// Opens the set-up and prints the scene's load report to standard error.
     fn open(&self) -> Result<(Setup, Scene)> {
         let (setup, scene) = Setup::open(&self.setup)?;
@@ -240,7 +249,17 @@ fn open(what: Option<&str>, adapter: Option<&str>) -> Result<()> {
 
 /// The ids of `--techniques`, `all` spelt out.
 fn named(ids: &[String]) -> Vec<String> {
-    if ids == ["all"] { techniques::ALL.iter().map(|i| i.id.into()).collect() } else { ids.to_vec() }
+    if ids == ["all"] {
+        return techniques::ALL.iter().map(|i| i.id.into()).collect();
+    }
+    // Each once, in the order named.
+    let mut out: Vec<String> = Vec::new();
+    ids.iter().for_each(|id| {
+        if !out.contains(id) {
+            out.push(id.clone());
+        }
+    });
+    out
 }
 
 /// As [`named`], but of `all` only those that serve the set-up's light; those left out are said.
@@ -257,6 +276,7 @@ fn chosen(ids: &[String], setup: &Setup) -> Result<Vec<String>> {
             None => out.push(id),
         }
     }
+    ensure!(!out.is_empty(), "no technique serves {} light yet", setup.light.kind());
     Ok(out)
 }
 
@@ -289,14 +309,35 @@ fn print(text: &str) -> Result<()> {
     }
 }
 
-/// A progress bar over a share, 0 to 1.
-fn progress() -> ProgressBar {
-    progress_bar(1000)
+/// Progress over a share, 0 to 1: a bar on standard error; where that is no terminal, a line now and then.
+struct Progress {
+    bar: ProgressBar,
+    /// Lines said.
+    lines: Cell<u64>,
 }
 
-fn show(bar: &ProgressBar, done: f32, what: String) {
-    bar.set_position((done * 1000.0) as u64);
-    bar.set_message(what);
+impl std::ops::Deref for Progress {
+    type Target = ProgressBar;
+    fn deref(&self) -> &ProgressBar {
+        &self.bar
+    }
+}
+
+fn progress() -> Progress {
+    Progress { bar: progress_bar(1000), lines: Cell::new(0) }
+}
+
+/// Seconds between two lines.
+const LINE: u64 = 30;
+
+fn show(progress: &Progress, done: f32, what: String) {
+    let due = progress.elapsed().as_secs() / LINE;
+    if progress.is_hidden() && due > progress.lines.get() {
+        progress.lines.set(due);
+        eprintln!("{:3.0} %  {what}", done * 100.0);
+    }
+    progress.set_position((done * 1000.0) as u64);
+    progress.set_message(what);
 }
 
 /// A progress bar on standard error; nothing where that is not a terminal.

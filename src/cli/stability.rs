@@ -10,7 +10,6 @@ use crate::scene::Scene;
 use crate::setup::{self, Setup};
 use crate::{capture, techniques};
 use anyhow::{Context, Result, bail, ensure};
-use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -83,10 +82,12 @@ pub fn run(wanted: Wanted, adapter: Option<&str>) -> Result<()> {
         all.push(found);
     }
     bar.finish_and_clear();
+    if let Some(table) = table {
+        table.save()?;
+    }
     match &wanted.json {
         Some(path) if path.as_os_str() == "-" => print(&(serde_json::to_string_pretty(&all)? + "\n")),
-        Some(path) => std::fs::write(path, serde_json::to_string_pretty(&all)? + "\n")
-            .with_context(|| format!("{} cannot be written", path.display())),
+        Some(path) => capture::save(path, (serde_json::to_string_pretty(&all)? + "\n").as_bytes()),
         None => Ok(()),
     }
 }
@@ -159,27 +160,34 @@ fn text(found: &Stability) -> String {
 }
 
 /// `stability.csv`: a row a frame.
-struct Table(csv::Writer<File>);
+struct Table {
+    path: PathBuf,
+    writer: csv::Writer<Vec<u8>>,
+}
 
 impl Table {
     fn create(folder: &Path) -> Result<Table> {
         let path = folder.join("stability.csv");
-        capture::create_folder(&path)?;
-        let file = File::create(&path).with_context(|| format!("{} cannot be written", path.display()))?;
-        let mut writer = csv::Writer::from_writer(file);
+        try_file(&path)?;
+        let mut writer = csv::Writer::from_writer(Vec::new());
         let names = ["case", "technique", "params", "axis", "t", "value"];
         writer.write_record(names.iter().chain(&["error_share", "changes", "truth_changes", "flicker"]))?;
-        Ok(Table(writer))
+        Ok(Table { path, writer })
     }
 
     fn add(&mut self, found: &Stability) -> Result<()> {
         for Track { technique, params, points } in &found.tracks {
             for Point { t, value, error_share, changes, truth_changes, flicker } in points {
                 let place = (t, value, error_share, changes, truth_changes, flicker);
-                self.0.serialize((&found.case, technique, params, &found.axis, place))?;
+                self.writer.serialize((&found.case, technique, params, &found.axis, place))?;
             }
         }
-        Ok(self.0.flush()?)
+        Ok(())
+    }
+
+    fn save(self) -> Result<()> {
+        let text = self.writer.into_inner().context("the table of points cannot be put together")?;
+        capture::save(&self.path, &text)
     }
 }
 
@@ -200,7 +208,7 @@ fn draw(renderer: &mut Renderer, case: &Case, start: &Setup, found: &Stability, 
     let png = chart::png(&svg, 1200)?;
     for (ending, bytes) in [("svg", svg.as_bytes()), ("png", &png)] {
         let path = folder.join(format!("{}.{ending}", case.id));
-        std::fs::write(&path, bytes).with_context(|| format!("{} cannot be written", path.display()))?;
+        capture::save(&path, bytes)?;
     }
     for track in &found.tracks {
         if let Some(worst) = track.worst() {

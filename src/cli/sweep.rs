@@ -1,10 +1,10 @@
 //! `sweep` and `merge`: many configurations into one file, in parts if need be.
 
-use super::{Wanted, cannot_write, chosen, print, progress};
+use super::{Wanted, cannot_write, chosen, named, print, progress};
 use crate::capture::create_folder;
 use crate::frame::Renderer;
 use crate::gpu::Gpu;
-use crate::measure::{self, Axis, Record, Shard, Step};
+use crate::measure::{self, Record, Shard, Step};
 use crate::setup::Setup;
 use anyhow::{Context, Result, bail, ensure};
 use std::collections::BTreeMap;
@@ -34,50 +34,51 @@ pub struct Output {
 pub fn run(mut wanted: Wanted, ids: Vec<String>, output: Output, adapter: Option<&str>) -> Result<()> {
     let json = is_json(&output.output)?;
     let shard = output.shard.as_deref().map(Shard::parse).transpose()?;
-    let axes = wanted.sets.iter().map(|s| Axis::parse(s)).collect::<Result<Vec<_>>>()?;
-    wanted.sets.clear();
+    let axes = wanted.axes()?;
     let (mut setup, scene) = wanted.open()?;
     setup.view = "shaded".into();
-    wanted.apply(&mut setup, &scene, &[])?;
+    wanted.apply(&mut setup, &scene, &named(&ids))?;
     let ids = chosen(&ids, &setup)?;
     let all = measure::expand(&setup, &ids, &axes, output.main)?;
     let total = all.len() as u64;
     let part = |(i, _): &(u64, Setup)| shard.is_none_or(|s| s.has(*i));
-    let work: Vec<(u64, Setup)> = (0..).zip(all).filter(part).collect();
+    let work: BTreeMap<u64, Setup> = (0..).zip(all).filter(part).collect();
+    ensure!(!work.is_empty(), "this part of the sweep has no configurations: there are {total} in all");
     create_folder(&output.output)?;
 
     // Rows stand in a file beside the result until all are there, so that nothing measured is lost.
     let mut path = output.output.clone().into_os_string();
     path.push(".partial");
     let partial = PathBuf::from(path);
-    let finished = output.output.exists().then(|| measure::read(&output.output)).transpose()?;
-    let mut rows = match (&finished, partial.exists()) {
-        (Some(rows), _) => rows.clone(),
-        (None, true) => readable(&partial)?,
-        (None, false) => Vec::new(),
-    };
-    let held = if finished.is_some() { &output.output } else { &partial };
-    agree(&rows, &work, total)
-        .with_context(|| format!("{} holds another sweep; delete it or write into another file", held.display()))?;
+    let finished = output.output.exists().then(|| measure::read(&output.output)).transpose()?.unwrap_or_default();
+    let begun = if partial.exists() { readable(&partial)? } else { Vec::new() };
+    let mut rows: BTreeMap<u64, Record> = BTreeMap::new();
+    for (held, file) in [(&finished, &output.output), (&begun, &partial)] {
+        agree(held, &work, total)
+            .with_context(|| format!("{} holds another sweep; delete it or write into another file", file.display()))?;
+        rows.extend(held.iter().map(|r| (r.index, r.clone())));
+    }
+    if output.flicker {
+        rows.retain(|_, r| r.flicker.is_some());
+    }
     let missing: Vec<(u64, Setup)> =
-        work.iter().filter(|(i, _)| !rows.iter().any(|r| r.index == *i)).cloned().collect();
+        work.iter().filter(|(i, _)| !rows.contains_key(i)).map(|(i, s)| (*i, s.clone())).collect();
     if !rows.is_empty() {
-        eprintln!("{} of {} configurations are measured already in {}", rows.len(), work.len(), held.display());
+        eprintln!("{} of {} configurations are measured already", rows.len(), work.len());
     }
     let gpu = Arc::new(Gpu::new(adapter)?);
     ensure!(
-        missing.is_empty() || rows.iter().all(|r| r.adapter == gpu.info.name),
+        missing.is_empty() || rows.values().all(|r| r.adapter == gpu.info.name),
         "{} was begun on another adapter; times of two adapters do not belong into one sweep",
-        held.display()
+        output.output.display()
     );
     let mut renderer = Renderer::new(gpu, Arc::new(scene))?;
     if !missing.is_empty() {
-        let file = File::create(&partial).with_context(|| cannot_write(&partial))?;
-        let mut writer = csv::Writer::from_writer(file);
-        for row in &rows {
-            writer.serialize(row).with_context(|| cannot_write(&partial))?;
-        }
-        writer.flush().with_context(|| cannot_write(&partial))?;
+        // What is there goes into a fresh file first, whole; what comes is added row by row.
+        let held: Vec<Record> = rows.values().cloned().collect();
+        measure::write(&held, &partial, false)?;
+        let file = File::options().append(true).open(&partial).with_context(|| cannot_write(&partial))?;
+        let mut writer = csv::WriterBuilder::new().has_headers(held.is_empty()).from_writer(file);
         let bar = progress();
         let mut failed = None;
         let measured = measure::run(&mut renderer, &setup, &missing, total, output.flicker, &mut |step| {
@@ -86,7 +87,7 @@ pub fn run(mut wanted: Wanted, ids: Vec<String>, output: Output, adapter: Option
                 Step::Row(row) => {
                     let written = writer.serialize(&*row).map_err(anyhow::Error::from);
                     failed = written.and_then(|()| Ok(writer.flush()?)).err();
-                    rows.push(*row);
+                    rows.insert(row.index, *row);
                 }
             }
             failed.is_none()
@@ -95,8 +96,8 @@ pub fn run(mut wanted: Wanted, ids: Vec<String>, output: Output, adapter: Option
         failed.map_or(Ok(()), Err).with_context(|| cannot_write(&partial))?;
         measured?;
     }
-    rows.sort_by_key(|r| r.index);
-    if finished.as_ref() != Some(&rows) {
+    let rows: Vec<Record> = rows.into_values().collect();
+    if finished != rows {
         measure::write(&rows, &output.output, json)?;
     }
     if partial.exists() {
@@ -117,15 +118,22 @@ pub fn merge(parts: &[PathBuf], output: &Path) -> Result<()> {
     for path in parts {
         for row in measure::read(path)? {
             if let Some(first) = all.values().next() {
-                let same = (row.configurations, &row.scene) == (first.configurations, &first.scene);
-                ensure!(same, "{} is part of another sweep than {}", path.display(), parts[0].display());
+                let of = |r: &Record| anyhow::Ok((r.configurations, r.setup()?.around()));
                 ensure!(
-                    row.adapter == first.adapter,
-                    "{} was measured on {}, {} on {}; times of two adapters do not belong into one sweep",
+                    of(&row)? == of(first)?,
+                    "{} is part of another sweep than {}",
+                    path.display(),
+                    parts[0].display()
+                );
+                ensure!(
+                    (&row.adapter, &row.driver) == (&first.adapter, &first.driver),
+                    "{} was measured on {} ({}), {} on {} ({}); times of two adapters do not belong into one sweep",
                     path.display(),
                     row.adapter,
+                    row.driver,
                     parts[0].display(),
-                    first.adapter
+                    first.adapter,
+                    first.driver
                 );
             }
             let index = row.index;
@@ -145,7 +153,9 @@ pub fn merge(parts: &[PathBuf], output: &Path) -> Result<()> {
         let named = if missing.len() > 20 { format!("{} …", missing[..20].join(", ")) } else { missing.join(", ") };
         eprintln!("{} of {total} configurations are missing: {named}", missing.len());
     }
-    print(&format!("{} rows in {}\n", rows.len(), output.display()))
+    print(&format!("{} rows in {}\n", rows.len(), output.display()))?;
+    ensure!(missing.is_empty(), "the sweep is not complete");
+    Ok(())
 }
 
 /// Whether a results file is JSON; else it is CSV.
@@ -160,14 +170,16 @@ pub fn is_json(path: &Path) -> Result<bool> {
 /// The rows of a file that may end in the middle of one.
 fn readable(path: &Path) -> Result<Vec<Record>> {
     let mut reader = csv::Reader::from_path(path).with_context(|| format!("{} cannot be read", path.display()))?;
-    Ok(reader.deserialize().map_while(|row| row.ok()).collect())
+    let whole = |row: Result<Record, csv::Error>| row.ok().filter(|r| r.setup().is_ok());
+    Ok(reader.deserialize().map_while(whole).collect())
 }
 
 /// Makes sure that rows are of these configurations.
-fn agree(rows: &[Record], work: &[(u64, Setup)], total: u64) -> Result<()> {
+fn agree(rows: &[Record], work: &BTreeMap<u64, Setup>, total: u64) -> Result<()> {
     for row in rows {
-        let known = work.iter().find(|(i, _)| *i == row.index);
-        let (_, setup) = known.with_context(|| format!("configuration {} is not among those asked for", row.index))?;
+        let setup = work
+            .get(&row.index)
+            .with_context(|| format!("configuration {} is not among those asked for", row.index))?;
         ensure!(
             row.configurations == total && row.setup()? == *setup,
             "configuration {} is {} there and {} here",

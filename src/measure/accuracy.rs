@@ -96,6 +96,7 @@ pub fn accuracy(renderer: &mut Renderer, setup: &Setup, index: u64) -> Result<Re
         projection_p50: m.map(|m| m.projection_p50),
         texels: maps.map(|m| m.texels()),
         texels_covered: counts.map(|c| c.covered),
+        covered_share: counts.zip(maps).map(|(c, m)| c.covered as f64 / m.texels() as f64),
         utilisation: counts.and_then(|c| c.utilisation()),
         count_mean: counts.and_then(|c| c.mean()),
         count_max: counts.map(|c| c.max),

@@ -1,9 +1,10 @@
 //! Advice: the cheapest configuration that meets an error budget, over techniques and their main parameters.
 
 use super::search::{Line, Sample, Search, Wanted};
-use super::{Record, accuracy, space, sweep};
+use super::{Axis, Record, accuracy, space, sweep};
 use crate::chart;
 use crate::frame::Renderer;
+use crate::params::Values;
 use crate::setup::Setup;
 use anyhow::{Result, ensure};
 
@@ -29,8 +30,9 @@ pub struct Advice {
     pub frontier: Vec<usize>,
     /// All that was measured, in its order.
     pub tried: Vec<Record>,
-    /// Configurations there were to choose from.
+    /// Configurations there were to choose from, and how many of them could be measured at most.
     pub space: usize,
+    pub limit: usize,
 }
 
 impl Advice {
@@ -43,7 +45,7 @@ impl Advice {
 /// At most this share of the configurations is measured (at least one of each technique, though).
 const SHARE: usize = 3;
 
-/// Searches the techniques and their main parameters. `watch` is told the share done and what is measured, and stops
+/// Searches the techniques and their main parameters, those that `axes` name over the values given there. `watch` is told the share done and what is measured, and stops
 /// the work by saying no.
 ///
 /// # Errors
@@ -53,6 +55,7 @@ pub fn advise(
     renderer: &mut Renderer,
     setup: &Setup,
     techniques: &[String],
+    axes: &[Axis],
     budget: Budget,
     watch: &mut dyn FnMut(f32, &str) -> bool,
 ) -> Result<Advice> {
@@ -62,7 +65,7 @@ pub fn advise(
         "a largest ratio needs shadow-map to compare with, and that does not serve {} light",
         setup.light.kind()
     );
-    let (all, lines) = lines(setup, techniques)?;
+    let (all, lines) = lines(setup, techniques, axes)?;
     let limit = (all.len() / SHARE).max(techniques.len());
     let mut search = Search::new(lines, limit);
     let mut tried: Vec<(usize, Record)> = Vec::new();
@@ -98,6 +101,7 @@ pub fn advise(
         frontier: chart::pareto(&points),
         tried: tried.into_iter().map(|(_, r)| r).collect(),
         space: all.len(),
+        limit,
     })
 }
 
@@ -109,24 +113,22 @@ pub fn brief(setup: &Setup) -> String {
 }
 
 /// All configurations, and the lines in which they stand.
-fn lines(setup: &Setup, techniques: &[String]) -> Result<(Vec<Setup>, Vec<Line>)> {
-    let (mut all, mut lines): (Vec<Setup>, Vec<Line>) = Default::default();
-    for (family, id) in techniques.iter().enumerate() {
-        let main = chart::main_parameter(id);
-        // Configurations that agree in everything but the main parameter stand in one line, in its order.
-        let mut keys = Vec::new();
-        let first = lines.len();
-        for configuration in space::expand(setup, std::slice::from_ref(id), &[], true)? {
-            let mut key = configuration.values().clone();
-            main.map(|name| key.remove(name));
-            let line = keys.iter().position(|k| *k == key).unwrap_or_else(|| {
-                keys.push(key);
-                lines.push(Line { family, configurations: Vec::new() });
-                keys.len() - 1
-            });
-            lines[first + line].configurations.push(all.len());
-            all.push(configuration);
-        }
+fn lines(setup: &Setup, techniques: &[String], axes: &[Axis]) -> Result<(Vec<Setup>, Vec<Line>)> {
+    let all = space::expand(setup, techniques, axes, true)?;
+    let mut lines: Vec<Line> = Vec::new();
+    // Configurations that agree in everything but the main parameter stand in one line, in its order.
+    let mut keys: Vec<(usize, Values)> = Vec::new();
+    for (i, configuration) in all.iter().enumerate() {
+        let family = techniques.iter().position(|t| *t == configuration.technique).unwrap_or(0);
+        let mut key = configuration.values().clone();
+        chart::main_parameter(&configuration.technique).map(|name| key.remove(name));
+        let key = (family, key);
+        let line = keys.iter().position(|k| *k == key).unwrap_or_else(|| {
+            keys.push(key);
+            lines.push(Line { family, configurations: Vec::new() });
+            keys.len() - 1
+        });
+        lines[line].configurations.push(i);
     }
     Ok((all, lines))
 }

@@ -1,5 +1,6 @@
 //! One measured configuration as one flat row: the same names in CSV, JSON, charts and docs/measures.md.
 
+use crate::capture;
 use crate::params::{Value, Values};
 use crate::setup::Setup;
 use anyhow::{Context, Result, ensure};
@@ -63,6 +64,8 @@ pub struct Record {
     /// Texels of all maps, and those that some view sample falls into.
     pub texels: Option<u64>,
     pub texels_covered: Option<u64>,
+    /// Covered texels over all, 0 to 1: the rest is waste.
+    pub covered_share: Option<f64>,
     /// Covered texels over the most that could be: min(texels, view samples).
     pub utilisation: Option<f64>,
     /// View samples a covered texel, mean and largest.
@@ -76,7 +79,7 @@ pub struct Record {
     /// Maps, faces, cascades or light samples rendered, and those that some view sample needs.
     pub views_rendered: Option<u64>,
     pub views_needed: Option<u64>,
-    /// Triangles sent to the light's views, and those left after clipping and culling.
+    /// Triangles sent to the light's views, and those that the clipper passed on.
     pub triangles_submitted: Option<u64>,
     pub triangles_drawn: Option<u64>,
     /// Shadow rays traced.
@@ -171,6 +174,7 @@ pub fn read(path: &Path) -> Result<Vec<Record>> {
     let json = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json"));
     let rows = if json { read_json(file) } else { read_csv(file) };
     let rows: Vec<Record> = rows.with_context(|| format!("{name} does not hold measured rows"))?;
+    ensure!(!rows.is_empty(), "{name} holds no rows");
     ensure!(
         rows.iter().all(|r| !r.technique.is_empty()),
         "{name} does not hold measured rows: the column technique is missing"
@@ -180,9 +184,13 @@ pub fn read(path: &Path) -> Result<Vec<Record>> {
 
 /// Writes rows into a file, as JSON or as CSV.
 pub fn write(rows: &[Record], path: &Path, json: bool) -> Result<()> {
-    let doing = || format!("{} cannot be written", path.display());
-    let file = std::io::BufWriter::new(std::fs::File::create(path).with_context(doing)?);
-    if json { write_json(rows, file) } else { write_csv(rows, file) }.with_context(doing)
+    let mut text = Vec::new();
+    if json {
+        write_json(rows, &mut text)?
+    } else {
+        write_csv(rows, &mut text)?
+    }
+    capture::save(path, &text)
 }
 
 /// Whether two rows' times cannot be told apart: the intervals of their medians, widened by what frames of one

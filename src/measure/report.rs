@@ -1,5 +1,6 @@
 //! A sweep as one page: charts, tables and pictures of the extremes, for a browser without a network.
 
+use super::advise::Advice;
 use super::record::params_text;
 use super::{Axis, Record, expand, tied};
 use crate::capture;
@@ -12,7 +13,7 @@ use base64::Engine;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-/// Writes `index.html`, `setup.toml` and the pictures of the extremes into a folder. The page holds everything itself.
+/// Writes `index.html`, `report.toml` and the pictures of the extremes into a folder. The page holds everything itself.
 /// The renderer must hold the scene of the records, which share one set-up but for technique and parameters.
 ///
 /// # Errors
@@ -25,7 +26,7 @@ pub fn write(records: &[Record], title: &str, folder: &Path, renderer: &mut Rend
     for r in records {
         let setup = r.setup()?;
         ensure!(
-            around(&setup) == around(&base),
+            setup.around() == base.around(),
             "a report covers one set-up, but row {} differs from the first in more than technique and parameters",
             r.index
         );
@@ -33,7 +34,7 @@ pub fn write(records: &[Record], title: &str, folder: &Path, renderer: &mut Rend
         kept.entry(setup.technique.clone()).or_insert_with(|| setup.values().clone());
     }
     base.params = kept;
-    let toml = folder.join("setup.toml");
+    let toml = folder.join("report.toml");
     capture::create_folder(&toml)?;
     let setup_text = base.to_toml(&toml)?;
     save(&toml, setup_text.as_bytes())?;
@@ -54,15 +55,7 @@ pub fn write(records: &[Record], title: &str, folder: &Path, renderer: &mut Rend
 }
 
 fn save(path: &Path, bytes: &[u8]) -> Result<()> {
-    std::fs::write(path, bytes).with_context(|| format!("{} cannot be written", path.display()))
-}
-
-/// A set-up without technique and parameters.
-fn around(setup: &Setup) -> Setup {
-    let mut s = setup.clone();
-    (s.technique, s.view, s.split) = Default::default();
-    s.params.clear();
-    s
+    capture::save(path, bytes)
 }
 
 /// What was measured and how, and the command that does it again.
@@ -105,12 +98,15 @@ fn told(records: &[Record], base: &Setup, setup_text: &str) -> Result<String> {
     }
     let (command, more) = command(records, base)?;
     out += &format!("</table>\n<p>To do it again, in this page's folder:</p>\n<pre>{}</pre>\n", escape(&command));
+    if records.iter().any(|r| r.flicker.is_some()) {
+        out += "<p>Flicker was measured too: add <code>--flicker</code>.</p>\n";
+    }
     if more != records.len() {
         out += &format!(
             "<p>These rows are not every combination of their values: the command measures {more} configurations.</p>\n"
         );
     }
-    out += &format!("<details><summary>setup.toml</summary><pre>{}</pre></details>\n", escape(setup_text));
+    out += &format!("<details><summary>report.toml</summary><pre>{}</pre></details>\n", escape(setup_text));
     Ok(out)
 }
 
@@ -147,7 +143,7 @@ fn varying(records: &[Record]) -> BTreeMap<(&str, &str), Vec<&str>> {
 /// The sweep that measures these rows, and how many it measures.
 fn command(records: &[Record], base: &Setup) -> Result<(String, usize)> {
     let techniques = ids(records);
-    let mut text = format!("shadowscope sweep setup.toml --techniques {}", techniques.join(","));
+    let mut text = format!("shadowscope sweep report.toml --techniques {}", techniques.join(","));
     let mut axes = Vec::new();
     for ((technique, name), values) in varying(records) {
         let set = format!("{technique}.{name}={}", values.join(","));
@@ -167,7 +163,10 @@ fn command(records: &[Record], base: &Setup) -> Result<(String, usize)> {
 fn charts(records: &[Record]) -> Result<String> {
     let find = |axes: &'static [chart::Axis], id: &str| axes.iter().find(|a| a.id == id);
     let mut out = String::from("<h2>Error against cost</h2>\n<div class=\"charts\">\n");
-    for (x, y) in [("gpu_ms", "error_share"), ("ratio", "error_share"), ("gpu_ms", "rmse"), ("gpu_ms", "flip")] {
+    let time = if records.iter().any(|r| r.cost.is_some()) { "cost" } else { "gpu_ms" };
+    let mut shown = vec![(time, "error_share"), ("gpu_ms", "error_share"), (time, "rmse"), (time, "flip")];
+    shown.dedup();
+    for (x, y) in shown {
         let (Some(x), Some(y)) = (find(COSTS, x), find(ERRORS, y)) else { continue };
         if records.iter().any(|r| chart::point(r, x, y).is_some()) {
             let svg = chart::svg(records, x, y, "")?;
@@ -214,11 +213,17 @@ const COLUMNS: &[Column] = &[
     column("GPU ms", "Median time of the technique's passes", 3, |r| Some(r.gpu_ms)),
     column("q1", "A quarter of the frames took less", 3, |r| Some(r.gpu_ms_q1)),
     column("q3", "A quarter of the frames took more", 3, |r| Some(r.gpu_ms_q3)),
-    column("× shadow-map", "Time over that of shadow-map at the same resolution", 2, |r| r.ratio),
+    column("× same-size", "Time over that of shadow-map at the same resolution", 2, |r| r.ratio),
+    column("cost", "Time over that of the set-up's own shadow-map, in the same turns", 2, |r| r.cost),
     column("CPU ms", "Recording the passes", 3, |r| Some(r.cpu_ms)),
     column("MiB", "GPU memory held", 2, |r| Some(r.gpu_bytes as f64 / 1048576.0)),
     column("rays", "Shadow rays traced", 0, |r| Some(r.rays as f64)),
     column("m p95, px", "Extent of a texel in the picture", 2, |r| r.m_p95),
+    column("maps", "Maps rendered", 0, |r| r.views_rendered.map(|v| v as f64)),
+    column("needed", "Maps that some view sample falls into", 0, |r| r.views_needed.map(|v| v as f64)),
+    column("covered, %", "Texels that some view sample falls into", 1, |r| r.covered_share.map(|c| 100.0 * c)),
+    column("triangles sent", "Triangles sent to the maps", 0, |r| r.triangles_submitted.map(|t| t as f64)),
+    column("drawn", "Triangles that the clipper passed on", 0, |r| r.triangles_drawn.map(|t| t as f64)),
     column("texel use, %", "Covered texels of those that could be", 1, |r| r.utilisation.map(|u| 100.0 * u)),
     column("frames", "Frames counted", 0, |r| Some(r.frames as f64)),
 ];
@@ -242,11 +247,11 @@ fn heads(columns: &[&Column]) -> String {
 
 /// The configurations that no other beats in both time and error.
 fn front(records: &[Record]) -> String {
-    let values: Vec<(f64, f64)> = records.iter().map(|r| (r.gpu_ms, r.error_share)).collect();
+    let values: Vec<(f64, f64)> = records.iter().map(|r| (Advice::cost(r), r.error_share)).collect();
     let varying = varying(records);
     let shown: Vec<&Column> = columns(records)
         .into_iter()
-        .filter(|c| ["error, %", "RMSE", "FLIP", "GPU ms", "q1", "q3", "× shadow-map", "MiB"].contains(&c.name))
+        .filter(|c| ["error, %", "RMSE", "FLIP", "GPU ms", "q1", "q3", "cost", "MiB"].contains(&c.name))
         .collect();
     let mut out = format!(
         "<h2>The cheapest for each error</h2>\n<p>No other configuration is as fast and as accurate as one of \
@@ -269,7 +274,7 @@ fn front(records: &[Record]) -> String {
 /// All rows, with the neighbours in the order of time that cannot be told from them.
 fn table(records: &[Record]) -> String {
     let mut order: Vec<usize> = (0..records.len()).collect();
-    order.sort_by(|a, b| records[*a].gpu_ms.total_cmp(&records[*b].gpu_ms).then(a.cmp(b)));
+    order.sort_by(|a, b| Advice::cost(&records[*a]).total_cmp(&Advice::cost(&records[*b])).then(a.cmp(b)));
     let mut ties: Vec<Vec<String>> = vec![Vec::new(); records.len()];
     for pair in order.windows(2) {
         if tied(&records[pair[0]], &records[pair[1]]) {
@@ -324,10 +329,10 @@ fn extremes(records: &[Record], folder: &Path, renderer: &mut Renderer) -> Resul
     };
     let mut chosen: Vec<(usize, Vec<&str>)> = Vec::new();
     for (role, row) in [
-        ("most accurate", by(|r| [r.error_share, r.gpu_ms])),
-        ("least accurate", by(|r| [-r.error_share, r.gpu_ms])),
-        ("cheapest", by(|r| [r.gpu_ms, r.error_share])),
-        ("dearest", by(|r| [-r.gpu_ms, r.error_share])),
+        ("most accurate", by(|r| [r.error_share, Advice::cost(r)])),
+        ("least accurate", by(|r| [-r.error_share, Advice::cost(r)])),
+        ("cheapest", by(|r| [Advice::cost(r), r.error_share])),
+        ("dearest", by(|r| [-Advice::cost(r), r.error_share])),
     ] {
         let Some(row) = row else { continue };
         match chosen.iter_mut().find(|(i, _)| *i == row) {

@@ -75,7 +75,8 @@ impl Search {
         measure: &mut dyn FnMut(usize) -> Result<Sample>,
     ) -> Result<Option<usize>> {
         while self.measured() < self.limit {
-            let Some(next) = self.unknown_family().or_else(|| self.most_promising(wanted)) else { break };
+            let next = self.unknown_family().or_else(|| self.most_promising(wanted)).or_else(|| self.last_hope(wanted));
+            let Some(next) = next else { break };
             self.samples[next] = Some(measure(next)?);
         }
         Ok(self.best(wanted))
@@ -105,6 +106,23 @@ impl Search {
         let candidates = self.lines.iter().filter_map(|l| self.candidate(l, wanted));
         let cheapest = candidates.min_by(|a, b| a.1.total_cmp(&b.1))?;
         (cheapest.1 < bound && cheapest.1 <= wanted.cost).then_some(cheapest.0)
+    }
+
+    /// Where nothing measured meets `wanted`, whatever was predicted: the finest place of the line that is expected to
+    /// err least, of those that have not been tried there.
+    fn last_hope(&self, wanted: Wanted) -> Option<usize> {
+        if self.best(wanted).is_some() {
+            return None;
+        }
+        let open = self.lines.iter().filter_map(|line| {
+            let last = line.configurations.len().checked_sub(1)?;
+            let number = line.configurations[last];
+            let expected = self.predict(line, last);
+            let good = self.points(line).any(|(_, s)| s.error <= wanted.error);
+            let affordable = expected.cost * HOPE[1] <= wanted.cost;
+            (self.samples[number].is_none() && !good && affordable).then_some((number, expected.error))
+        });
+        open.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(number, _)| number)
     }
 
     /// What to measure next on a line, and the cost hoped for: the first place that may be good enough, between those

@@ -4,6 +4,7 @@ use crate::params::{Kind, Value};
 use crate::setup::Setup;
 use crate::techniques;
 use anyhow::{Context, Result, bail, ensure};
+use std::collections::BTreeSet;
 
 /// The most configurations that one sweep may have.
 const MOST: usize = 100_000;
@@ -37,6 +38,11 @@ impl Axis {
     /// An axis that a technique names as one of its main parameters.
     fn main(technique: &str, (name, values): (&str, &str)) -> Axis {
         Axis { technique: Some(technique.into()), name: name.into(), values: values.into() }
+    }
+
+    /// Whether it fixes one value instead of varying it.
+    pub fn is_fixed(&self) -> bool {
+        !self.values.contains(',') && !self.values.contains("..")
     }
 
     fn is_of(&self, technique: &str) -> bool {
@@ -107,21 +113,26 @@ fn numbers(from: &str, to: &str, step: Option<(&str, &str)>) -> Result<Vec<Strin
 /// A value that is not allowed, or a parameter that no technique has.
 pub fn expand(setup: &Setup, techniques: &[String], axes: &[Axis], main: bool) -> Result<Vec<Setup>> {
     for axis in axes {
-        let served = |t: &&String| axis.is_of(t) && matches!(axis.values(t), Ok(Some(_)) | Err(_));
-        if !techniques.iter().any(|t| served(&t)) {
-            let wanted = axis.technique.clone().unwrap_or_else(|| techniques.join(", "));
-            let mut names = std::collections::BTreeSet::new();
-            for id in
-                axis.technique.iter().chain(techniques).take(if axis.technique.is_some() { 1 } else { usize::MAX })
-            {
-                names.extend(techniques::find_or_say(id)?.specs().map(|s| s.name));
-            }
-            if axis.technique.as_ref().is_some_and(|t| !techniques.contains(t)) {
-                bail!("--set {wanted}.{}: {wanted} is not among the techniques {}", axis.name, techniques.join(", "));
-            }
-            let names: Vec<&str> = names.into_iter().collect();
-            bail!("--set {}: {wanted} has no such parameter; there are {}", axis.name, names.join(", "));
+        let known = |t: &&String| axis.is_of(t) && matches!(axis.values(t), Ok(Some(_)) | Err(_));
+        if techniques.iter().any(|t| known(&t)) {
+            continue;
         }
+        let name = &axis.name;
+        if let Some(t) = &axis.technique {
+            ensure!(
+                techniques.contains(t),
+                "--set {t}.{name}: {t} is not among the techniques {}",
+                techniques.join(", ")
+            );
+        }
+        let asked: Vec<&String> = axis.technique.iter().chain(techniques.iter().filter(|t| axis.is_of(t))).collect();
+        let mut names = BTreeSet::new();
+        for id in asked {
+            names.extend(techniques::find_or_say(id)?.specs().map(|s| s.name));
+        }
+        let names: Vec<&str> = names.into_iter().collect();
+        let key = axis.technique.as_ref().map_or(name.clone(), |t| format!("{t}.{name}"));
+        bail!("--set {key}: there is no such parameter; there are {}", names.join(", "));
     }
     let mut out = Vec::new();
     for id in techniques {

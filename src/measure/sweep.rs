@@ -23,7 +23,7 @@ const TURNS_BYTES: u64 = 2 << 30;
 /// The technique that times are given as a multiple of.
 const BASELINE: &str = "shadow-map";
 /// Share of a configuration's work that its errors take, roughly: for the progress only.
-const ERRORS_SHARE: f32 = 0.3;
+const ERRORS_SHARE: f32 = 0.1;
 
 /// Measures configurations, each with its place in a sweep of so many, in their order. `base` is the set-up that they
 /// were made from: costs are multiples of its shadow map's. `flicker` moves the camera too.

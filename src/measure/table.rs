@@ -20,7 +20,7 @@ pub fn text(rows: &[Record]) -> String {
         "GPU ms",
         "quartiles",
         "frames",
-        "× shadow-map",
+        "× same-size shadow-map",
         "CPU ms",
         "MiB",
     ];

@@ -56,7 +56,7 @@ const FRAMES: usize = 100;
 const WARM_UP: usize = 10;
 /// A software adapter counts until this time has passed for each configuration, but not fewer frames than `FEWEST`.
 const BUDGET: Duration = Duration::from_secs(3);
-const FEWEST: usize = 7;
+const FEWEST: usize = 11;
 
 /// The frames of one configuration so far.
 struct Lane<'a> {

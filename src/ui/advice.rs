@@ -89,6 +89,13 @@ fn found(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
                 ui.label(margin(budget, &advice.tried[i]));
                 if let Some(half) = advice.halved.and_then(|h| advice.tried.get(h)) {
                     ui.label(halved(&advice.tried[i], half));
+                } else if advice.tried[i].error_share > 0.0 {
+                    let limited = advice.tried.len() >= advice.limit;
+                    ui.label(if limited {
+                        "What halves that error was not found before the limit."
+                    } else {
+                        "Nothing there halves that error."
+                    });
                 }
             }
             (None, Some(i)) => {

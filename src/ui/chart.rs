@@ -145,7 +145,7 @@ pub fn show(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
                 Line::new("", places).color(color(&line.technique).gamma_multiply(0.8)).width(1.5).allow_hover(false),
             );
         }
-        for front in fronts(&m.chart.seen, &points) {
+        for front in fronts(cost, &m.chart.seen, &points) {
             let steps: PlotPoints = staircase(&front).into_iter().map(at).collect();
             let line = Line::new("", steps).color(TEXT.gamma_multiply(0.6)).width(1.0);
             plot.line(line.style(LineStyle::dashed_dense()).allow_hover(false));
@@ -219,12 +219,12 @@ pub fn show(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
 }
 
 /// The points that no other beats, for each picture that was measured: another scene, camera or light is another matter.
-fn fronts(seen: &[usize], points: &[Option<(f64, f64)>]) -> Vec<Vec<(f64, f64)>> {
+fn fronts(cost: &chart::Axis, seen: &[usize], points: &[Option<(f64, f64)>]) -> Vec<Vec<(f64, f64)>> {
     let views = seen.iter().max().map_or(0, |most| most + 1);
     let of = |view: usize| {
         let own = seen.iter().zip(points).filter(|(v, _)| **v == view);
         let own: Vec<(f64, f64)> = own.filter_map(|(_, p)| *p).collect();
-        chart::pareto(&own).into_iter().map(|i| own[i]).collect()
+        chart::front(cost, &own).into_iter().map(|i| own[i]).collect()
     };
     (0..views).map(of).collect()
 }

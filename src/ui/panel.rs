@@ -292,7 +292,7 @@ fn capture(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
             }
         },
     );
-    let tip = ".png: the view, with the set-up inside, so that it opens here again. .exr: the raw values of the views visibility, truth, depth, position and normals.";
+    let tip = ".png: the view, with the set-up inside, so that it opens here again. .exr: the raw values of the views visibility, truth, depth, position, normals, aliasing and counts.";
     path_row(ui, "picture", tip, &mut m.picture_path);
     ui.horizontal(|ui| {
         let path = PathBuf::from(m.picture_path.trim());

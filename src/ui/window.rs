@@ -565,6 +565,5 @@ impl Open {
 
 /// Writes the set-up as TOML.
 fn save(m: &Model, path: &Path) -> Result<()> {
-    let text = m.setup.to_toml(path)?;
-    std::fs::write(path, text).with_context(|| format!("{} cannot be written", path.display()))
+    crate::capture::save(path, m.setup.to_toml(path)?.as_bytes())
 }

@@ -203,8 +203,9 @@ impl Desk {
         (budget, techniques): (Budget, Vec<String>),
     ) {
         let work = move |renderer: &mut Renderer, watch: &Watch| {
-            let advice =
-                advise::advise(renderer, &setup, &techniques, budget, &mut |done, what| watch.progress(done, what))?;
+            let advice = advise::advise(renderer, &setup, &techniques, &[], budget, &mut |done, what| {
+                watch.progress(done, what)
+            })?;
             Ok(Box::new((budget, advice)))
         };
         self.beside(job, adapter, scene, work, Done::Advised);
@@ -332,13 +333,11 @@ fn save_rows(rows: &[Record], [cost, error]: [&Axis; 2], path: &Path) -> Result<
     let ending = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
     let scenes: std::collections::BTreeSet<&str> = rows.iter().map(|r| r.scene.as_str()).collect();
     let title = scenes.into_iter().collect::<Vec<_>>().join(", ");
-    let doing = || format!("{} cannot be written", path.display());
-    capture::create_folder(path)?;
     match ending.as_str() {
         "csv" => measure::write(rows, path, false),
         "json" => measure::write(rows, path, true),
-        "svg" => std::fs::write(path, chart::svg(rows, cost, error, &title)?).with_context(doing),
-        "png" => std::fs::write(path, chart::png(&chart::svg(rows, cost, error, &title)?, CHART)?).with_context(doing),
+        "svg" => capture::save(path, chart::svg(rows, cost, error, &title)?.as_bytes()),
+        "png" => capture::save(path, &chart::png(&chart::svg(rows, cost, error, &title)?, CHART)?),
         _ => bail!("{}: a chart's file name ends in .svg, .png, .csv or .json", path.display()),
     }
 }
