@@ -2,11 +2,12 @@
 //!include lib/gbuffer.wgsl
 //!include lib/light_view.wgsl
 //!include lib/cells.wgsl
+//!include lib/labels.wgsl
 // The picture: shading, the common views, and a technique's own maps.
 
 struct View {
     range: vec2f,
-    // 0 none, 1 texture, 2 ramp, 3 cells, 4 aliasing, 5 counts.
+    // 0 none, 1 texture, 2 ramp, 3 cells, 4 aliasing, 5 counts, 6 labels.
     shown: u32,
     // Of `map`, where it holds more than one value.
     channel: u32,
@@ -124,6 +125,11 @@ fn color_of(pixel: vec2u) -> vec3f {
         }
         if view.shown == 4u && s.valid {
             return select(dimmed(s), octave_color(log2(x)), x > 0.0);
+        }
+        if x >= 0.0 && view.shown == 6u {
+            let plain = x >= plain_ground;
+            let ground = select(linear_to_srgb(lit(s, v)), vec3f(0.12), plain || !s.valid);
+            return mix(ground, label_color(label_of(x)), label_strength(x));
         }
         if x >= 0.0 && view.shown == 2u {
             return ramp((x - view.range.x) / (view.range.y - view.range.x));

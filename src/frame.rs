@@ -103,6 +103,8 @@ enum Shown {
     Aliasing(wgpu::TextureView, u32),
     /// Counts of view samples, as `shaders/counts.wgsl` leaves them in `map_out`.
     Counts,
+    /// Labels of `map_out` (`shaders/lib/labels.wgsl`): colours over the scene, or a drawing.
+    Labels,
 }
 
 /// What a technique is given: the G-buffer, the scene and the light, through the names its shaders use.
@@ -160,6 +162,13 @@ impl Frame<'_> {
     pub fn show_cells(&mut self, id: &str) {
         if self.setup.view == id {
             self.shown = Some(Shown::Cells);
+        }
+    }
+
+    /// Shows `map_out` as coloured labels (`shaders/lib/labels.wgsl`), where the map `id` is asked for.
+    pub fn show_labels(&mut self, id: &str) {
+        if self.setup.view == id {
+            self.shown = Some(Shown::Labels);
         }
     }
 }
@@ -233,7 +242,7 @@ pub struct Told {
 #[derive(Clone, Copy, Pod, Zeroable)]
 pub struct ViewUniform {
     pub range: [f32; 2],
-    /// 0 none, 1 texture, 2 ramp, 3 cells, 4 aliasing, 5 counts.
+    /// 0 none, 1 texture, 2 ramp, 3 cells, 4 aliasing, 5 counts, 6 labels.
     pub shown: u32,
     /// Of the map, where it holds more than one value.
     pub channel: u32,
@@ -474,6 +483,7 @@ impl Renderer {
                     run = run.bind("map", t);
                 }
                 Some(Shown::Counts) => view.shown = 5,
+                Some(Shown::Labels) => view.shown = 6,
             }
             gpu.queue.write_buffer(&self.view_buffer, 0, bytemuck::bytes_of(&view));
             run.per_pixel();

@@ -61,7 +61,7 @@ fn errors_name_the_key_the_value_and_the_range() {
         (with("[params.pcf]\nkernel = 4\n"), vec!["params.pcf.kernel", "4", "1 to 9", "steps of 2"]),
         (with("[params.pcf]\nmode = \"box\"\n"), vec!["params.pcf.mode", "box", "grid, hw2x2, tent, disk"]),
         (with("[params.pcf]\nkernal = 3\n"), vec!["params.pcf.kernal", "unknown", "kernel"]),
-        (with("[params.esmm]\nc = 3\n"), vec!["esmm", "unknown", "shadow-map, pcf, rt-hard"]),
+        (with("[params.esmm]\nc = 3\n"), vec!["esmm", "unknown", "shadow-map, pcf"]),
         (with("technique = \"magic\"\n"), vec!["technique", "magic", "shadow-map"]),
         (with("view = \"xray\"\n"), vec!["view", "xray", "shaded"]),
         (with("size = [0, 100]\n"), vec!["size", "[0, 100]", "1 to 16384"]),

@@ -1,5 +1,6 @@
 //! Every WGSL module is put together and checked, and structs shared with Rust agree field by field.
 
+use shadowscope::cascades::Fitting;
 use shadowscope::frame::{Counting, FrameUniform, ViewUniform};
 use shadowscope::gpu::{Shaders, shader_files};
 use shadowscope::light::LightView;
@@ -83,6 +84,9 @@ fn shared_structs_agree() {
     same!("shade.wgsl", "View", ViewUniform, range "range", shown "shown", channel "channel");
     same!("counts.wgsl", "Counting", Counting,
         size "size", layers "layers", first "first", count "count", padding "padding");
+    same!("cascades.wgsl", "Fitting", Fitting,
+        count "count", blend "blend", narrow "narrow", margin "margin", reach "reach", least "least",
+        smoothing "smoothing", opaque "opaque", triangles "triangles", culled "culled", padding "padding");
     same!("gbuffer.wgsl", "Vertex", Vertex,
         position "position", normal "normal", uv "uv", material "material", padding "padding");
     same!("gbuffer.wgsl", "Material", GpuMaterial,

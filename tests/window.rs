@@ -5,6 +5,7 @@ use egui_kittest::kittest::Queryable;
 use shadowscope::params::Value;
 use shadowscope::scene::geometry::Geometry;
 use shadowscope::setup::Setup;
+use shadowscope::techniques;
 use shadowscope::ui::{self, Job, Model, Tab};
 use std::io::{BufRead, BufReader};
 use std::path::Path;
@@ -249,19 +250,20 @@ fn a_sweep_started_by_a_click_makes_points_and_a_click_on_one_applies_it() {
         let ground = desktop.look(drawer)?;
         (ground.iter().filter(|p| **p == rgb(style.extreme_bg_color)).count() * 3 > ground.len()).then_some(())
     });
-    for label in ["pcf", "rt-hard"] {
+    let others: Vec<&str> = techniques::ALL.iter().map(|i| i.id).filter(|id| *id != "shadow-map").collect();
+    for label in &others {
         desktop.click(button(&open, label));
     }
     let one = layout(&what, |m| {
         m.drawer = Some(Tab::Chart);
-        m.left_out = ["pcf", "rt-hard"].into();
+        m.left_out = others.iter().copied().collect();
     });
     desktop.click(button(&one, "Sweep 6 configurations"));
 
     // The bar grows.
     let busy = layout(&what, |m| {
         m.drawer = Some(Tab::Chart);
-        m.left_out = ["pcf", "rt-hard"].into();
+        m.left_out = others.iter().copied().collect();
         m.measuring = Some(Job::new("Sweep"));
     });
     // The spinner over the picture is one too.

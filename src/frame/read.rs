@@ -129,7 +129,7 @@ impl Renderer {
                 let bits = x.to_bits();
                 return Ok((x >= 0.0).then(|| format!("texel {}, {}", bits & 16383, bits >> 14 & 16383)));
             }
-            Some(Shown::Texture(..)) | None => {}
+            Some(Shown::Texture(..) | Shown::Labels) | None => {}
         }
         if self.position_at(pixel)?.is_none() {
             return Ok(None);

@@ -357,6 +357,11 @@ impl<'a> Recorder<'a> {
         self.encoder.clear_buffer(buffer, 0, None);
     }
 
+    /// Copies `size` bytes from `offset` on to the start of another buffer.
+    pub fn copy(&mut self, from: &wgpu::Buffer, offset: u64, to: &wgpu::Buffer, size: u64) {
+        self.encoder.copy_buffer_to_buffer(from, offset, to, 0, size);
+    }
+
     /// Counts the triangles of the render passes from here on.
     pub fn count_triangles(&mut self, count: &TriangleCount) {
         self.triangles = Some((count.queries.clone(), 0));

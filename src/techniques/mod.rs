@@ -1,7 +1,9 @@
 //! The techniques: the trait they implement and the registry they stand in.
 
 mod pcf;
+pub mod pssm;
 mod rt_hard;
+mod sdsm;
 mod shadow_map;
 
 use crate::frame::Frame;
@@ -38,8 +40,10 @@ pub trait Technique {
     fn render(&mut self, f: &mut Frame) -> Result<()>;
 }
 
+pub(crate) use shadow_map::MAPS;
+
 /// Every technique, in the order of the lists. The first is the default.
-pub static ALL: &[&Info] = &[&shadow_map::INFO, &pcf::INFO, &rt_hard::INFO];
+pub static ALL: &[&Info] = &[&shadow_map::INFO, &pcf::INFO, &pssm::INFO, &sdsm::INFO, &rt_hard::INFO];
 
 /// The technique whose ray-traced result is the truth.
 pub static TRUTH: &Info = &rt_hard::INFO;

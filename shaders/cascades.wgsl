@@ -1,0 +1,187 @@
+//!include lib/frame.wgsl
+//!include lib/gbuffer.wgsl
+//!include lib/cascades.wgsl
+// What cascades share: the view samples of each, their boxes in the light's view, and the triangles drawn into each.
+// `light_view` is the whole scene's.
+
+const most_cascades = 8u;
+const words = 8u;
+const no_samples = 7u;
+
+// Of each cascade: largest u, v, 1 - u, 1 - v and depth share of its samples, as the bits of floats in [0, 1]; then two
+// words of nothing, and the number of samples.
+@group(1) @binding(0) var<storage, read_write> extents: array<atomic<u32>, 64>;
+
+var<workgroup> tile: array<atomic<u32>, 64>;
+
+// Samples of one cascade.
+struct Gathered {
+    // u, v, 1 - u, 1 - v.
+    most: vec4f,
+    share: f32,
+    number: u32,
+}
+
+fn keep(i: u32, g: Gathered) {
+    if g.number == 0u {
+        return;
+    }
+    let at = i * words;
+    for (var k = 0u; k < 4u; k++) {
+        // abs: a negative zero's bits are the largest of all.
+        atomicMax(&tile[at + k], bitcast<u32>(abs(g.most[k])));
+    }
+    atomicMax(&tile[at + 4u], bitcast<u32>(abs(g.share)));
+    atomicAdd(&tile[at + no_samples], g.number);
+}
+
+// A workgroup takes 64 × 64 pixels. A thread's pixels mostly lie in one cascade: few atomics.
+@compute @workgroup_size(8, 8)
+fn gather(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) local: vec3u,
+          @builtin(local_invocation_index) index: u32) {
+    var held = 0u;
+    var gathered = Gathered();
+    for (var k = 0u; k < 64u; k++) {
+        let pixel = group.xy * 64u + vec2u(k % 8u, k / 8u) * 8u + local.xy;
+        if pixel.x >= frame.size.x || pixel.y >= frame.size.y {
+            continue;
+        }
+        let p = textureLoad(g_position, pixel, 0);
+        if p.w <= 0.0 {
+            continue;
+        }
+        let light = light_at(p.xyz);
+        if !light.reached || dot(octahedral_decode(textureLoad(g_surface, pixel, 0).x), light.to_light) <= 0.0 {
+            continue;
+        }
+        let clip = light_clip(light_view, p.xyz);
+        let uv = saturate(0.5 + 0.5 * clip.xy);
+        let share = saturate((dot(light_view.axis, vec4f(p.xyz, 1.0)) - light_view.near) / (light_view.far - light_view.near));
+        let i = cascade_of(p.w);
+        let sides = vec4f(uv, 1.0 - uv);
+        if i != held {
+            keep(held, gathered);
+            held = i;
+            gathered = Gathered();
+        }
+        gathered = Gathered(max(gathered.most, sides), max(gathered.share, share), gathered.number + 1u);
+        if blend_of(p.w, i) > 0.0 {
+            keep(i + 1u, Gathered(sides, share, 1u));
+        }
+    }
+    keep(held, gathered);
+    workgroupBarrier();
+    let value = atomicLoad(&tile[index]);
+    if value > 0u {
+        if index % words == no_samples {
+            atomicAdd(&extents[index], value);
+        } else {
+            atomicMax(&extents[index], value);
+        }
+    }
+}
+
+// A cascade's box in the whole view, shares of its sides: this frame's and the last one's. high ≤ low: none.
+struct Box {
+    low: vec2f,
+    high: vec2f,
+    last_low: vec2f,
+    last_high: vec2f,
+}
+
+@group(1) @binding(1) var<storage, read_write> boxes: array<Box>;
+@group(1) @binding(2) var<storage, read_write> fitted: array<LightView>;
+// Indexed indirect draws, opaque and masked for each cascade: index count, instances, first index, base vertex, first
+// instance.
+@group(1) @binding(3) var<storage, read_write> draws: array<atomic<u32>>;
+
+fn extent_of(at: u32) -> f32 {
+    return bitcast<f32>(atomicLoad(&extents[at]));
+}
+
+// One thread a cascade.
+@compute @workgroup_size(8)
+fn fit(@builtin(global_invocation_id) id: vec3u) {
+    let i = id.x;
+    let at = i * words;
+    // A cascade without samples draws nothing.
+    let used = i < fitting.count && atomicLoad(&extents[at + no_samples]) > 0u;
+    let region = select(0u, i * fitting.triangles * 3u, fitting.culled != 0u);
+    for (var masked = 0u; masked < 2u; masked++) {
+        let draw = (2u * i + masked) * 5u;
+        let count = select(fitting.opaque, fitting.triangles - fitting.opaque, masked == 1u) * 3u;
+        atomicStore(&draws[draw], select(count, 0u, !used || fitting.culled != 0u));
+        atomicStore(&draws[draw + 1u], u32(used));
+        atomicStore(&draws[draw + 2u], region + select(0u, fitting.opaque * 3u, masked == 1u));
+        atomicStore(&draws[draw + 3u], 0u);
+        atomicStore(&draws[draw + 4u], 0u);
+    }
+    if i >= fitting.count || fitting.narrow == 0u {
+        return;
+    }
+    var b = boxes[i];
+    b.last_low = b.low;
+    b.last_high = b.high;
+    if !used {
+        boxes[i] = Box(vec2f(0.0), vec2f(0.0), b.last_low, b.last_high);
+        fitted[i] = light_view;
+        return;
+    }
+    b.high = vec2f(extent_of(at), extent_of(at + 1u));
+    b.low = 1.0 - vec2f(extent_of(at + 2u), extent_of(at + 3u));
+    if fitting.smoothing > 0.0 && all(b.last_high > b.last_low) {
+        // It grows at once, since it must hold all samples, and shrinks slowly.
+        b.low = min(b.low, mix(b.low, b.last_low, fitting.smoothing));
+        b.high = max(b.high, mix(b.high, b.last_high, fitting.smoothing));
+    }
+    boxes[i] = b;
+    var v = light_view;
+    let metres = 2.0 / vec2f(length(v.row_x.xyz), length(v.row_y.xyz));
+    let grown = (b.high - b.low + 2.0 * fitting.reach / metres) * v.resolution / max(v.resolution - 2.0 * fitting.margin, 1.0);
+    let half = max(0.5 * grown, max(0.5 * fitting.least / metres, vec2f(1e-6)));
+    let center = b.low + b.high - 1.0;
+    v.row_x = (v.row_x - center.x * v.row_w) * (0.5 / half.x);
+    v.row_y = (v.row_y - center.y * v.row_w) * (0.5 / half.y);
+    v.texel = 2.0 / (v.resolution * min(length(v.row_x.xyz), length(v.row_y.xyz)));
+    // Casters are kept from the light on; beyond the last receiver nothing matters.
+    let share = extent_of(at + 4u);
+    v.far = min(v.near + max(share * 1.0001 + 1e-5, 1e-4) * (v.far - v.near), v.far);
+    v.row_z = (vec4f(0.0, 0.0, 0.0, v.far) - v.axis) / (v.far - v.near);
+    fitted[i] = v;
+}
+
+@group(1) @binding(4) var<storage, read_write> indices: array<u32>;
+
+// Triangles to a row of the dispatch.
+const row = 2097152u;
+
+// One thread a triangle: goes to each cascade whose box, swept towards the light, it may touch.
+@compute @workgroup_size(64)
+fn cull(@builtin(global_invocation_id) id: vec3u) {
+    let index = id.y * row + id.x;
+    if index >= fitting.triangles {
+        return;
+    }
+    let t = triangles[index].xyz;
+    let masked = u32(index >= fitting.opaque);
+    for (var i = 0u; i < fitting.count; i++) {
+        let draw = (2u * i + masked) * 5u;
+        if atomicLoad(&draws[draw + 1u]) == 0u {
+            continue;
+        }
+        let v = light_views[i];
+        let a = light_clip(v, vertices[t.x].position).xyz;
+        let b = light_clip(v, vertices[t.y].position).xyz;
+        let c = light_clip(v, vertices[t.z].position).xyz;
+        let low = min(min(a, b), c);
+        let high = max(max(a, b), c);
+        // A little to spare for rounding. Depth is reversed: below 0 lies beyond the far plane.
+        if any(low.xy > vec2f(1.00001)) || any(high.xy < vec2f(-1.00001)) || high.z < -1e-5 {
+            continue;
+        }
+        let at = atomicLoad(&draws[draw + 2u]) + atomicAdd(&draws[draw], 3u);
+        indices[at] = t.x;
+        indices[at + 1u] = t.y;
+        indices[at + 2u] = t.z;
+    }
+}

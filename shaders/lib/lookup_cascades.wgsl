@@ -1,0 +1,166 @@
+//!include lib/cascades.wgsl
+//!include lib/resolve.wgsl
+//!include lib/cells.wgsl
+//!include lib/labels.wgsl
+// Looking cascades up, and the maps that techniques with cascades show.
+
+@group(1) @binding(12) var<uniform> map: CascadeParams;
+@group(1) @binding(13) var shadow_maps: texture_depth_2d_array;
+
+struct Receiver {
+    // Position in the cascade's map, texels.
+    texel: vec2f,
+    // Stored depth to compare with: lit where it is not below the map's (depth is reversed).
+    depth: f32,
+    // How far all biases move the comparison towards the light, in texels.
+    moved: f32,
+}
+
+// As `receive` of lib/lookup.wgsl for one sample, with the texel of this cascade.
+fn receive(s: Surface, v: LightView) -> Receiver {
+    let to_light = frame.light_position;
+    let cosine = dot(s.normal, to_light);
+    let straight = dot(v.axis, vec4f(s.position, 1.0));
+    let position = s.position + s.normal * (map.normal_offset * v.texel * sqrt(max(1.0 - cosine * cosine, 0.0)));
+    let clip = light_clip(v, position);
+    let z = dot(v.axis, vec4f(position, 1.0));
+    // Metres of depth that the receiver's plane gains per texel in x and y; the map's axes are orthogonal.
+    let side = 2.0 / v.resolution * vec2f(1.0, 1.0) / vec2f(length(v.row_x.xyz), length(v.row_y.xyz));
+    let nx = dot(s.normal, normalize(v.row_x.xyz));
+    let ny = dot(s.normal, normalize(v.row_y.xyz));
+    let steepness = length(vec2f(nx, ny) * side) / max(cosine, 1e-6);
+    let slope = map.slope_bias * min(steepness, map.slope_limit * v.texel);
+    let depth = max(stored_depth(v, z - map.bias - slope), 0.0);
+    return Receiver(light_texel(v, clip), depth, (straight - linear_depth(v, depth)) / v.texel);
+}
+
+fn outside_map(v: LightView, texel: vec2f) -> bool {
+    return any(texel < vec2f(0.0)) || any(texel >= vec2f(v.resolution));
+}
+
+// One nearest sample; lit outside the map, where nothing can cast.
+fn compare(v: LightView, i: u32, depth: f32, texel: vec2f) -> f32 {
+    if outside_map(v, texel) {
+        return 1.0;
+    }
+    return select(0.0, 1.0, depth >= textureLoad(shadow_maps, vec2u(texel), i, 0));
+}
+
+// Visibility by one cascade: a grid of comparisons over a square of `blur` metres, the same in all of them.
+fn look_up(s: Surface, i: u32) -> f32 {
+    let v = light_views[i];
+    var r = receive(s, v);
+    if map.blur == 0.0 {
+        return compare(v, i, r.depth, r.texel);
+    }
+    let texels = 0.5 * v.resolution * vec2f(length(v.row_x.xyz), length(v.row_y.xyz));
+    let step = map.blur / f32(map.taps) * texels;
+    // Taps lie up to half the blur away, on a slope that much deeper.
+    let tangent = min(sqrt(max(1.0 - pow(dot(s.normal, frame.light_position), 2.0), 0.0)) / dot(s.normal, frame.light_position), map.slope_limit);
+    let depth = max(r.depth + 0.71 * map.blur * tangent / (v.far - v.near), 0.0);
+    var lit = 0.0;
+    for (var k = 0u; k < map.taps * map.taps; k++) {
+        let cell = vec2f(vec2u(k % map.taps, k / map.taps)) - 0.5 * f32(map.taps - 1u);
+        lit += compare(v, i, depth, r.texel + cell * step);
+    }
+    return lit / f32(map.taps * map.taps);
+}
+
+fn visibility(s: Surface) -> f32 {
+    let i = cascade_of(s.depth);
+    let t = blend_of(s.depth, i);
+    let v = look_up(s, i);
+    if t > 0.0 {
+        return mix(v, look_up(s, i + 1u), t);
+    }
+    return v;
+}
+
+// The maps side by side, fitted into the picture as the counts are; near bright.
+fn maps_picture(pixel: vec2u) -> f32 {
+    let columns = u32(ceil(sqrt(f32(fitting.count))));
+    let rows = (fitting.count + columns - 1u) / columns;
+    let side = light_views[0].resolution;
+    let whole = side * vec2f(vec2u(columns, rows));
+    let picture = vec2f(frame.size);
+    let scale = max(whole.x / picture.x, whole.y / picture.y);
+    let at = (vec2f(pixel) + 0.5 - 0.5 * picture) * scale + 0.5 * whole;
+    let tile = vec2u(max(at, vec2f(0.0)) / side);
+    let i = tile.y * columns + tile.x;
+    if any(at < vec2f(0.0)) || any(at >= whole) || i >= fitting.count {
+        return drawn(white, 0.0);
+    }
+    let inner = at - vec2f(tile) * side;
+    if any(inner < vec2f(4.0 * scale)) || any(inner >= vec2f(side - 4.0 * scale)) {
+        return drawn(i, 0.8);
+    }
+    return drawn(white, 0.05 + 0.9 * textureLoad(shadow_maps, vec2u(inner), i, 0));
+}
+
+fn inside(v: LightView, p: vec3f) -> bool {
+    let clip = light_clip(v, p);
+    return all(abs(clip.xy) < vec2f(1.0)) && clip.z > 0.0 && clip.z < 1.0;
+}
+
+// The upright plane through the camera's axis, the camera at the left: its frustum by cascades, split planes white, and
+// the cross-sections of the light views' boxes as outlines.
+fn side_view(pixel: vec2u) -> f32 {
+    let m = frame.view_proj;
+    let row_y = vec3f(m[0].y, m[1].y, m[2].y);
+    let tangent = 1.0 / length(row_y);
+    let up = normalize(row_y);
+    // As far as the scene goes, or the camera sees.
+    let sides = max(abs(frame.bounds_min - frame.eye), abs(frame.bounds_max - frame.eye));
+    let end = min(splits[fitting.count], dot(sides, abs(frame.forward)));
+    let size = vec2f(frame.size);
+    let scale = max(1.1 * end / size.x, 2.2 * end * tangent / size.y);
+    let x = (f32(pixel.x) + 0.5) * scale - 0.05 * end;
+    let y = (0.5 * size.y - f32(pixel.y) - 0.5) * scale;
+    let p = frame.eye + x * frame.forward + y * up;
+    for (var i = 0u; i < fitting.count; i++) {
+        let v = light_views[i];
+        let here = inside(v, p);
+        let next = vec3f(1.5 * scale);
+        if here && !(inside(v, p + next * frame.forward) && inside(v, p - next * frame.forward) && inside(v, p + next * up) && inside(v, p - next * up)) {
+            return drawn(i, 0.95);
+        }
+    }
+    if x < splits[0] || x > end || abs(y) > x * tangent {
+        return drawn(white, 0.0);
+    }
+    for (var i = 0u; i <= fitting.count; i++) {
+        if abs(x - splits[i]) < 0.75 * scale {
+            return drawn(white, 0.9);
+        }
+    }
+    return drawn(cascade_of(x), 0.4);
+}
+
+// The maps of every technique with cascades; numbered as the first of `MAPS` in Rust.
+fn inspect_cascades(s: Surface) -> f32 {
+    if frame.map == 1u {
+        return maps_picture(s.pixel);
+    }
+    if frame.map == 2u {
+        return side_view(s.pixel);
+    }
+    if !s.valid {
+        return -1.0;
+    }
+    let i = cascade_of(s.depth);
+    if frame.map == 0u {
+        return label(i, 0.5);
+    }
+    if frame.map == 3u {
+        let t = blend_of(s.depth, i);
+        return select(-1.0, t, t > 0.0);
+    }
+    let r = receive(s, light_views[i]);
+    if outside_map(light_views[i], r.texel) {
+        return -1.0;
+    }
+    if frame.map == 4u {
+        return cell_value(vec2u(r.texel));
+    }
+    return select(-1.0, r.moved, faces_light(s));
+}

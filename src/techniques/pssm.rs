@@ -1,0 +1,200 @@
+//! Parallel-split shadow maps (Zhang, Sun, Xu, Lun 2006), also known as cascaded shadow maps (Engel 2006).
+
+use super::{Info, Technique};
+use crate::cascades::{Boxes, CascadeParams, Cascades, MAPS};
+use crate::frame::Frame;
+use crate::gpu::{Gpu, Pass};
+use crate::light::LightView;
+use crate::params::Params;
+use crate::scene::Camera;
+use anyhow::Result;
+use glam::{DVec2, DVec3, DVec4, Vec4};
+
+crate::params! {
+    /// How the view is split, and what each map covers.
+    pub struct PssmParams {
+        /// Where the cascades meet. Practical: between an even and a logarithmic split. Percent: at shares of one's own.
+        scheme: choice("practical", ["practical", "percent"]),
+        /// 0: cascades of equal depth. 1: each as many times as deep as the last, so that texels match perspective.
+        lambda: float(0.5, 0.0..=1.0, ""),
+        /// Moves all practical splits away from the camera, times (far - near) / cascades.
+        delta_bias: float(0.0, 0.0..=1.0, "× even depth"),
+        /// Scheme percent: where the first cascade ends, between near and far.
+        percent_1: float(5.0, 0.0..=100.0, "%"),
+        /// Where the second one ends.
+        percent_2: float(15.0, 0.0..=100.0, "%"),
+        /// Where the third one ends.
+        percent_3: float(35.0, 0.0..=100.0, "%"),
+        /// Where the fourth one ends.
+        percent_4: float(50.0, 0.0..=100.0, "%"),
+        /// Where the fifth one ends.
+        percent_5: float(65.0, 0.0..=100.0, "%"),
+        /// Where the sixth one ends.
+        percent_6: float(80.0, 0.0..=100.0, "%"),
+        /// Where the seventh one ends.
+        percent_7: float(90.0, 0.0..=100.0, "%"),
+        /// What each map covers. Stable: the sphere around its part of the view, steady as the camera moves. Indep: the box around that part. Crop: only the surfaces in it that face the light.
+        fit: choice("stable", ["indep", "crop", "stable"]),
+        /// Stable fit: maps move by whole texels only. Without it shadow edges crawl.
+        snap: flag(true),
+    }
+}
+
+pub static INFO: Info = Info {
+    id: "pssm",
+    title: "Parallel-split (cascaded) shadow maps",
+    paper: "Zhang, Sun, Xu, Lun 2006",
+    doc: "The view is cut into slices along its depth, and each slice has a map of its own: near things get more texels, \
+          as perspective asks. Where slices meet, the sharpness jumps; light along the view gives all maps the same area.",
+    lights: &["directional"],
+    params: &[CascadeParams::GROUP, PssmParams::GROUP],
+    main: &[("resolution", "256..4096*2"), ("cascades", "2,4"), ("lambda", "0.5,0.9")],
+    maps: &MAPS,
+    make: |gpu| Ok(Box::new(Pssm::new(gpu)?)),
+};
+
+/// Where the cascades meet, metres along the camera's axis: count + 1 numbers from near to far, none below the last.
+/// Zhang 2006, equations 1 to 3 (Navratil 2015, 3.3 to 3.5); `percent` as Azri 2020, 3.2.2.
+pub fn splits(p: &PssmParams, count: u32, near: f64, far: f64) -> Vec<f64> {
+    let m = count as f64;
+    let percents = [p.percent_1, p.percent_2, p.percent_3, p.percent_4, p.percent_5, p.percent_6, p.percent_7];
+    let mut all = vec![near];
+    for i in 1..count {
+        let share = i as f64 / m;
+        let at = if p.scheme == "percent" {
+            near + (far - near) * percents[i as usize - 1] as f64 / 100.0
+        } else {
+            let logarithmic = near * (far / near).powf(share);
+            let even = near + (far - near) * share;
+            let bias = p.delta_bias as f64 * (far - near) / m;
+            even + (logarithmic - even) * p.lambda as f64 + bias
+        };
+        let last = all[i as usize - 1];
+        all.push(at.clamp(last, far));
+    }
+    all.push(far);
+    all
+}
+
+/// The sphere around the part of a symmetric frustum from depth `a` to `b`: its centre's depth along the axis and its
+/// radius. `k`: squared tangent of half the diagonal field of view.
+pub fn sphere(a: f64, b: f64, k: f64) -> [f64; 2] {
+    if k * (a + b) >= b - a {
+        return [b, b * k.sqrt()];
+    }
+    let radius = ((b - a).powi(2) + 2.0 * (a * a + b * b) * k + ((a + b) * k).powi(2)).sqrt() / 2.0;
+    [(a + b) * (1.0 + k) / 2.0, radius]
+}
+
+/// What the cascades' views depend on, beside their parameters.
+pub struct Seen<'a> {
+    pub camera: &'a Camera,
+    /// Width over height of the picture.
+    pub aspect: f64,
+    /// The light's view of the whole scene, which gives the axes.
+    pub whole: LightView,
+}
+
+/// The light's views of the cascades between `splits`, by the fits that need no look at the picture.
+pub fn light_views(p: &PssmParams, c: &CascadeParams, splits: &[f64], seen: &Seen) -> Vec<LightView> {
+    let unit = |row: Vec4| row.truncate().as_dvec3().normalize();
+    let (right, up, axis) = (unit(seen.whole.row_x), unit(seen.whole.row_y), unit(seen.whole.axis));
+    let camera = seen.camera;
+    let view = camera.view();
+    let [side, above, back] = [0, 1, 2].map(|i| view.row(i).truncate().as_dvec3());
+    let tangent = ((camera.fov as f64).to_radians() / 2.0).tan();
+    let eye = camera.position.as_dvec3();
+    let to_light = |x: DVec3| DVec3::new(right.dot(x), up.dot(x), axis.dot(x));
+    let margin = seen.whole.margin as f64;
+    let resolution = c.resolution as f64;
+    // With the texels that the filter needs at each border.
+    let widened =
+        |side: f64, spare: f64| (side + c.blur as f64) * resolution / (resolution - 2.0 * (margin + spare)).max(1.0);
+    let mut views = Vec::new();
+    for i in 0..splits.len() - 1 {
+        // The band before the cascade, where it is mixed in, belongs to it.
+        let before = if i > 0 { c.blend as f64 * (splits[i] - splits[i - 1]) } else { 0.0 };
+        let (a, b) = (splits[i] - before, splits[i + 1]);
+        let (center, half, depth) = if p.fit == "stable" {
+            let [z, r] = sphere(a, b, tangent * tangent * (1.0 + seen.aspect * seen.aspect));
+            // Rounded up to a sixteenth of its power of two, so that rounding errors of the camera do not change it.
+            let quantum = (r.log2().floor() - 4.0).exp2();
+            let r = (r / quantum - 1e-6).ceil() * quantum;
+            let center = to_light(eye - back * z);
+            // Snapping moves the box by up to half a texel.
+            let side = widened(2.0 * r, 1.0);
+            let texel = side / resolution;
+            let xy = if p.snap { (center.truncate() / texel).round() * texel } else { center.truncate() };
+            (xy, DVec2::splat(side / 2.0), [center.z - r, center.z + r])
+        } else {
+            let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+            for corner in 0..8 {
+                let z = if corner & 4 == 0 { a } else { b };
+                let sign = |bit: u32| if corner & bit == 0 { -z } else { z };
+                let at = eye - back * z + side * sign(1) * tangent * seen.aspect + above * sign(2) * tangent;
+                let at = to_light(at);
+                (low, high) = (low.min(at), high.max(at));
+            }
+            let size = (high - low).truncate();
+            let half = DVec2::new(widened(size.x, 0.0), widened(size.y, 0.0)) / 2.0;
+            ((low + high).truncate() / 2.0, half, [low.z, high.z])
+        };
+        let half = half.max(DVec2::splat(1e-4));
+        let range = (depth[1] - depth[0]).max(1e-3);
+        let row = |v: DVec3, offset: f64, scale: f64| (v * scale).extend(offset * scale).as_vec4();
+        views.push(LightView {
+            row_x: row(right, -center.x, 1.0 / half.x),
+            row_y: row(up, -center.y, 1.0 / half.y),
+            row_z: (DVec4::W * depth[1] - axis.extend(0.0)).as_vec4() / range as f32,
+            row_w: Vec4::W,
+            axis: axis.extend(-depth[0]).as_vec4(),
+            near: 0.0,
+            far: range as f32,
+            perspective: 0,
+            texel: (2.0 * half.max_element() / resolution) as f32,
+            ..seen.whole
+        });
+    }
+    views
+}
+
+struct Pssm {
+    cascades: Cascades,
+    resolve: Pass,
+    inspect: Pass,
+}
+
+impl Pssm {
+    fn new(gpu: &Gpu) -> Result<Pssm> {
+        let pass = |entry| Pass::compute(gpu, entry, "techniques/pssm.wgsl", entry, INFO.params);
+        Ok(Pssm { cascades: Cascades::new(gpu)?, resolve: pass("resolve")?, inspect: pass("inspect")? })
+    }
+}
+
+impl Technique for Pssm {
+    fn render(&mut self, f: &mut Frame) -> Result<()> {
+        let p = PssmParams::read(f.values);
+        let c = CascadeParams::read(f.values);
+        let whole = self.cascades.whole(f, &c)?;
+        let camera = &f.setup.camera;
+        let splits = splits(&p, c.cascades, camera.near as f64, camera.far as f64);
+        let words: Vec<f32> = splits.iter().map(|z| *z as f32).collect();
+        f.gpu.queue.write_buffer(&self.cascades.splits, 0, bytemuck::cast_slice(&words));
+        let boxes = if p.fit == "crop" {
+            Boxes::Samples { dilate: 0.0, least: 0.0, smoothing: 0.0 }
+        } else {
+            let seen = Seen { camera, aspect: f.size[0] as f64 / f.size[1] as f64, whole };
+            Boxes::Given(light_views(&p, &c, &splits, &seen))
+        };
+        self.cascades.prepare(f, &c, &boxes);
+        let maps = self.cascades.draw(f, &c)?;
+        let k = &self.cascades;
+        let run = f.run(&self.resolve).bind("shadow_maps", &maps).bind("fitting", &k.fitting);
+        run.bind("splits", &k.splits).bind("light_views", &k.light_views).per_pixel();
+        if f.wants_any_map() {
+            let run = f.run(&self.inspect).bind("shadow_maps", &maps).bind("fitting", &k.fitting);
+            run.bind("splits", &k.splits).bind("light_views", &k.light_views).per_pixel();
+        }
+        Ok(())
+    }
+}

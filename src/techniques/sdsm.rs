@@ -1,0 +1,157 @@
+//! Sample distribution shadow maps (Lauritzen, Salvi, Lefohn 2011).
+
+use super::{Info, Technique};
+use crate::cascades::{Boxes, CascadeParams, Cascades, MAPS};
+use crate::frame::Frame;
+use crate::gpu::{Gpu, Pass};
+use crate::light::LightView;
+use crate::params::Params;
+use crate::scene::Camera;
+use crate::view::View;
+use anyhow::Result;
+
+crate::params! {
+    /// How the cascades follow the view samples.
+    pub struct SdsmParams {
+        /// Where the cascades meet, between the nearest and the farthest sample. Log: each as many times as deep as the last. Adaptive-log: as many samples in each, so that empty depths get no map. Kmeans: around clusters of the samples' log depths.
+        scheme: choice("log", ["log", "adaptive-log", "kmeans"]),
+        /// Texels to spare around each cascade's samples.
+        dilate: float(2.0, 0.0..=16.0, "texels"),
+        /// The smallest side of a cascade's box.
+        min_box: float(0.01, 0.001..=10.0, "m"),
+        /// Share of the last frame's splits and larger boxes that stays: steadier, but figures depend on the frames before.
+        smoothing: float(0.0, 0.0..=0.95, ""),
+    }
+}
+
+pub static INFO: Info = Info {
+    id: "sdsm",
+    title: "Sample distribution shadow maps",
+    paper: "Lauritzen, Salvi, Lefohn 2011",
+    doc: "Cascades between the nearest and the farthest surface seen, each map drawn tightly around its part of the \
+          picture: no texel for what nobody sees. A thing that comes into view can stretch a map at once: pops.",
+    lights: &["directional"],
+    params: &[CascadeParams::GROUP, SdsmParams::GROUP],
+    main: &[("resolution", "256..4096*2"), ("cascades", "2,4"), ("scheme", "log,kmeans")],
+    maps: &SDSM_MAPS,
+    make: |gpu| Ok(Box::new(Sdsm::new(gpu)?)),
+};
+
+const SDSM_MAPS: [View; 12] = {
+    let histogram = View {
+        id: "histogram",
+        title: "Depth histogram",
+        doc: "How many samples lie at which depth: logarithmic, near at the left; heights are square roots. White: the \
+              splits.",
+        truth: false,
+    };
+    let boxes = View {
+        id: "boxes",
+        title: "Sample boxes",
+        doc: "The light's view with the box around each cascade's samples; grey: the last frame's boxes, where they were \
+              others.",
+        truth: false,
+    };
+    let m = MAPS;
+    [m[0], m[1], m[2], m[3], m[4], m[5], m[6], m[7], m[8], m[9], histogram, boxes]
+};
+
+/// What must not change suddenly for the last frame to be worth keeping.
+#[derive(PartialEq)]
+struct Last {
+    camera: Camera,
+    whole: LightView,
+    size: [u32; 2],
+    count: u32,
+}
+
+impl Last {
+    /// Whether this is another view rather than the next step of the last: the camera turned by more than 10° or moved
+    /// by more than a tenth of the distance to its target, or anything else changed.
+    fn jumped(&self, now: &Last) -> bool {
+        let (a, b) = (&self.camera, &now.camera);
+        let still = Camera { position: b.position, target: b.target, ..*a };
+        let moved = a.position.distance(b.position) > 0.1 * a.position.distance(a.target);
+        let turned = a.forward().dot(b.forward()) < 10f32.to_radians().cos();
+        moved || turned || still != *b || (self.whole, self.size, self.count) != (now.whole, now.size, now.count)
+    }
+}
+
+struct Sdsm {
+    cascades: Cascades,
+    range: wgpu::Buffer,
+    bins: wgpu::Buffer,
+    find_range: Pass,
+    fill_bins: Pass,
+    place_splits: Pass,
+    resolve: Pass,
+    inspect: Pass,
+    last: Option<Last>,
+}
+
+impl Sdsm {
+    fn new(gpu: &Gpu) -> Result<Sdsm> {
+        let pass = |name, entry| Pass::compute(gpu, name, "techniques/sdsm.wgsl", entry, INFO.params);
+        let zero = |label, size: usize| gpu.buffer(label, &vec![0; size], wgpu::BufferUsages::STORAGE);
+        Ok(Sdsm {
+            cascades: Cascades::new(gpu)?,
+            range: zero("depth range", 16),
+            bins: zero("depth histogram", 1025 * 4),
+            find_range: pass("depth range", "find_range")?,
+            fill_bins: pass("depth histogram", "fill_bins")?,
+            place_splits: pass("splits", "place_splits")?,
+            resolve: pass("resolve", "resolve")?,
+            inspect: pass("inspect", "inspect")?,
+            last: None,
+        })
+    }
+}
+
+impl Technique for Sdsm {
+    fn render(&mut self, f: &mut Frame) -> Result<()> {
+        let p = SdsmParams::read(f.values);
+        let c = CascadeParams::read(f.values);
+        let whole = self.cascades.whole(f, &c)?;
+        let boxes = Boxes::Samples { dilate: p.dilate, least: p.min_box, smoothing: p.smoothing };
+        self.cascades.prepare(f, &c, &boxes);
+        let now = Last { camera: f.setup.camera, whole, size: f.size, count: c.cascades };
+        if self.last.as_ref().is_none_or(|last| last.jumped(&now)) {
+            f.clear(&self.cascades.splits);
+            f.clear(&self.cascades.boxes);
+        }
+        self.last = Some(now);
+        f.clear(&self.range);
+        f.clear(&self.bins);
+        f.held(self.range.size() + self.bins.size());
+        let [w, h] = f.size.map(|s| s.div_ceil(64));
+        f.run(&self.find_range).bind("range", &self.range).dispatch(w, h, 1);
+        // The logarithmic scheme needs the range only.
+        if p.scheme != "log" || f.setup.view == "histogram" {
+            f.run(&self.fill_bins).bind("range", &self.range).bind("bins", &self.bins).dispatch(w, h, 1);
+        }
+        f.run(&self.place_splits)
+            .bind("range", &self.range)
+            .bind("bins", &self.bins)
+            .bind("fitting", &self.cascades.fitting)
+            .bind("parts", &self.cascades.splits)
+            .dispatch(1, 1, 1);
+        let maps = self.cascades.draw(f, &c)?;
+        let k = &self.cascades;
+        let run = f.run(&self.resolve).bind("shadow_maps", &maps).bind("fitting", &k.fitting);
+        run.bind("splits", &k.splits).bind("light_views", &k.light_views).per_pixel();
+        if f.wants_any_map() {
+            let run = f.run(&self.inspect).bind("shadow_maps", &maps).bind("fitting", &k.fitting);
+            run.bind("splits", &k.splits)
+                .bind("light_views", &k.light_views)
+                .bind("light_view", &k.whole)
+                .bind("range", &self.range)
+                .bind("bins", &self.bins)
+                .bind("boxes", &k.boxes)
+                .per_pixel();
+        }
+        for id in ["histogram", "boxes"] {
+            f.show_labels(id);
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,441 @@
+//! Cascades: where they are split, what each map covers, and what they bring.
+
+mod common;
+
+use common::*;
+use glam::{DVec2, Vec2, Vec3};
+use shadowscope::cascades::CascadeParams;
+use shadowscope::frame::{Ask, Renderer};
+use shadowscope::light::{Light, LightView};
+use shadowscope::measure::{self, stability};
+use shadowscope::params::{Params, Values};
+use shadowscope::scene::{Camera, builtin};
+use shadowscope::setup::Setup;
+use shadowscope::techniques::pssm::{PssmParams, Seen, light_views, sphere, splits};
+
+fn opened(name: &str, size: [u32; 2]) -> (Renderer, Setup) {
+    start(builtin::build(name).unwrap(), size)
+}
+
+/// A set-up of a technique, with parameters as on the command line.
+fn with(setup: &Setup, technique: &str, sets: &[&str]) -> Setup {
+    let mut s = setup.clone();
+    s.params.clear();
+    s.select(technique).unwrap();
+    for set in sets {
+        s.set(set, &[technique.into()]).unwrap();
+    }
+    s
+}
+
+fn share(r: &mut Renderer, setup: &Setup, technique: &str, sets: &[&str]) -> f64 {
+    measure::errors(r, &with(setup, technique, sets)).unwrap().share()
+}
+
+/// Renders with the analysis.
+fn analysed(r: &mut Renderer, setup: &Setup) {
+    r.render(setup, Ask { analysis: true, ..ask(setup) }).unwrap();
+}
+
+fn facing(r: &mut Renderer) -> Vec<bool> {
+    r.read_mask().unwrap().into_iter().map(|m| m == 2).collect()
+}
+
+/// View samples in each cascade.
+fn samples(r: &Renderer) -> Vec<u64> {
+    let maps = r.analysis().maps().unwrap();
+    let each = maps.texels() / maps.layers as u64;
+    let mut sums = vec![0; maps.layers as usize];
+    let found = r.analysis().counts(&r.gpu, |first, counts| {
+        for (k, n) in counts.iter().enumerate() {
+            sums[((first + k as u64) / each) as usize] += *n as u64;
+        }
+    });
+    assert!(found.unwrap());
+    sums
+}
+
+fn pssm(lambda: f32, delta_bias: f32) -> PssmParams {
+    PssmParams { lambda, delta_bias, ..PssmParams::read(&Values::new()) }
+}
+
+/// Zhang 2006: even, logarithmic, and halfway; δ and one's own shares keep the order.
+#[test]
+fn splits_follow_their_formulas() {
+    let (n, f) = (0.5, 128.0);
+    let near = |a: &[f64], b: &[f64]| {
+        assert!(a.len() == b.len() && a.iter().zip(b).all(|(x, y)| (x - y).abs() < 1e-5 * y), "{a:?} {b:?}")
+    };
+    near(&splits(&pssm(0.0, 0.0), 4, n, f), &[0.5, 32.375, 64.25, 96.125, 128.0]);
+    // A ratio of 256 in four steps of 4.
+    near(&splits(&pssm(1.0, 0.0), 4, n, f), &[0.5, 2.0, 8.0, 32.0, 128.0]);
+    near(&splits(&pssm(0.5, 0.0), 4, n, f), &[0.5, 17.1875, 36.125, 64.0625, 128.0]);
+    near(&splits(&pssm(1.0, 0.1), 4, n, f), &[0.5, 5.1875, 11.1875, 35.1875, 128.0]);
+    near(&splits(&pssm(0.5, 0.0), 1, n, f), &[0.5, 128.0]);
+    for count in 1..=8 {
+        for lambda in [0.0, 0.3, 1.0] {
+            for delta in [0.0, 0.5, 1.0] {
+                let all = splits(&pssm(lambda, delta), count, n, f);
+                assert_eq!((all.len(), all[0], all[count as usize]), (count as usize + 1, n, f));
+                assert!(all.windows(2).all(|w| w[0] <= w[1]), "{all:?}");
+            }
+        }
+    }
+    let mut own = PssmParams { scheme: "percent".into(), ..pssm(0.5, 0.0) };
+    (own.percent_1, own.percent_2, own.percent_3) = (10.0, 5.0, 60.0);
+    near(&splits(&own, 4, 1.0, 101.0), &[1.0, 11.0, 11.0, 61.0, 101.0]);
+}
+
+/// The sphere of a slice holds its corners, and no smaller one around the axis does.
+#[test]
+fn the_sphere_is_the_smallest() {
+    for (a, b, k) in [(0.1, 1.0, 0.2), (1.0, 40.0, 0.05), (3.0, 4.0, 0.9), (5.0, 5.0, 0.5), (0.5, 20.0, 2.0)] {
+        let [z, r] = sphere(a, b, k);
+        let reach = |c: f64| [a, b].map(|d: f64| ((d - c).powi(2) + d * d * k).sqrt()).into_iter().fold(0.0, f64::max);
+        assert!((reach(z) - r).abs() < 1e-9 * r, "{a} {b} {k}: {} and {r}", reach(z));
+        for other in [z - 0.01 * r, z + 0.01 * r] {
+            assert!(reach(other) > r - 1e-9, "{a} {b} {k}");
+        }
+    }
+}
+
+/// Navratil 2015, figure 3.7: along the axis the worst aliasing of each slice, of those across the view.
+#[test]
+fn lambda_decides_where_aliasing_is_worst() {
+    let worst = |lambda: f32| -> Vec<f64> {
+        let all = splits(&pssm(lambda, 0.0), 4, 1.0, 256.0);
+        // A slice's map is as wide as the slice; a pixel as its distance: the nearest point is worst.
+        all.windows(2).map(|w| (w[1] - w[0]) / w[0]).collect()
+    };
+    let log = worst(1.0);
+    assert!(log.iter().all(|m| (m / log[0] - 1.0).abs() < 1e-6), "{log:?}");
+    let even = worst(0.0);
+    assert!(even[0] > 20.0 * log[0] && even.windows(2).all(|w| w[0] > 10.0 * w[1] || w[0] > w[1]), "{even:?}");
+    let half = worst(0.5);
+    assert!(log[0] < half[0] && half[0] < even[0] && half[3] < log[3], "{half:?}");
+}
+
+/// The same on the screen: with λ = 1 the cascades' worst m on a floor are alike, with λ = 0 the first is far worse.
+#[test]
+fn drawn_cascades_alias_as_lambda_says() {
+    let mut camera = camera(Vec3::new(0.0, 2.0, 0.0), Vec3::new(0.0, 1.2, -8.0));
+    (camera.near, camera.far) = (2.0, 128.0);
+    let floor = floor(Vec2::new(-150.0, -150.0), Vec2::new(150.0, 10.0), 0.0);
+    let scene = scene(vec![mesh(&floor, 0)], vec![material(Vec3::ONE)], camera, sun(Vec3::new(0.2, 1.0, 0.1)));
+    let (mut r, s) = start(scene, [128, 128]);
+    let mut worst = |lambda: f32| {
+        let set = with(&s, "pssm", &["fit=indep", "blend=0", "cascades=3", &format!("lambda={lambda:?}")]);
+        analysed(&mut r, &set);
+        let m = r.analysis().aliasing(&r.gpu).unwrap().unwrap();
+        let depth = r.read_position().unwrap();
+        let all = splits(&pssm(lambda, 0.0), 3, 2.0, 128.0);
+        let mut worst = [0f32; 3];
+        for (m, p) in m.iter().zip(&depth).filter(|(m, _)| m[0] > 0.0) {
+            let i = all[1..3].iter().filter(|z| p[3] as f64 >= **z).count();
+            // The perspective part: what distances decide.
+            worst[i] = worst[i].max(m[1]);
+        }
+        worst
+    };
+    let (even, log) = (worst(0.0), worst(1.0));
+    assert!(log[1] < 1.6 * log[2] && log[2] < 1.6 * log[1], "{log:?}");
+    assert!(even[0] > 2.5 * log[0].max(log[1]), "{even:?} {log:?}");
+    assert!(even[0] > 4.0 * even[2], "{even:?}");
+}
+
+/// Every pixel that faces the light lies in one cascade's map, whatever the fit.
+#[test]
+fn cascades_cover_every_sample() {
+    for (name, sets) in [
+        ("pssm", vec!["fit=indep"]),
+        ("pssm", vec!["fit=stable", "cascades=8", "lambda=0.9"]),
+        ("pssm", vec!["fit=crop", "blend=0"]),
+        ("sdsm", vec!["scheme=log"]),
+        ("sdsm", vec!["scheme=adaptive-log", "cascades=7"]),
+        ("sdsm", vec!["scheme=kmeans", "cascades=3"]),
+    ] {
+        let (mut r, s) = opened("bench", [160, 100]);
+        analysed(&mut r, &with(&s, name, &[&sets[..], &["resolution=256"]].concat()));
+        let seen = facing(&mut r).into_iter().filter(|f| *f).count() as u64;
+        let found = samples(&r);
+        assert_eq!(found.iter().sum::<u64>(), seen, "{name} {sets:?}: {found:?}");
+        assert!(found.iter().filter(|n| **n > 0).count() > 1, "{name} {sets:?}: {found:?}");
+    }
+}
+
+/// Cascades that no sample needs draw no triangle.
+#[test]
+fn unused_cascades_draw_nothing() {
+    let (mut r, mut s) = opened("bench", [96, 64]);
+    // Straight down: all samples are in one cascade.
+    s.camera.target = s.camera.position - Vec3::Y * 2.0;
+    (s.camera.near, s.camera.far) = (0.5, 1000.0);
+    let triangles = |r: &mut Renderer, sets: &[&str]| {
+        analysed(r, &with(&s, "pssm", sets));
+        (samples(r), r.analysis().triangles(&r.gpu).unwrap())
+    };
+    let (many, drawn) = triangles(&mut r, &["cascades=8", "blend=0"]);
+    assert_eq!(many.iter().filter(|n| **n > 0).count(), 1, "{many:?}");
+    if let Some([sent, _]) = drawn {
+        let (_, all) = triangles(&mut r, &["cascades=1", "blend=0"]);
+        assert!(sent > 0 && sent <= all.unwrap()[0], "{sent} {all:?}");
+    }
+}
+
+/// A map of 512² on a landscape: four cascades beat one map, fitted or not.
+#[test]
+fn four_cascades_beat_one_map() {
+    let (mut r, s) = opened("terrain", [256, 256]);
+    let scene = share(&mut r, &s, "shadow-map", &["resolution=512", "fit=scene"]);
+    let fitted = share(&mut r, &s, "shadow-map", &["resolution=512"]);
+    // The stable maps pay for their steadiness with empty corners, and reach as far as the camera does.
+    for (name, set, gain) in [
+        ("pssm", "fit=stable", 0.65),
+        ("pssm", "fit=crop", 0.5),
+        ("sdsm", "scheme=log", 0.5),
+        ("sdsm", "scheme=kmeans", 0.5),
+    ] {
+        let own = share(&mut r, &s, name, &["resolution=512", set]);
+        println!("{name} {set}: {own:.4}; whole {scene:.4}, fitted {fitted:.4}");
+        assert!(own < fitted && own < gain * scene, "{name} {set}: {own}; whole {scene}, fitted {fitted}");
+    }
+}
+
+/// One cropped cascade is the fitted shadow map.
+#[test]
+fn one_cropped_cascade_is_a_fitted_map() {
+    let (mut r, s) = opened("bench", [160, 100]);
+    let mut draw = |name: &str, sets: &[&str]| {
+        let set = with(&s, name, sets);
+        r.render(&set, ask(&set)).unwrap();
+        r.read_visibility().unwrap()
+    };
+    let map = draw("shadow-map", &["resolution=512"]);
+    let cascade = draw("pssm", &["resolution=512", "cascades=1", "fit=crop"]);
+    let other = map.iter().zip(&cascade).filter(|(a, b)| a != b).count();
+    assert!(other <= map.len() / 1000, "{other} of {} pixels differ", map.len());
+    assert!(map.contains(&0.0) && map.contains(&1.0));
+}
+
+/// A caster behind the camera, nearer to the light than any map reaches, keeps its shadow.
+#[test]
+fn casters_out_of_view_keep_their_shadows() {
+    // A tall pole stands behind the camera; its shadow lies before it.
+    let mut triangles = floor(Vec2::splat(-60.0), Vec2::splat(60.0), 0.0);
+    let p = |x: f32, y: f32, z: f32| Vec3::new(x, y, z);
+    triangles.push([p(-3.0, 0.0, 30.0), p(3.0, 0.0, 30.0), p(0.0, 60.0, 30.0)]);
+    let camera = camera(Vec3::new(0.0, 3.0, 10.0), Vec3::new(0.0, 0.0, 0.0));
+    let scene = scene(vec![mesh(&triangles, 0)], vec![material(Vec3::ONE)], camera, sun(Vec3::new(0.0, 1.0, 1.0)));
+    let (mut r, s) = start(scene, [128, 96]);
+    for (name, set) in [("pssm", "fit=indep"), ("pssm", "fit=stable"), ("pssm", "fit=crop"), ("sdsm", "scheme=log")] {
+        let e = measure::errors(&mut r, &with(&s, name, &[set])).unwrap();
+        assert!(e.shadow_correct > 300 && e.share() < 0.01, "{name} {set}: {e:?}");
+    }
+}
+
+/// Under translation and rotation of the camera the stable maps' texels keep their places in the world.
+#[test]
+fn stable_texels_stay_in_the_world() {
+    let light = sun(Vec3::new(0.5, 1.0, 0.3));
+    let c = CascadeParams { resolution: 512, ..CascadeParams::read(&Values::new()) };
+    let whole = LightView::whole(&light, [Vec3::splat(-50.0), Vec3::splat(50.0)], c.resolution, 1.0).unwrap();
+    let mut random = Random(7);
+    let mut fractions = |snap: bool| {
+        let p = PssmParams { snap, ..pssm(0.5, 0.0) };
+        let mut first: Option<Vec<DVec2>> = None;
+        let mut most = 0f64;
+        for _ in 0..200 {
+            let position = random.point() * 20.0;
+            let camera = Camera { position, target: position + random.point(), fov: 50.0, near: 0.5, far: 60.0 };
+            let seen = Seen { camera: &camera, aspect: 1.5, whole };
+            let views = light_views(&p, &c, &splits(&p, 4, 0.5, 60.0), &seen);
+            // The texel that holds the world's origin, with its fraction.
+            let at = |v: &LightView| DVec2::new(v.row_x.w as f64, -v.row_y.w as f64) * 0.5 * v.resolution as f64;
+            let now: Vec<DVec2> = views.iter().map(at).collect();
+            if let Some(first) = &first {
+                for (a, b) in first.iter().zip(&now) {
+                    let d = *a - *b;
+                    most = most.max((d - d.round()).abs().max_element());
+                }
+            }
+            first.get_or_insert(now);
+        }
+        most
+    };
+    let (snapped, loose) = (fractions(true), fractions(false));
+    assert!(snapped < 2e-3, "{snapped} texels off");
+    assert!(loose > 0.4, "{loose} texels off");
+}
+
+/// So shadow edges do not crawl: along the whole path, and as the camera turns, labels change as often as the truth's.
+#[test]
+fn stable_maps_do_not_flicker() {
+    let case = stability::find("st-jitter").unwrap();
+    let (mut r, setup) = opened("st-jitter", stability::SIZE);
+    let mut run = |snap: &str| {
+        let set = with(&setup, "pssm", &[snap]);
+        let found = stability::run(&mut r, case, &set, &["pssm".into()], case.frames, &mut |_| true).unwrap();
+        let points = &found.tracks[0].points;
+        // Against the truth's: all frames, and those in which the camera turns.
+        [0, case.frames / 2 + 1].map(|first| {
+            let sum = |of: fn(&stability::Point) -> Option<f64>| points[first..].iter().filter_map(of).sum::<f64>();
+            sum(|p| p.changes) / sum(|p| p.truth_changes)
+        })
+    };
+    let (snapped, loose) = (run("snap=true"), run("snap=false"));
+    println!("snapped {snapped:?}, loose {loose:?} times the truth's changes");
+    assert!(snapped.iter().all(|x| (x - 1.0).abs() < 0.1), "{snapped:?}");
+    assert!(loose[0] > 1.2 && loose[1] > 1.5, "{loose:?}");
+}
+
+/// Splits lie between the nearest and the farthest sample that faces the light, by a reference on the CPU.
+#[test]
+fn sample_distribution_matches_a_reference() {
+    let (mut r, s) = opened("bench", [160, 100]);
+    for scheme in ["log", "adaptive-log", "kmeans"] {
+        let set = with(&s, "sdsm", &[&format!("scheme={scheme}"), "blend=0", "resolution=256"]);
+        analysed(&mut r, &set);
+        let mask = facing(&mut r);
+        let mut depths: Vec<f64> =
+            r.read_position().unwrap().iter().zip(&mask).filter(|(_, f)| **f).map(|(p, _)| p[3] as f64).collect();
+        depths.sort_by(f64::total_cmp);
+        let (low, high) = (depths[0], depths[depths.len() - 1]);
+        let all: Vec<f64> = match scheme {
+            "log" => (1..4).map(|i| low * (high / low).powf(i as f64 / 4.0)).collect(),
+            "adaptive-log" => (1..4).map(|i| depths[depths.len() * i / 4]).collect(),
+            _ => {
+                let logs: Vec<f64> = depths.iter().map(|z| z.ln()).collect();
+                let mut means: Vec<f64> = (0..4).map(|i| logs[(logs.len() * (2 * i + 1)) / 8]).collect();
+                let cuts = |m: &[f64]| -> Vec<f64> { m.windows(2).map(|w| (w[0] + w[1]) / 2.0).collect() };
+                for _ in 0..8 {
+                    let at = cuts(&means);
+                    for (i, mean) in means.iter_mut().enumerate() {
+                        let from = if i > 0 { logs.partition_point(|z| *z < at[i - 1]) } else { 0 };
+                        let to = if i < 3 { logs.partition_point(|z| *z < at[i]) } else { logs.len() };
+                        *mean = logs[from..to].iter().sum::<f64>() / (to - from) as f64;
+                    }
+                }
+                cuts(&means).iter().map(|z| z.exp()).collect()
+            }
+        };
+        // Within two of the 1024 bins, by the samples that the cascades got.
+        let bin = (high / low).powf(2.0 / 1024.0);
+        let below = |z: f64| depths.partition_point(|d| *d < z) as u64;
+        let mut sum = 0;
+        for (got, z) in samples(&r).iter().zip(&all) {
+            sum += got;
+            assert!((below(z / bin)..=below(z * bin)).contains(&sum), "{scheme}: {sum} samples before {z}");
+        }
+        // The boxes hold the samples tightly: some texel within 2 + 1 + 1 of each border of each map is used.
+        let maps = r.analysis().maps().unwrap();
+        let (side, layers) = (maps.size[0] as u64, maps.layers as usize);
+        let mut ends = vec![[side, 0, side, 0]; layers];
+        let reading = r.analysis().counts(&r.gpu, |first, counts| {
+            for (k, _) in counts.iter().enumerate().filter(|(_, n)| **n > 0) {
+                let at = first + k as u64;
+                let (x, y, e) = (at % side, at / side % side, &mut ends[(at / side / side) as usize]);
+                *e = [e[0].min(x), e[1].max(x), e[2].min(y), e[3].max(y)];
+            }
+        });
+        assert!(reading.unwrap());
+        for [left, right, top, bottom] in ends {
+            assert!((2..=4).contains(&left) && (2..=4).contains(&top), "{scheme}: {left} {top}");
+            assert!(
+                (side - 5..=side - 3).contains(&right) && (side - 5..=side - 3).contains(&bottom),
+                "{right} {bottom}"
+            );
+        }
+    }
+}
+
+/// Views of nothing, of a wall at one depth, and of a single point draw without trouble.
+#[test]
+fn degenerate_views_hold() {
+    let wall = [[Vec3::new(-9.0, -9.0, 0.0), Vec3::new(9.0, -9.0, 0.0), Vec3::new(0.0, 18.0, 0.0)]];
+    let view = camera(Vec3::new(0.0, 0.0, 3.0), Vec3::ZERO);
+    let scene = scene(vec![mesh(&wall, 0)], vec![material(Vec3::ONE)], view, sun(Vec3::new(0.3, 0.4, 1.0)));
+    let (mut r, mut s) = start(scene, [64, 48]);
+    for target in [Vec3::ZERO, Vec3::new(0.0, 0.0, 9.0)] {
+        s.camera.target = target;
+        for name in ["pssm", "sdsm"] {
+            for set in
+                ["scheme=practical", "scheme=log", "scheme=adaptive-log", "scheme=kmeans", "fit=crop", "fit=indep"]
+            {
+                let mut set_up = with(&s, name, &[]);
+                if set_up.set(set, &[name.into()]).is_ok() {
+                    let info = shadowscope::techniques::find(name).unwrap();
+                    for map in info.maps {
+                        set_up.view = map.id.into();
+                        r.render(&set_up, ask(&set_up)).unwrap();
+                        let v = r.read_visibility().unwrap();
+                        assert!(v.iter().all(|v| *v == 1.0), "{name} {set} {}", map.id);
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Smoothed boxes and splits go on from the last frame, and start anew when the camera jumps.
+#[test]
+fn smoothing_remembers_until_the_camera_jumps() {
+    let (mut r, s) = opened("st-depthrange", [96, 96]);
+    let counts = |r: &mut Renderer, s: &Setup| {
+        analysed(r, s);
+        samples(r)
+    };
+    let set = with(&s, "sdsm", &["smoothing=0.9", "scheme=kmeans", "blend=0"]);
+    let fresh = counts(&mut r, &set);
+    let mut step = set.clone();
+    let right = set.camera.view().row(0).truncate();
+    step.camera.target += right * 0.2;
+    let moved = counts(&mut r, &step);
+    let again = counts(&mut r, &step);
+    assert_ne!(moved, again, "the splits creep on");
+    // Turned away by far more than 10°, and back.
+    let mut away = set.clone();
+    away.camera.target = away.camera.position + right - Vec3::Y * 0.5;
+    counts(&mut r, &away);
+    assert_eq!(counts(&mut r, &set), fresh, "forgotten after a jump");
+    let plain = with(&s, "sdsm", &["scheme=kmeans", "blend=0"]);
+    assert_eq!(counts(&mut r, &plain), fresh, "nothing to remember in the first frame");
+}
+
+/// The blur is as wide in metres in each cascade, and softens edges.
+#[test]
+fn the_blur_spans_the_same_metres_in_all_cascades() {
+    // A half-plane casts a straight edge along the view, through all cascades.
+    let mut triangles = floor(Vec2::new(-40.0, -80.0), Vec2::new(40.0, 10.0), 0.0);
+    triangles.extend(floor(Vec2::new(-20.0, -80.0), Vec2::new(0.0, 10.0), 6.0));
+    let mut view = camera(Vec3::new(0.0, 2.0, 4.0), Vec3::new(0.0, 0.5, -4.0));
+    (view.near, view.far) = (1.0, 60.0);
+    let light = Light::Directional { to_light: Vec3::Y, color: Vec3::ONE };
+    let scene = scene(vec![mesh(&triangles, 0)], vec![material(Vec3::ONE)], view, light);
+    let (mut r, s) = start(scene, [256, 160]);
+    let set = with(&s, "pssm", &["blur=0.8", "taps=9", "resolution=2048", "cascades=3", "blend=0", "lambda=0.7"]);
+    analysed(&mut r, &set);
+    let all = splits(&pssm(0.7, 0.0), 3, 1.0, 60.0);
+    let (v, p) = (r.read_visibility().unwrap(), r.read_position().unwrap());
+    for (i, w) in all.windows(2).enumerate() {
+        let soft: Vec<f32> = v
+            .iter()
+            .zip(&p)
+            .filter(|(v, p)| {
+                **v > 0.0
+                    && **v < 1.0
+                    && p[3] > 0.0
+                    && (w[0]..w[1]).contains(&(p[3] as f64))
+                    && p[1] < 1.0
+                    && p[0].abs() < 5.0
+            })
+            .map(|(_, p)| p[0])
+            .collect();
+        let low = soft.iter().copied().fold(f32::MAX, f32::min);
+        let high = soft.iter().copied().fold(f32::MIN, f32::max);
+        assert!(
+            soft.len() > 5 && high < 0.42 && low > -0.42 && high - low > 0.35,
+            "{i}: {low} to {high}, {}",
+            soft.len()
+        );
+    }
+}
