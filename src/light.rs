@@ -143,6 +143,9 @@ pub struct LightView {
 }
 
 impl LightView {
+    /// `perspective` of a view whose image is warped: its depth is linear and drawn by fragments.
+    pub const WARPED: u32 = 2;
+
     /// The view of a directional or spot light that sees the whole scene: the box around the scene's
     /// bounds, or the cone. `margin` texels stay free when a fit narrows it.
     ///

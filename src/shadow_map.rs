@@ -1,5 +1,6 @@
 //! A depth map from a light's view, and the fits that techniques share.
 
+use crate::fit::{Kept, Scope, msf};
 use crate::frame::{ANALYSIS, Frame, Maps};
 use crate::gpu::{Gpu, Pass, Raster, Slot};
 use crate::light::LightView;
@@ -7,12 +8,18 @@ use crate::params::Params;
 use anyhow::Result;
 
 crate::params! {
+    /// What an unwarped map covers.
+    pub struct FitParams {
+        /// What the map covers: only the surfaces that the camera sees and that face the light; the whole scene; or the smallest frustum around the part of the scene's box that the camera can see (MSF).
+        fit: choice("receivers", ["receivers", "scene", "msf"]),
+    }
+}
+
+crate::params! {
     /// How a shadow map is made and compared.
     pub struct MapParams {
         /// Side of the square shadow map. Double it and the staircase at a shadow's edge halves.
         resolution: int(1024, 64..=8192, "texels"),
-        /// What the map covers: only the surfaces that the camera sees and that face the light, or the whole scene.
-        fit: choice("receivers", ["receivers", "scene"]),
         /// Depth added before the comparison, along the light's axis. Too little: acne. Too much: shadows detach.
         bias: float(0.002, 0.0..=0.1, "m"),
         /// Depth added in proportion to the receiver's slope and the texel's size; 0.71 (half a texel's diagonal) is just enough for one nearest sample on a plane.
@@ -27,6 +34,12 @@ crate::params! {
         cull: choice("none", ["none", "front", "back"]),
         /// Precision of the stored depth.
         format: choice("32f", ["32f", "24", "16"]),
+    }
+}
+
+crate::params! {
+    /// The rasteriser's bias, where it makes the depth.
+    pub struct HardwareParams {
         /// Bias added by the rasteriser, in the smallest steps of the depth format (for 32f: of the exponent).
         hardware_bias: int(0, 0..=1024, "depth units"),
         /// Bias added by the rasteriser, times the triangle's largest depth slope per texel.
@@ -35,6 +48,9 @@ crate::params! {
         hardware_clamp: float(0.0, 0.0..=0.1, "depth"),
     }
 }
+
+/// What the casters' pipelines depend on: cull, format, hardware bias, and whether the view is warped.
+type State = (String, wgpu::TextureFormat, HardwareParams, bool);
 
 /// The depth map of one light's view. Depth is reversed: 1 near, 0 far.
 pub struct ShadowMap {
@@ -45,8 +61,9 @@ pub struct ShadowMap {
     receivers: Pass,
     narrow: Pass,
     analyse: Pass,
-    casters: Option<(MapParams, [Pass; 2])>,
+    casters: Option<(State, [Pass; 2])>,
     last: Option<LightView>,
+    least: Kept<Option<LightView>>,
 }
 
 /// What a look-up needs.
@@ -70,6 +87,7 @@ impl ShadowMap {
             analyse: Pass::compute(gpu, ANALYSIS, "analyse_light_view.wgsl", "analyse", &[])?,
             casters: None,
             last: None,
+            least: Kept::default(),
         })
     }
 
@@ -79,10 +97,25 @@ impl ShadowMap {
     /// # Errors
     /// A light without a single view, or a map that the adapter cannot hold.
     pub fn render(&mut self, f: &mut Frame, reach: f32) -> Result<Drawn> {
+        let (fit, scope) = (FitParams::read(f.values).fit, scope(f, reach));
+        let view = match fit.as_str() {
+            // Where the camera sees nothing, any map will do.
+            "msf" => *self.least.get(scope, f.values, msf::view),
+            _ => None,
+        };
+        self.render_view(f, view, reach, fit == "receivers")
+    }
+
+    /// Draws the casters' depth from a view, or from one of the whole scene where there is none; `narrow`: fitted once more, to
+    /// the receivers that the camera sees.
+    ///
+    /// # Errors
+    /// As [`ShadowMap::render`].
+    pub fn render_view(&mut self, f: &mut Frame, view: Option<LightView>, reach: f32, narrow: bool) -> Result<Drawn> {
         let p = MapParams::read(f.values);
-        // The normal offset moves the look-up too.
-        let margin = 1.0 + reach + p.normal_offset;
-        let Some(view) = LightView::whole(&f.setup.light, f.scene.bounds, p.resolution, margin) else {
+        let scope = scope(f, reach);
+        let whole = LightView::whole(&scope.light, scope.bounds, scope.resolution, scope.margin);
+        let Some(view) = view.or(whole) else {
             anyhow::bail!("a {} light has no single shadow map", f.setup.light.kind());
         };
         if self.last != Some(view) {
@@ -90,7 +123,7 @@ impl ShadowMap {
             self.last = Some(view);
         }
         f.held(self.whole.size() + self.fitted.size() + self.extent.size());
-        let light_view = if p.fit == "scene" {
+        let light_view = if !narrow {
             self.whole.clone()
         } else {
             let [w, h] = f.size;
@@ -107,7 +140,8 @@ impl ShadowMap {
                 .dispatch(1, 1, 1);
             self.fitted.clone()
         };
-        self.prepare_casters(f.gpu, &p)?;
+        let hardware = HardwareParams::read(f.values);
+        self.prepare_casters(f.gpu, (p.cull.clone(), format(&p), hardware, view.perspective == LightView::WARPED))?;
         let map = self.depth.get(f.gpu, "shadow map", [p.resolution; 2], format(&p), USAGE);
         if let Some(texture) = self.depth.texture() {
             f.held(crate::gpu::bytes(texture));
@@ -127,35 +161,36 @@ impl ShadowMap {
     }
 
     /// Makes the caster passes anew if their pipelines' state changed.
-    fn prepare_casters(&mut self, gpu: &Gpu, p: &MapParams) -> Result<()> {
-        let same = |a: &MapParams| {
-            (&a.cull, &a.format, a.hardware_bias, a.hardware_slope, a.hardware_clamp)
-                == (&p.cull, &p.format, p.hardware_bias, p.hardware_slope, p.hardware_clamp)
-        };
-        if self.casters.as_ref().is_some_and(|(made, _)| same(made)) {
+    fn prepare_casters(&mut self, gpu: &Gpu, state: State) -> Result<()> {
+        if self.casters.as_ref().is_some_and(|(made, _)| *made == state) {
             return Ok(());
         }
-        let unclipped_depth = gpu.features.contains(wgpu::Features::DEPTH_CLIP_CONTROL);
+        let (cull, format, hardware, warped) = &state;
+        let unclipped_depth = !warped && gpu.features.contains(wgpu::Features::DEPTH_CLIP_CONTROL);
         let pass = |name, fragment| {
             let raster = Raster {
                 // Casters nearer than the near plane must stay: clamped by the rasteriser, or else by their corners.
-                vertex: if unclipped_depth { "caster" } else { "clamped_caster" },
+                vertex: match (warped, unclipped_depth) {
+                    (true, _) => "warped_caster",
+                    (_, true) => "caster",
+                    _ => "clamped_caster",
+                },
                 unclipped_depth,
                 fragment,
                 targets: &[],
                 depth: Some(wgpu::DepthStencilState {
-                    format: format(p),
+                    format: *format,
                     depth_write_enabled: Some(true),
                     depth_compare: Some(wgpu::CompareFunction::Greater),
                     stencil: Default::default(),
                     // Reversed depth: away from the light is down.
                     bias: wgpu::DepthBiasState {
-                        constant: -(p.hardware_bias as i32),
-                        slope_scale: -p.hardware_slope,
-                        clamp: -p.hardware_clamp,
+                        constant: -(hardware.hardware_bias as i32),
+                        slope_scale: -hardware.hardware_slope,
+                        clamp: -hardware.hardware_clamp,
                     },
                 }),
-                cull: match p.cull.as_str() {
+                cull: match cull.as_str() {
                     "front" => Some(wgpu::Face::Front),
                     "back" => Some(wgpu::Face::Back),
                     _ => None,
@@ -163,9 +198,18 @@ impl ShadowMap {
             };
             Pass::render(gpu, name, "lib/depth.wgsl", raster, &[])
         };
-        self.casters = Some((p.clone(), [pass("shadow map", None)?, pass("shadow map (masked)", Some("masked"))?]));
+        let fragments = if *warped { [Some("warped"), Some("warped_masked")] } else { [None, Some("masked")] };
+        let passes = [pass("shadow map", fragments[0])?, pass("shadow map (masked)", fragments[1])?];
+        self.casters = Some((state, passes));
         Ok(())
     }
+}
+
+/// The frame as fits see it. `reach`: how far the filter's taps lie from the receiver, texels.
+pub fn scope(f: &Frame, reach: f32) -> Scope {
+    let p = MapParams::read(f.values);
+    // The normal offset moves the look-up too.
+    Scope::of(f, p.resolution, 1.0 + reach + p.normal_offset)
 }
 
 fn format(p: &MapParams) -> wgpu::TextureFormat {

@@ -1,6 +1,7 @@
 //! Every WGSL module is put together and checked, and structs shared with Rust agree field by field.
 
 use shadowscope::cascades::Fitting;
+use shadowscope::fit::diagram::Stroke;
 use shadowscope::frame::{Counting, FrameUniform, ViewUniform};
 use shadowscope::gpu::{Shaders, shader_files};
 use shadowscope::light::LightView;
@@ -87,6 +88,7 @@ fn shared_structs_agree() {
     same!("cascades.wgsl", "Fitting", Fitting,
         count "count", blend "blend", narrow "narrow", margin "margin", reach "reach", least "least",
         smoothing "smoothing", opaque "opaque", triangles "triangles", culled "culled", padding "padding");
+    same!("diagram.wgsl", "Stroke", Stroke, from "start", to "end", value "value", padding "padding");
     same!("gbuffer.wgsl", "Vertex", Vertex,
         position "position", normal "normal", uv "uv", material "material", padding "padding");
     same!("gbuffer.wgsl", "Material", GpuMaterial,

@@ -107,7 +107,7 @@ fn fitting_to_the_receivers_pays() {
 fn every_setting_keeps_the_shadow() {
     for light in [sun(Vec3::new(0.4, 1.0, 0.3)), spot()] {
         let (mut r, mut s) = start(hovering(light), [160, 120]);
-        for fit in ["receivers", "scene"] {
+        for fit in ["receivers", "scene", "msf"] {
             for format in ["32f", "24", "16"] {
                 for cull in ["none", "front", "back"] {
                     // Sixteen bits of a perspective depth are coarse: that bias is their price.

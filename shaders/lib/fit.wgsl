@@ -57,7 +57,7 @@ fn narrow() {
         let scale = 0.5 / half;
         v.row_x = (v.row_x - center.x * v.row_w) * scale.x;
         v.row_y = (v.row_y - center.y * v.row_w) * scale.y;
-        if v.perspective != 0u {
+        if v.perspective == 1u {
             v.texel *= 2.0 * max(half.x, half.y);
         } else {
             v.texel = 2.0 / (v.resolution * min(length(v.row_x.xyz), length(v.row_y.xyz)));
@@ -66,7 +66,7 @@ fn narrow() {
         let far = v.near + max(depth * 1.0001 + 1e-5, 1e-4) * (v.far - v.near);
         v.far = min(far, v.far);
         let inverse = 1.0 / (v.far - v.near);
-        if v.perspective != 0u {
+        if v.perspective == 1u {
             v.row_z = v.near * inverse * (vec4f(0.0, 0.0, 0.0, v.far) - v.axis);
         } else {
             v.row_z = inverse * (vec4f(0.0, 0.0, 0.0, v.far) - v.axis);

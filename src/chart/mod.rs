@@ -218,6 +218,17 @@ pub fn pareto(points: &[(f64, f64)]) -> Vec<usize> {
     order
 }
 
-/// Colour of the n-th technique: Okabe and Ito's palette, which the colour-blind can tell apart.
-pub const COLORS: [[u8; 3]; 7] =
-    [[0, 114, 178], [230, 159, 0], [0, 158, 115], [204, 121, 167], [213, 94, 0], [86, 180, 233], [120, 120, 120]];
+/// Colour of the n-th technique: Okabe and Ito's palette, which the colour-blind can tell apart, then three more; the
+/// markers tell them apart too.
+pub const COLORS: [[u8; 3]; 10] = [
+    [0, 114, 178],
+    [230, 159, 0],
+    [0, 158, 115],
+    [204, 121, 167],
+    [213, 94, 0],
+    [86, 180, 233],
+    [120, 120, 120],
+    [117, 79, 184],
+    [140, 102, 46],
+    [90, 160, 60],
+];

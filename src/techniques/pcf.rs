@@ -5,7 +5,7 @@ use super::{Info, Technique};
 use crate::frame::Frame;
 use crate::gpu::{Gpu, Pass};
 use crate::params::Params;
-use crate::shadow_map::{MapParams, ShadowMap};
+use crate::shadow_map::{FitParams, HardwareParams, MapParams, ShadowMap};
 use crate::view::View;
 use anyhow::Result;
 
@@ -32,7 +32,7 @@ pub static INFO: Info = Info {
     doc: "Several depth comparisons around each pixel's place in the shadow map, averaged: the stairs blur. The blur \
           is as wide everywhere, also where the shadow touches its caster.",
     lights: &["directional", "spot"],
-    params: &[PcfParams::GROUP, MapParams::GROUP],
+    params: &[PcfParams::GROUP, FitParams::GROUP, MapParams::GROUP, HardwareParams::GROUP],
     main: &[("resolution", "256..8192*2"), ("mode", "grid,tent"), ("kernel", "3,5,7")],
     maps: &[
         MAPS[0],

@@ -4,7 +4,7 @@ use super::{Info, Technique};
 use crate::frame::Frame;
 use crate::gpu::Pass;
 use crate::params::Params;
-use crate::shadow_map::{MapParams, ShadowMap};
+use crate::shadow_map::{FitParams, HardwareParams, MapParams, ShadowMap};
 use crate::view::View;
 use anyhow::Result;
 
@@ -15,7 +15,7 @@ pub static INFO: Info = Info {
     doc: "Depth seen from the light, compared once per pixel. Fast; its edges are stairs of the map's texels, and \
           without bias surfaces shadow themselves (acne).",
     lights: &["directional", "spot"],
-    params: &[MapParams::GROUP],
+    params: &[FitParams::GROUP, MapParams::GROUP, HardwareParams::GROUP],
     main: &[("resolution", "256..8192*2")],
     maps: MAPS,
     make: |gpu| {

@@ -1,0 +1,123 @@
+//! Light space perspective shadow map (Wimmer, Scherzer, Purgathofer 2004).
+
+use super::shadow_map::MAPS;
+use super::{Info, Technique};
+use crate::fit::diagram::{self, Diagram, Drawing, MARK};
+use crate::fit::lispsm::{self, Lispsm, Strength};
+use crate::fit::{Kept, Scope};
+use crate::frame::Frame;
+use crate::gpu::Pass;
+use crate::light::LightView;
+use crate::params::Params;
+use crate::shadow_map::{MapParams, ShadowMap, scope};
+use anyhow::Result;
+use glam::DVec2;
+
+crate::params! {
+    /// How strongly the map is warped, and over what.
+    pub struct LispsmParams {
+        /// 0: not at all, a plain map. 1: the warp with the smallest worst error along the view (n_opt). Above it: more texels near, fewer far, towards a perspective shadow map.
+        strength: float(1.0, 0.0..=2.0, "× warp of n_opt"),
+        /// The |cos γ| from which the warp fades out, γ being the angle between gaze and light.
+        fade: float(0.9, 0.8..=0.99, ""),
+        /// Fit the map to what the camera sees: first to the scene's box cut by its frustum, then to the receivers themselves. Off: to the whole scene.
+        focus: flag(true),
+    }
+}
+
+pub static INFO: Info = Info {
+    id: "lispsm",
+    title: "Light space perspective shadow map",
+    paper: "Wimmer, Scherzer, Purgathofer 2004",
+    doc: "A shadow map warped along the view, so that texels are small near the camera and large far away. Where gaze and \
+          light are parallel there is nothing to gain, and the warp fades out.",
+    lights: &["directional"],
+    params: &[LispsmParams::GROUP, MapParams::GROUP],
+    main: &[("resolution", "256..8192*2"), ("strength", "0.5,1,1.5")],
+    maps: &[
+        MAPS[0],
+        MAPS[1],
+        MAPS[2],
+        MAPS[3],
+        MAPS[4],
+        MAPS[5],
+        MAPS[6],
+        diagram::view(
+            "Left the light's image, right the map: what the camera sees (green), the map's border (yellow) and every \
+             sixteenth of its texels. The cross is the perspective's centre, the line the gaze. Figures: n in metres and \
+             γ in degrees.",
+        ),
+    ],
+    make: |gpu| {
+        let file = "techniques/lispsm.wgsl";
+        Ok(Box::new(LightSpacePerspective {
+            map: ShadowMap::new(gpu)?,
+            resolve: Pass::compute(gpu, "resolve", file, "resolve", &[MapParams::GROUP])?,
+            inspect: Pass::compute(gpu, "inspect", file, "inspect", &[MapParams::GROUP])?,
+            drawing: Drawing::new(gpu)?,
+            fit: Kept::default(),
+        }))
+    },
+};
+
+struct LightSpacePerspective {
+    map: ShadowMap,
+    resolve: Pass,
+    inspect: Pass,
+    drawing: Drawing,
+    fit: Kept<Option<Fitted>>,
+}
+
+/// A fit and what it was made of.
+struct Fitted {
+    lispsm: Lispsm,
+    points: Vec<DVec2>,
+    eye: DVec2,
+    view: Option<LightView>,
+}
+
+/// None if the camera sees nothing.
+fn fitted(scope: &Scope, p: &LispsmParams) -> Option<Fitted> {
+    let body = if p.focus { scope.seen() } else { scope.cuboid().corners() };
+    if body.is_empty() {
+        return None;
+    }
+    let image = scope.image();
+    let by = Strength { strength: p.strength as f64, fade: p.fade as f64 };
+    let lispsm = lispsm::fit(scope, &image, &body, by);
+    let points: Vec<DVec2> = body.iter().map(|p| image.at(*p)).collect();
+    let view = scope.view(&image, &lispsm.warp, &points, scope.deepest(&image, &body));
+    Some(Fitted { lispsm, points, eye: image.at(scope.eye().position), view })
+}
+
+impl Technique for LightSpacePerspective {
+    fn render(&mut self, f: &mut Frame) -> Result<()> {
+        let p = LispsmParams::read(f.values);
+        let made = self.fit.get(scope(f, 0.0), f.values, |s| fitted(s, &p));
+        let drawn = self.map.render_view(f, made.as_ref().and_then(|m| m.view), 0.0, p.focus)?;
+        f.run(&self.resolve).bind("shadow_map", &drawn.map).bind("light_view", &drawn.light_view).per_pixel();
+        if f.wants_any_map() {
+            f.run(&self.inspect).bind("light_view", &drawn.light_view).per_pixel();
+        }
+        f.show_cells("texels");
+        f.show_ramp("bias", [0.0, 4.0]);
+        self.drawing.show(f, "warp", || made.as_ref().map(draw));
+        Ok(())
+    }
+}
+
+fn draw(made: &Fitted) -> Diagram {
+    let l = &made.lispsm;
+    // Straight before the eye, at the near face and n before it.
+    let face = made.eye + l.direction * (l.near - made.eye.dot(l.direction));
+    let center = if l.n.is_finite() { face - l.direction * l.n } else { face };
+    let far = face + l.direction * (l.far - l.near);
+    let shown = if (face - center).length() < 3.0 * (far - face).length() { center } else { face };
+    let mut d = Diagram::new(&l.warp, &made.points, &[shown, face]);
+    d.line(face, far, MARK);
+    d.place(0, shown, face, MARK);
+    d.cross(shown, MARK);
+    d.number(0, l.n);
+    d.number(1, l.gamma.to_degrees());
+    d
+}

@@ -1,0 +1,157 @@
+//! Perspective shadow map (Stamminger, Drettakis 2002).
+
+use super::shadow_map::MAPS;
+use super::{Info, Technique};
+use crate::fit::diagram::{self, Diagram, Drawing, GRID, HULL, MARK};
+use crate::fit::psm::{self, Psm, Slide};
+use crate::fit::{Kept, Scope};
+use crate::frame::Frame;
+use crate::gpu::Pass;
+use crate::light::LightView;
+use crate::params::Params;
+use crate::shadow_map::{MapParams, ShadowMap, scope};
+use crate::view::View;
+use anyhow::Result;
+use glam::{DVec2, DVec3, Vec4Swizzles};
+
+crate::params! {
+    /// The perspective that the map is drawn after.
+    pub struct PsmParams {
+        /// Auto: the eye is slid back just so far that all receivers and casters lie before it. Fixed: by `delta`.
+        delta_mode: choice("auto", ["auto", "fixed"]),
+        /// How far the eye is slid back where that is fixed. Large: the warp is that of a plain shadow map.
+        delta: float(0.0, 0.0..=100.0, "m"),
+        /// The least near distance of the slid eye. Small: nearly all texels lie close to the camera.
+        least_near: float(1.0, 0.01..=10.0, "m"),
+        /// Push the near plane to the first receiver's box: texels are not spent on the empty space before it.
+        push: flag(true),
+    }
+}
+
+pub static INFO: Info = Info {
+    id: "psm",
+    title: "Perspective shadow map",
+    paper: "Stamminger, Drettakis 2002",
+    doc: "A shadow map of the scene as the camera's perspective leaves it: near things are large and get many texels. Ahead \
+          of the camera the sun becomes a point, behind it a sink, and the map changes as the camera turns.",
+    lights: &["directional"],
+    params: &[PsmParams::GROUP, MapParams::GROUP],
+    main: &[("resolution", "256..8192*2"), ("least_near", "0.5,1,2,4")],
+    maps: &[
+        MAPS[0],
+        MAPS[1],
+        MAPS[2],
+        MAPS[3],
+        MAPS[4],
+        MAPS[5],
+        MAPS[6],
+        diagram::view(
+            "Left the light's image, right the map: what the camera sees (green), the map's border (yellow) and every \
+             sixteenth of its texels. Figures: how far the eye is slid back, metres, and the angle between the light's \
+             film plane and the camera's after the perspective, degrees.",
+        ),
+        View {
+            id: "pps",
+            title: "Post-perspective space",
+            doc: "The space after the camera's perspective, from the side (left) and from above (right): the camera looks \
+                  to the right, near to far plane in blue. Green: what the camera sees. Cross and lines: the sun as a \
+                  point, and its rays; parallel ones where it is no point.",
+            truth: false,
+        },
+    ],
+    make: |gpu| {
+        let file = "techniques/psm.wgsl";
+        Ok(Box::new(Perspective {
+            map: ShadowMap::new(gpu)?,
+            resolve: Pass::compute(gpu, "resolve", file, "resolve", &[MapParams::GROUP])?,
+            inspect: Pass::compute(gpu, "inspect", file, "inspect", &[MapParams::GROUP])?,
+            drawing: Drawing::new(gpu)?,
+            fit: Kept::default(),
+        }))
+    },
+};
+
+struct Perspective {
+    map: ShadowMap,
+    resolve: Pass,
+    inspect: Pass,
+    drawing: Drawing,
+    fit: Kept<Option<Fitted>>,
+}
+
+/// A fit, and where in the light's image the corners of what the camera sees are.
+struct Fitted {
+    psm: Psm,
+    points: Vec<DVec2>,
+    view: Option<LightView>,
+}
+
+/// None if the camera sees nothing.
+fn fitted(scope: &Scope, p: &PsmParams) -> Option<Fitted> {
+    let seen = scope.seen();
+    if seen.is_empty() {
+        return None;
+    }
+    let image = scope.image();
+    let fixed = (p.delta_mode == "fixed").then_some(p.delta as f64);
+    let psm = psm::fit(scope, &image, &seen, Slide { fixed, least_near: p.least_near as f64, push: p.push });
+    let points: Vec<DVec2> = seen.iter().map(|p| image.at(*p)).collect();
+    let view = scope.view(&image, &psm.warp, &points, scope.deepest(&image, &seen));
+    Some(Fitted { psm, points, view })
+}
+
+impl Technique for Perspective {
+    fn render(&mut self, f: &mut Frame) -> Result<()> {
+        let p = PsmParams::read(f.values);
+        let made = self.fit.get(scope(f, 0.0), f.values, |s| fitted(s, &p));
+        let drawn = self.map.render_view(f, made.as_ref().and_then(|m| m.view), 0.0, true)?;
+        f.run(&self.resolve).bind("shadow_map", &drawn.map).bind("light_view", &drawn.light_view).per_pixel();
+        if f.wants_any_map() {
+            f.run(&self.inspect).bind("light_view", &drawn.light_view).per_pixel();
+        }
+        f.show_cells("texels");
+        f.show_ramp("bias", [0.0, 4.0]);
+        self.drawing.show(f, "warp", || made.as_ref().map(draw_warp));
+        self.drawing.show(f, "pps", || made.as_ref().map(|m| draw_space(&m.psm)));
+        Ok(())
+    }
+}
+
+fn draw_warp(made: &Fitted) -> Diagram {
+    let mut d = Diagram::new(&made.psm.warp, &made.points, &[]);
+    d.number(0, made.psm.delta);
+    d.number(1, made.psm.plane.map_or(f64::INFINITY, f64::to_degrees));
+    d
+}
+
+/// The post-perspective box from the side and from above.
+fn draw_space(psm: &Psm) -> Diagram {
+    let mut d = Diagram::blank(DVec2::new(1.0, 0.0), 4.0);
+    let side = |p: DVec3| DVec2::new(2.0 * p.z, p.y);
+    let above = |p: DVec3| DVec2::new(2.0 * p.z, -p.x);
+    for (half, project) in [&side as &dyn Fn(DVec3) -> DVec2, &above].into_iter().enumerate() {
+        let corner = |x: f64, z: f64| project(DVec3::new(x, x, z));
+        let frame = [corner(-1.0, 0.0), corner(1.0, 0.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
+        (0..4).for_each(|i| d.place(half, frame[i], frame[(i + 1) % 4], GRID));
+        let points: Vec<DVec2> = psm.receivers.iter().map(|p| project(*p)).collect();
+        let around = crate::fit::hull::hull(&points);
+        (0..around.len()).for_each(|i| d.place(half, around[i], around[(i + 1) % around.len()], HULL));
+        for p in &psm.receivers {
+            let towards = match psm.case {
+                Some(psm::Case::Parallel) => psm.light.xyz().normalize_or_zero(),
+                Some(_) => psm.light.xyz() / psm.light.w - *p,
+                None => DVec3::ZERO,
+            };
+            // No farther than the drawing holds.
+            let step = project(*p + towards) - project(*p);
+            let reach = (1.2 / step.length().max(1e-9)).min(1.0);
+            d.place(half, project(*p), project(*p) + step * reach, MARK);
+        }
+        if matches!(psm.case, Some(psm::Case::Point | psm::Case::Sink)) {
+            let (at, arm) = (project(psm.light.xyz() / psm.light.w), DVec2::splat(0.06));
+            d.place(half, at - arm, at + arm, 1.0);
+            d.place(half, at - arm.perp(), at + arm.perp(), 1.0);
+        }
+    }
+    d
+}

@@ -1,0 +1,119 @@
+//! Trapezoidal shadow map (Martin, Tan 2004).
+
+use super::shadow_map::MAPS;
+use super::{Info, Technique};
+use crate::fit::diagram::{self, Diagram, Drawing, MARK};
+use crate::fit::tsm::{self, Tsm};
+use crate::fit::{Kept, Scope};
+use crate::frame::Frame;
+use crate::gpu::Pass;
+use crate::light::LightView;
+use crate::params::Params;
+use crate::shadow_map::{MapParams, ShadowMap, scope};
+use anyhow::Result;
+use glam::DVec2;
+
+crate::params! {
+    /// Where the trapezoid puts its texels.
+    pub struct TsmParams {
+        /// Share of the map's height for what lies between the near plane and the point in focus (the 80 % rule).
+        p: float(0.8, 0.5..=0.95, "× map"),
+        /// The point in focus on the view's axis: its distance from the near plane.
+        focus: float(0.2, 0.01..=1.0, "× (far - near)"),
+    }
+}
+
+pub static INFO: Info = Info {
+    id: "tsm",
+    title: "Trapezoidal shadow map",
+    paper: "Martin, Tan 2004",
+    doc: "The view frustum, seen from the light, is enclosed in a trapezoid that a perspective turns into the square map. \
+          It depends on the frustum alone, so that it moves steadily. Nothing is gained where light and gaze are parallel.",
+    lights: &["directional"],
+    params: &[TsmParams::GROUP, MapParams::GROUP],
+    main: &[("resolution", "256..8192*2"), ("focus", "0.1,0.2,0.4")],
+    maps: &[
+        MAPS[0],
+        MAPS[1],
+        MAPS[2],
+        MAPS[3],
+        MAPS[4],
+        MAPS[5],
+        MAPS[6],
+        diagram::view(
+            "Left the light's image, right the map: the view frustum's hull (green), the trapezoid (yellow) and every \
+             sixteenth of the map's texels. The cross is the vanishing point q; the lines are the centre line and the line \
+             in focus.",
+        ),
+    ],
+    make: |gpu| {
+        let file = "techniques/tsm.wgsl";
+        Ok(Box::new(Trapezoidal {
+            map: ShadowMap::new(gpu)?,
+            resolve: Pass::compute(gpu, "resolve", file, "resolve", &[MapParams::GROUP])?,
+            inspect: Pass::compute(gpu, "inspect", file, "inspect", &[MapParams::GROUP])?,
+            drawing: Drawing::new(gpu)?,
+            fit: Kept::default(),
+        }))
+    },
+};
+
+struct Trapezoidal {
+    map: ShadowMap,
+    resolve: Pass,
+    inspect: Pass,
+    drawing: Drawing,
+    fit: Kept<(Tsm, Option<LightView>)>,
+}
+
+/// The trapezoid's corners, or the hull's where a rectangle stands in: what the map covers.
+fn covered(t: &Tsm) -> &[DVec2] {
+    t.trapezoid.as_ref().map_or(&t.hull, |t| t)
+}
+
+fn fitted(scope: &Scope, p: &TsmParams) -> (Tsm, Option<LightView>) {
+    let image = scope.image();
+    let t = tsm::fit(scope, &image, p.p as f64, p.focus as f64);
+    let seen = scope.seen();
+    let view = match seen.is_empty() {
+        true => None,
+        false => scope.view(&image, &t.warp, covered(&t), scope.deepest(&image, &seen)),
+    };
+    (t, view)
+}
+
+impl Technique for Trapezoidal {
+    fn render(&mut self, f: &mut Frame) -> Result<()> {
+        let p = TsmParams::read(f.values);
+        let (t, view) = self.fit.get(scope(f, 0.0), f.values, |s| fitted(s, &p));
+        let drawn = self.map.render_view(f, *view, 0.0, false)?;
+        f.run(&self.resolve).bind("shadow_map", &drawn.map).bind("light_view", &drawn.light_view).per_pixel();
+        if f.wants_any_map() {
+            f.run(&self.inspect).bind("light_view", &drawn.light_view).per_pixel();
+        }
+        f.show_cells("texels");
+        f.show_ramp("bias", [0.0, 4.0]);
+        self.drawing.show(f, "warp", || Some(draw(t)));
+        Ok(())
+    }
+}
+
+fn draw(t: &Tsm) -> Diagram {
+    let across = t.axis.perp();
+    let along = |p: &DVec2| (*p - t.focus).dot(t.axis);
+    let (low, high) = t.hull.iter().fold((0f64, 0f64), |(l, h), p| (l.min(along(p)), h.max(along(p))));
+    let side = |p: &DVec2| (*p - t.focus).dot(across).abs();
+    let half = t.hull.iter().map(side).fold(0.0, f64::max);
+    // A distant vanishing point would make all else small.
+    let near = t.trapezoid.is_some() && (t.q - t.focus).length() < 3.0 * (high - low);
+    let mut d = Diagram::new(&t.warp, covered(t), if near { std::slice::from_ref(&t.q) } else { &[] });
+    for (i, p) in t.hull.iter().enumerate() {
+        d.line(*p, t.hull[(i + 1) % t.hull.len()], diagram::HULL);
+    }
+    d.line(t.focus + t.axis * low, t.focus + t.axis * high, MARK);
+    d.line(t.focus - across * half, t.focus + across * half, MARK);
+    if near {
+        d.cross(t.q, MARK);
+    }
+    d
+}
