@@ -1,11 +1,2 @@
-//!include lib/lookup.wgsl
+//!include techniques/shadow_map.wgsl
 // Martin, Tan 2004: one comparison in a map that holds a trapezoid of the light's image.
-
-fn visibility(s: Surface) -> f32 {
-    let r = receive(s, 0.0, 1.0);
-    return compare(r, r.texel);
-}
-
-fn inspect_map(s: Surface) -> f32 {
-    return inspect_lookup(s, receive(s, 0.0, 1.0));
-}

@@ -1,12 +1,11 @@
 //! Light space perspective shadow map (Wimmer, Scherzer, Purgathofer 2004).
 
-use super::shadow_map::MAPS;
+use super::shadow_map::{Comparison, MAPS};
 use super::{Info, Technique};
 use crate::fit::diagram::{self, Diagram, Drawing, MARK};
 use crate::fit::lispsm::{self, Lispsm, Strength};
 use crate::fit::{Kept, Scope};
 use crate::frame::Frame;
-use crate::gpu::Pass;
 use crate::light::LightView;
 use crate::params::Params;
 use crate::shadow_map::{MapParams, ShadowMap, scope};
@@ -49,11 +48,9 @@ pub static INFO: Info = Info {
         ),
     ],
     make: |gpu| {
-        let file = "techniques/lispsm.wgsl";
         Ok(Box::new(LightSpacePerspective {
             map: ShadowMap::new(gpu)?,
-            resolve: Pass::compute(gpu, "resolve", file, "resolve", &[MapParams::GROUP])?,
-            inspect: Pass::compute(gpu, "inspect", file, "inspect", &[MapParams::GROUP])?,
+            comparison: Comparison::new(gpu, "techniques/lispsm.wgsl")?,
             drawing: Drawing::new(gpu)?,
             fit: Kept::default(),
         }))
@@ -62,8 +59,7 @@ pub static INFO: Info = Info {
 
 struct LightSpacePerspective {
     map: ShadowMap,
-    resolve: Pass,
-    inspect: Pass,
+    comparison: Comparison,
     drawing: Drawing,
     fit: Kept<Option<Fitted>>,
 }
@@ -95,12 +91,7 @@ impl Technique for LightSpacePerspective {
         let p = LispsmParams::read(f.values);
         let made = self.fit.get(scope(f, 0.0), f.values, |s| fitted(s, &p));
         let drawn = self.map.render_view(f, made.as_ref().and_then(|m| m.view), 0.0, p.focus)?;
-        f.run(&self.resolve).bind("shadow_map", &drawn.map).bind("light_view", &drawn.light_view).per_pixel();
-        if f.wants_any_map() {
-            f.run(&self.inspect).bind("light_view", &drawn.light_view).per_pixel();
-        }
-        f.show_cells("texels");
-        f.show_ramp("bias", [0.0, 4.0]);
+        self.comparison.look_up(f, &drawn);
         self.drawing.show(f, "warp", || made.as_ref().map(draw));
         Ok(())
     }

@@ -1,12 +1,11 @@
 //! Perspective shadow map (Stamminger, Drettakis 2002).
 
-use super::shadow_map::MAPS;
+use super::shadow_map::{Comparison, MAPS};
 use super::{Info, Technique};
 use crate::fit::diagram::{self, Diagram, Drawing, GRID, HULL, MARK};
 use crate::fit::psm::{self, Psm, Slide};
 use crate::fit::{Kept, Scope};
 use crate::frame::Frame;
-use crate::gpu::Pass;
 use crate::light::LightView;
 use crate::params::Params;
 use crate::shadow_map::{MapParams, ShadowMap, scope};
@@ -60,11 +59,9 @@ pub static INFO: Info = Info {
         },
     ],
     make: |gpu| {
-        let file = "techniques/psm.wgsl";
         Ok(Box::new(Perspective {
             map: ShadowMap::new(gpu)?,
-            resolve: Pass::compute(gpu, "resolve", file, "resolve", &[MapParams::GROUP])?,
-            inspect: Pass::compute(gpu, "inspect", file, "inspect", &[MapParams::GROUP])?,
+            comparison: Comparison::new(gpu, "techniques/psm.wgsl")?,
             drawing: Drawing::new(gpu)?,
             fit: Kept::default(),
         }))
@@ -73,8 +70,7 @@ pub static INFO: Info = Info {
 
 struct Perspective {
     map: ShadowMap,
-    resolve: Pass,
-    inspect: Pass,
+    comparison: Comparison,
     drawing: Drawing,
     fit: Kept<Option<Fitted>>,
 }
@@ -105,12 +101,7 @@ impl Technique for Perspective {
         let p = PsmParams::read(f.values);
         let made = self.fit.get(scope(f, 0.0), f.values, |s| fitted(s, &p));
         let drawn = self.map.render_view(f, made.as_ref().and_then(|m| m.view), 0.0, true)?;
-        f.run(&self.resolve).bind("shadow_map", &drawn.map).bind("light_view", &drawn.light_view).per_pixel();
-        if f.wants_any_map() {
-            f.run(&self.inspect).bind("light_view", &drawn.light_view).per_pixel();
-        }
-        f.show_cells("texels");
-        f.show_ramp("bias", [0.0, 4.0]);
+        self.comparison.look_up(f, &drawn);
         self.drawing.show(f, "warp", || made.as_ref().map(draw_warp));
         self.drawing.show(f, "pps", || made.as_ref().map(|m| draw_space(&m.psm)));
         Ok(())

@@ -2,9 +2,9 @@
 
 use super::{Info, Technique};
 use crate::frame::Frame;
-use crate::gpu::Pass;
+use crate::gpu::{Gpu, Pass};
 use crate::params::Params;
-use crate::shadow_map::{FitParams, HardwareParams, MapParams, ShadowMap};
+use crate::shadow_map::{Drawn, FitParams, HardwareParams, MapParams, ShadowMap};
 use crate::view::View;
 use anyhow::Result;
 
@@ -21,13 +21,10 @@ pub static INFO: Info = Info {
     make: |gpu| {
         Ok(Box::new(StandardShadowMap {
             map: ShadowMap::new(gpu)?,
-            resolve: Pass::compute(gpu, "resolve", FILE, "resolve", &[MapParams::GROUP])?,
-            inspect: Pass::compute(gpu, "inspect", FILE, "inspect", &[MapParams::GROUP])?,
+            comparison: Comparison::new(gpu, "techniques/shadow_map.wgsl")?,
         }))
     },
 };
-
-const FILE: &str = "techniques/shadow_map.wgsl";
 
 /// The views that every technique with one shadow map has; the first three in the order of `inspect_lookup` in WGSL.
 pub const MAPS: &[View] = &[
@@ -80,21 +77,39 @@ pub const MAPS: &[View] = &[
     },
 ];
 
-struct StandardShadowMap {
-    map: ShadowMap,
+/// The look-up by one depth comparison with the nearest texel, whatever fit or warp made the map.
+pub struct Comparison {
     resolve: Pass,
     inspect: Pass,
 }
 
-impl Technique for StandardShadowMap {
-    fn render(&mut self, f: &mut Frame) -> Result<()> {
-        let drawn = self.map.render(f, 0.0)?;
+impl Comparison {
+    /// From a technique's own shader, which is or includes `techniques/shadow_map.wgsl`.
+    pub fn new(gpu: &Gpu, file: &str) -> Result<Comparison> {
+        let pass = |entry| Pass::compute(gpu, entry, file, entry, &[MapParams::GROUP]);
+        Ok(Comparison { resolve: pass("resolve")?, inspect: pass("inspect")? })
+    }
+
+    /// Fills the frame's visibility from a map, and shows the texel grid and the bias where they are asked for.
+    pub fn look_up(&self, f: &mut Frame, drawn: &Drawn) {
         f.run(&self.resolve).bind("shadow_map", &drawn.map).bind("light_view", &drawn.light_view).per_pixel();
         if f.wants_any_map() {
             f.run(&self.inspect).bind("light_view", &drawn.light_view).per_pixel();
         }
         f.show_cells("texels");
         f.show_ramp("bias", [0.0, 4.0]);
+    }
+}
+
+struct StandardShadowMap {
+    map: ShadowMap,
+    comparison: Comparison,
+}
+
+impl Technique for StandardShadowMap {
+    fn render(&mut self, f: &mut Frame) -> Result<()> {
+        let drawn = self.map.render(f, 0.0)?;
+        self.comparison.look_up(f, &drawn);
         Ok(())
     }
 }

@@ -1,12 +1,11 @@
 //! Trapezoidal shadow map (Martin, Tan 2004).
 
-use super::shadow_map::MAPS;
+use super::shadow_map::{Comparison, MAPS};
 use super::{Info, Technique};
 use crate::fit::diagram::{self, Diagram, Drawing, MARK};
 use crate::fit::tsm::{self, Tsm};
 use crate::fit::{Kept, Scope};
 use crate::frame::Frame;
-use crate::gpu::Pass;
 use crate::light::LightView;
 use crate::params::Params;
 use crate::shadow_map::{MapParams, ShadowMap, scope};
@@ -47,11 +46,9 @@ pub static INFO: Info = Info {
         ),
     ],
     make: |gpu| {
-        let file = "techniques/tsm.wgsl";
         Ok(Box::new(Trapezoidal {
             map: ShadowMap::new(gpu)?,
-            resolve: Pass::compute(gpu, "resolve", file, "resolve", &[MapParams::GROUP])?,
-            inspect: Pass::compute(gpu, "inspect", file, "inspect", &[MapParams::GROUP])?,
+            comparison: Comparison::new(gpu, "techniques/tsm.wgsl")?,
             drawing: Drawing::new(gpu)?,
             fit: Kept::default(),
         }))
@@ -60,8 +57,7 @@ pub static INFO: Info = Info {
 
 struct Trapezoidal {
     map: ShadowMap,
-    resolve: Pass,
-    inspect: Pass,
+    comparison: Comparison,
     drawing: Drawing,
     fit: Kept<(Tsm, Option<LightView>)>,
 }
@@ -87,12 +83,7 @@ impl Technique for Trapezoidal {
         let p = TsmParams::read(f.values);
         let (t, view) = self.fit.get(scope(f, 0.0), f.values, |s| fitted(s, &p));
         let drawn = self.map.render_view(f, *view, 0.0, false)?;
-        f.run(&self.resolve).bind("shadow_map", &drawn.map).bind("light_view", &drawn.light_view).per_pixel();
-        if f.wants_any_map() {
-            f.run(&self.inspect).bind("light_view", &drawn.light_view).per_pixel();
-        }
-        f.show_cells("texels");
-        f.show_ramp("bias", [0.0, 4.0]);
+        self.comparison.look_up(f, &drawn);
         self.drawing.show(f, "warp", || Some(draw(t)));
         Ok(())
     }
