@@ -23,7 +23,7 @@ pub fn capture(renderer: &mut Renderer, setup: &Setup, path: &Path) -> Result<()
     techniques::find_or_say(&setup.technique)?.serve(&setup.light)?;
     let truth = if view::needs_truth(&setup.view) { Truth::All } else { Truth::Off };
     let analysis = is_exr(path);
-    renderer.render(setup, Ask { size: setup.size, truth, analysis, timed: false, picture: true })?;
+    renderer.render(setup, Ask { size: setup.size, truth, analysis, timed: false, picture: true, fresh: false })?;
     if is_exr(path) {
         return write_exr(renderer, setup, path);
     }

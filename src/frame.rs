@@ -5,7 +5,7 @@
 mod analysis;
 mod read;
 
-pub use analysis::{Analysis, Counting, Maps};
+pub use analysis::{Analysis, Counting, Maps, PieceCount};
 
 use crate::gpu::{Gpu, Pass, Raster, Recorder, Slot, Timer};
 use crate::light::{Light, LightView};
@@ -116,6 +116,10 @@ pub struct Frame<'a> {
     pub scene: &'a SceneGpu,
     /// Width and height, pixels.
     pub size: [u32; 2],
+    /// Counts the changes of the scene's geometry.
+    pub revision: u64,
+    /// Nothing may be taken over from the frame before.
+    pub fresh: bool,
     shown: Option<Shown>,
     held: u64,
     analysis: Option<&'a mut Analysis>,
@@ -162,6 +166,13 @@ impl Frame<'_> {
     pub fn show_cells(&mut self, id: &str) {
         if self.setup.view == id {
             self.shown = Some(Shown::Cells);
+        }
+    }
+
+    /// Shows `map_out` as counts of view samples, where the map `id` is asked for.
+    pub fn show_counts(&mut self, id: &str) {
+        if self.setup.view == id {
+            self.shown = Some(Shown::Counts);
         }
     }
 
@@ -224,6 +235,8 @@ pub struct Ask {
     pub timed: bool,
     /// Draw the view into [`Renderer::output`].
     pub picture: bool,
+    /// Do everything again, even what the last frame's results would serve for: its time is to be known.
+    pub fresh: bool,
 }
 
 /// What a frame tells of itself.
@@ -444,7 +457,19 @@ impl Renderer {
             recorder.count_triangles(count);
         }
         let analysis = analysed.then_some(&mut self.analysis);
-        let mut f = Frame { recorder, setup, values, scene, size: ask.size, shown: None, held: 0, analysis };
+        let mut f = Frame {
+            recorder,
+            setup,
+            values,
+            scene,
+            size: ask.size,
+            revision: self.revision,
+            // What is analysed counts what is drawn.
+            fresh: ask.fresh || analysed,
+            shown: None,
+            held: 0,
+            analysis,
+        };
         let start = Instant::now();
         let waited = f.waited();
         match info.refuses(&setup.light) {

@@ -4,7 +4,8 @@
 //! [`setup`] (what to draw) → [`scene`] (glTF and built-in scenes, flattened) → [`frame`] (G-buffer,
 //! technique, truth, picture) → [`measure`] (errors and times) → [`cli`] and [`ui`].
 //! Underneath: [`gpu`] (device, passes bound by name), [`mod@params`] (declared once), [`light`],
-//! [`fit`] (warps and fits in f64), [`shadow_map`] (depth maps and fits), [`cascades`] (several of them along the view), [`techniques`] (a file each), `truth` (the exact shadow, band by band), [`view`] (ways to look), [`capture`] (files).
+//! [`fit`] (warps and fits in f64), [`shadow_map`] (depth maps and fits), [`cascades`] (several of them along the view),
+//! [`warp`] (one of them, bent), [`techniques`] (a file each), `truth` (the exact shadow, band by band), [`view`] (ways to look), [`capture`] (files).
 
 pub mod capture;
 pub mod cascades;
@@ -24,3 +25,4 @@ pub mod tour;
 mod truth;
 pub mod ui;
 pub mod view;
+pub mod warp;

@@ -5,7 +5,7 @@ use crate::frame::{ANALYSIS, Frame, Maps};
 use crate::gpu::{Gpu, Pass, Raster, Slot};
 use crate::light::LightView;
 use crate::params::Params;
-use anyhow::Result;
+use anyhow::{Context, Result};
 
 crate::params! {
     /// What an unwarped map covers.
@@ -52,17 +52,57 @@ crate::params! {
 /// What the casters' pipelines depend on: cull, format, hardware bias, and whether the view is warped.
 type State = (String, wgpu::TextureFormat, HardwareParams, bool);
 
-/// The depth map of one light's view. Depth is reversed: 1 near, 0 far.
-pub struct ShadowMap {
-    depth: Slot,
+/// A light's view on the GPU: as it is given, or narrowed to the receivers that the camera sees.
+pub struct Fit {
     whole: wgpu::Buffer,
     fitted: wgpu::Buffer,
     extent: wgpu::Buffer,
     receivers: Pass,
     narrow: Pass,
+    last: Option<LightView>,
+}
+
+impl Fit {
+    pub fn new(gpu: &Gpu) -> Result<Fit> {
+        let zero = |label, size| gpu.buffer(label, &vec![0; size], wgpu::BufferUsages::STORAGE);
+        Ok(Fit {
+            whole: zero("whole light view", size_of::<LightView>()),
+            fitted: zero("fitted light view", size_of::<LightView>()),
+            extent: zero("receivers' extent", 20),
+            receivers: Pass::compute(gpu, "fit: receivers", "lib/fit.wgsl", "receivers", &[])?,
+            narrow: Pass::compute(gpu, "fit: narrow", "lib/fit.wgsl", "narrow", &[])?,
+            last: None,
+        })
+    }
+
+    /// The buffer that holds `view`; `narrow`: fitted once more, to the receivers that the camera sees.
+    pub fn run(&mut self, f: &mut Frame, view: LightView, narrow: bool) -> wgpu::Buffer {
+        if self.last != Some(view) {
+            f.gpu.queue.write_buffer(&self.whole, 0, bytemuck::bytes_of(&view));
+            self.last = Some(view);
+        }
+        f.held(self.whole.size() + self.fitted.size() + self.extent.size());
+        if !narrow {
+            return self.whole.clone();
+        }
+        let [w, h] = f.size.map(|side| side.div_ceil(64));
+        f.clear(&self.extent);
+        f.run(&self.receivers).bind("light_view", &self.whole).bind("extent", &self.extent).dispatch(w, h, 1);
+        f.run(&self.narrow)
+            .bind("light_view", &self.whole)
+            .bind("extent", &self.extent)
+            .bind("fitted", &self.fitted)
+            .dispatch(1, 1, 1);
+        self.fitted.clone()
+    }
+}
+
+/// The depth map of one light's view. Depth is reversed: 1 near, 0 far.
+pub struct ShadowMap {
+    fit: Fit,
+    depth: Slot,
     analyse: Pass,
     casters: Option<(State, [Pass; 2])>,
-    last: Option<LightView>,
     least: Kept<Option<LightView>>,
 }
 
@@ -72,21 +112,17 @@ pub struct Drawn {
     pub light_view: wgpu::Buffer,
 }
 
-const USAGE: wgpu::TextureUsages = wgpu::TextureUsages::RENDER_ATTACHMENT.union(wgpu::TextureUsages::TEXTURE_BINDING);
+/// How depth maps are used.
+pub const USAGE: wgpu::TextureUsages =
+    wgpu::TextureUsages::RENDER_ATTACHMENT.union(wgpu::TextureUsages::TEXTURE_BINDING);
 
 impl ShadowMap {
     pub fn new(gpu: &Gpu) -> Result<ShadowMap> {
-        let zero = |label, size| gpu.buffer(label, &vec![0; size], wgpu::BufferUsages::STORAGE);
         Ok(ShadowMap {
+            fit: Fit::new(gpu)?,
             depth: Slot::default(),
-            whole: zero("whole light view", size_of::<LightView>()),
-            fitted: zero("fitted light view", size_of::<LightView>()),
-            extent: zero("receivers' extent", 20),
-            receivers: Pass::compute(gpu, "fit: receivers", "lib/fit.wgsl", "receivers", &[])?,
-            narrow: Pass::compute(gpu, "fit: narrow", "lib/fit.wgsl", "narrow", &[])?,
             analyse: Pass::compute(gpu, ANALYSIS, "analyse_light_view.wgsl", "analyse", &[])?,
             casters: None,
-            last: None,
             least: Kept::default(),
         })
     }
@@ -113,33 +149,8 @@ impl ShadowMap {
     /// As [`ShadowMap::render`].
     pub fn render_view(&mut self, f: &mut Frame, view: Option<LightView>, reach: f32, narrow: bool) -> Result<Drawn> {
         let p = MapParams::read(f.values);
-        let scope = scope(f, reach);
-        let whole = LightView::whole(&scope.light, scope.bounds, scope.resolution, scope.margin);
-        let Some(view) = view.or(whole) else {
-            anyhow::bail!("a {} light has no single shadow map", f.setup.light.kind());
-        };
-        if self.last != Some(view) {
-            f.gpu.queue.write_buffer(&self.whole, 0, bytemuck::bytes_of(&view));
-            self.last = Some(view);
-        }
-        f.held(self.whole.size() + self.fitted.size() + self.extent.size());
-        let light_view = if !narrow {
-            self.whole.clone()
-        } else {
-            let [w, h] = f.size;
-            f.clear(&self.extent);
-            f.run(&self.receivers).bind("light_view", &self.whole).bind("extent", &self.extent).dispatch(
-                w.div_ceil(64),
-                h.div_ceil(64),
-                1,
-            );
-            f.run(&self.narrow)
-                .bind("light_view", &self.whole)
-                .bind("extent", &self.extent)
-                .bind("fitted", &self.fitted)
-                .dispatch(1, 1, 1);
-            self.fitted.clone()
-        };
+        let view = view.map_or_else(|| whole(&scope(f, reach)), Ok)?;
+        let light_view = self.fit.run(f, view, narrow);
         let hardware = HardwareParams::read(f.values);
         self.prepare_casters(f.gpu, (p.cull.clone(), format(&p), hardware, view.perspective == LightView::WARPED))?;
         let map = self.depth.get(f.gpu, "shadow map", [p.resolution; 2], format(&p), USAGE);
@@ -212,7 +223,17 @@ pub fn scope(f: &Frame, reach: f32) -> Scope {
     Scope::of(f, p.resolution, 1.0 + reach + p.normal_offset)
 }
 
-fn format(p: &MapParams) -> wgpu::TextureFormat {
+/// The light's view of the whole scene.
+///
+/// # Errors
+/// A light without a single view.
+pub fn whole(scope: &Scope) -> Result<LightView> {
+    LightView::whole(&scope.light, scope.bounds, scope.resolution, scope.margin)
+        .with_context(|| format!("a {} light has no single shadow map", scope.light.kind()))
+}
+
+/// The texture format of these parameters.
+pub fn format(p: &MapParams) -> wgpu::TextureFormat {
     match p.format.as_str() {
         "16" => wgpu::TextureFormat::Depth16Unorm,
         "24" => wgpu::TextureFormat::Depth24Plus,

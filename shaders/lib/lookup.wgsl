@@ -1,7 +1,8 @@
 //!include lib/light_view.wgsl
 //!include lib/resolve.wgsl
 //!include lib/cells.wgsl
-// A receiver's place in a shadow map, with every bias applied.
+// A receiver's place in a shadow map, with every bias applied. Includers choose how the map is drawn:
+// lib/straight.wgsl or lib/warp.wgsl.
 
 @group(1) @binding(12) var<uniform> map: MapParams;
 @group(1) @binding(13) var shadow_map: texture_depth_2d;
@@ -26,7 +27,7 @@ fn receive(s: Surface, radius: f32, tap: f32) -> Receiver {
     let to_light = normalize(light_at(s.position).to_light);
     let cosine = dot(s.normal, to_light);
     let straight = dot(v.axis, vec4f(s.position, 1.0));
-    let texel = texel_size(v, s.position, to_light);
+    let texel = map_texel_size(v, s.position, to_light);
 
     let position = s.position + s.normal * (map.normal_offset * texel * sqrt(max(1.0 - cosine * cosine, 0.0)));
     let clip = light_clip(v, position);
@@ -44,7 +45,7 @@ fn receive(s: Surface, radius: f32, tap: f32) -> Receiver {
     let grown = 1.0 - min(0.7072 * reach * length(plane.bend), 0.9);
     let slope = map.slope_bias * min(steepness, steepest) * reach / grown;
     var r: Receiver;
-    r.texel = light_texel(v, clip);
+    r.texel = map_texel(v, clip);
     // Cleared texels hold 0: what lies beyond the far plane is compared as if on it.
     r.depth = max(stored_depth(v, z - map.bias) + slope, 0.0);
     r.gradient = select(vec2f(0.0), gradient, followed);
@@ -66,12 +67,12 @@ fn plane_gradient(normal: vec3f, clip: vec4f) -> Gradient {
     let other = select(vec3f(1.0, 0.0, 0.0), vec3f(0.0, 1.0, 0.0), abs(normal.x) > 0.5);
     let t0 = normalize(cross(normal, other));
     let t1 = cross(normal, t0);
-    let a = along(light_view, t0, clip);
-    let b = along(light_view, t1, clip);
+    let a = map_along(light_view, t0, clip);
+    let b = map_along(light_view, t1, clip);
     let determinant = a.x * b.y - a.y * b.x;
     if abs(determinant) <= 1e-6 * length(a.xy) * length(b.xy) {
         // Edge-on to the light: as steep as can be, deeper along the normal.
-        let out = along(light_view, normal, clip).xy;
+        let out = map_along(light_view, normal, clip).xy;
         return Gradient(-1e20 * out / max(length(out), 1e-30), vec2f(0.0));
     }
     let depth = vec2f(a.z * b.y - b.z * a.y, b.z * a.x - a.z * b.x) / determinant;

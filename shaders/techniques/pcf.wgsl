@@ -1,3 +1,4 @@
+//!include lib/straight.wgsl
 //!include lib/lookup.wgsl
 // Reeves, Salesin, Cook 1987: compare first, average after.
 

@@ -47,7 +47,21 @@ pub struct Analysis {
     maps: Option<Maps>,
     bands: Vec<Band>,
     pub(super) triangles: Option<TriangleCount>,
+    pieces: Option<(wgpu::Buffer, bool)>,
     draw_counts: Pass,
+}
+
+/// What a warped map's casters became.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct PieceCount {
+    /// Triangles that some view sample needs.
+    pub kept: u64,
+    /// Triangles drawn in their place.
+    pub drawn: u64,
+    /// Pieces for which there was no room.
+    pub lost: u64,
+    /// Pieces that the map holds turned inside out.
+    pub folded: u64,
 }
 
 /// Most memory that counts may take, bytes: above it there are none.
@@ -62,6 +76,7 @@ impl Analysis {
             maps: None,
             bands: Vec::new(),
             triangles: None,
+            pieces: None,
             draw_counts: Pass::compute(gpu, "count map", "counts.wgsl", "draw_counts", &[])?,
         })
     }
@@ -69,6 +84,7 @@ impl Analysis {
     /// Forgets the last frame's; the buffers too, unless the next one needs them.
     pub(super) fn start(&mut self, gpu: &Gpu, wanted: bool) {
         self.maps = None;
+        self.pieces = None;
         if !wanted {
             self.aliasing = Slot::default();
             self.bands.clear();
@@ -167,6 +183,16 @@ impl Analysis {
         Ok(Some([x, y, layer, count]))
     }
 
+    /// What a warped map's casters were split into; None of techniques without a warp.
+    pub fn pieces(&self, gpu: &Gpu) -> Result<Option<PieceCount>> {
+        let Some((counters, boxes)) = &self.pieces else { return Ok(None) };
+        let words: [u32; 4] = bytemuck::pod_read_unaligned(&gpu.read_range(counters, 0, 16)?);
+        let [drawn, lost, kept, folded] = words.map(u64::from);
+        // A box is two triangles.
+        let drawn = (drawn - lost) * if *boxes { 2 } else { 1 };
+        Ok(Some(PieceCount { kept, drawn, lost, folded }))
+    }
+
     /// Triangles of the technique's draws: sent, and left after clipping. None where the adapter cannot count them.
     pub fn triangles(&self, gpu: &Gpu) -> Result<Option<[u64; 2]>> {
         self.triangles.as_ref().map_or(Ok(None), |t| t.read(gpu))
@@ -181,6 +207,13 @@ impl Band {
 }
 
 impl Frame<'_> {
+    /// Tells where a warped map counts its pieces (`counters` in `shaders/lib/warped.wgsl`), and whether they are boxes.
+    pub(crate) fn count_pieces(&mut self, counters: &wgpu::Buffer, boxes: bool) {
+        if let Some(analysis) = self.analysis.as_deref_mut() {
+            analysis.pieces = Some((counters.clone(), boxes));
+        }
+    }
+
     /// Whether the frame is to be analysed, so that `analyse` has an effect.
     pub fn wants_analysis(&self) -> bool {
         self.analysis.is_some()

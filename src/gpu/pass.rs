@@ -39,14 +39,17 @@ enum Pipeline {
     Render(wgpu::RenderPipeline),
 }
 
-/// A pipeline with what it binds. Bind groups are kept until a resource changes.
+/// A pipeline with what it binds. Bind groups are kept while their resources come back.
 pub struct Pass {
     name: &'static str,
     pipeline: Pipeline,
     layouts: Vec<wgpu::BindGroupLayout>,
     bindings: Vec<Binding>,
-    bound: RefCell<Option<(Vec<Resource>, Vec<wgpu::BindGroup>)>>,
+    bound: RefCell<Vec<(Vec<Resource>, Vec<wgpu::BindGroup>)>>,
 }
+
+/// Sets of bind groups that a pass keeps: as many as it runs in one frame, with resources of their own each time.
+const KEPT: usize = 16;
 
 /// What a render pipeline needs beside its shader. Geometry is pulled from storage buffers.
 #[derive(Clone, Default)]
@@ -116,9 +119,7 @@ impl Pass {
             resources.push(find(b).with_context(|| format!("pass {}: nothing is bound to {}", self.name, b.name))?);
         }
         let mut bound = self.bound.borrow_mut();
-        if let Some((held, groups)) = &*bound
-            && *held == resources
-        {
+        if let Some((_, groups)) = bound.iter().find(|(held, _)| *held == resources) {
             return Ok(groups.clone());
         }
         let mut groups = Vec::new();
@@ -138,7 +139,10 @@ impl Pass {
                 entries: &entries,
             }));
         }
-        *bound = Some((resources, groups.clone()));
+        if bound.len() == KEPT {
+            bound.remove(0);
+        }
+        bound.push((resources, groups.clone()));
         Ok(groups)
     }
 }
@@ -433,6 +437,12 @@ impl Run<'_, '_> {
     /// Binds a resource to the WGSL name `name`, for this pass only; the last one of a name counts.
     pub fn bind(mut self, name: &'static str, resource: impl Into<Resource>) -> Self {
         self.extra.push((name, resource.into()));
+        self
+    }
+
+    /// Binds several at once.
+    pub fn bind_all(mut self, bound: &[(&'static str, Resource)]) -> Self {
+        self.extra.extend_from_slice(bound);
         self
     }
 

@@ -20,7 +20,7 @@ pub fn errors(renderer: &mut Renderer, setup: &Setup) -> Result<Errors> {
 fn compare(renderer: &mut Renderer, setup: &Setup, all: bool) -> Result<(Errors, Told)> {
     techniques::find_or_say(&setup.technique)?.serve(&setup.light)?;
     techniques::TRUTH.serve(&setup.light)?;
-    let ask = Ask { size: setup.size, truth: Truth::All, analysis: all, timed: false, picture: all };
+    let ask = Ask { size: setup.size, truth: Truth::All, analysis: all, timed: false, picture: all, fresh: false };
     let told = renderer.render(setup, ask)?;
     let mask = renderer.read_mask()?;
     let width = setup.size[0] as usize;

@@ -211,8 +211,10 @@ fn pixel_at_one_metre(camera: &Camera, size: [u32; 2]) -> f32 {
 
 /// Draws a set-up with its truth; each pixel's label: lit or not.
 fn draw(renderer: &mut Renderer, setup: &Setup) -> Result<Vec<bool>> {
-    renderer
-        .render(setup, Ask { size: setup.size, truth: Truth::All, analysis: false, timed: false, picture: false })?;
+    renderer.render(
+        setup,
+        Ask { size: setup.size, truth: Truth::All, analysis: false, timed: false, picture: false, fresh: false },
+    )?;
     Ok(labels(&renderer.read_visibility()?))
 }
 

@@ -106,7 +106,8 @@ pub const STOPPED: &str = "measuring was cancelled";
 
 impl Lane<'_> {
     fn frame(&mut self, renderer: &mut Renderer, counted: bool) -> Result<()> {
-        let ask = Ask { size: self.setup.size, truth: Truth::Off, analysis: false, timed: true, picture: false };
+        let ask =
+            Ask { size: self.setup.size, truth: Truth::Off, analysis: false, timed: true, picture: false, fresh: true };
         renderer.exchange(&mut self.made);
         let told = renderer.render(self.setup, ask);
         renderer.exchange(&mut self.made);

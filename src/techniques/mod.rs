@@ -1,6 +1,7 @@
 //! The techniques: the trait they implement and the registry they stand in.
 
 mod lispsm;
+mod notw;
 mod pcf;
 mod psm;
 pub mod pssm;
@@ -46,8 +47,17 @@ pub trait Technique {
 pub(crate) use shadow_map::MAPS;
 
 /// Every technique, in the order of the lists. The first is the default.
-pub static ALL: &[&Info] =
-    &[&shadow_map::INFO, &pcf::INFO, &pssm::INFO, &sdsm::INFO, &lispsm::INFO, &tsm::INFO, &psm::INFO, &rt_hard::INFO];
+pub static ALL: &[&Info] = &[
+    &shadow_map::INFO,
+    &pcf::INFO,
+    &pssm::INFO,
+    &sdsm::INFO,
+    &lispsm::INFO,
+    &tsm::INFO,
+    &psm::INFO,
+    &notw::INFO,
+    &rt_hard::INFO,
+];
 
 /// The technique whose ray-traced result is the truth.
 pub static TRUTH: &Info = &rt_hard::INFO;

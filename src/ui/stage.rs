@@ -195,7 +195,7 @@ impl Stage {
         // A complete picture of fewer pixels stays until one of all pixels is complete too.
         let complete = |traced: f32| shown && traced >= 1.0;
         self.keeping = change == Change::Nothing && rest && !refining && !redraw && complete(self.drawn_truth);
-        let ask = Ask { size, truth, analysis: false, timed: true, picture: !self.keeping };
+        let ask = Ask { size, truth, analysis: false, timed: true, picture: !self.keeping, fresh: false };
         match self.renderer.render(&m.setup, ask) {
             Ok(told) => {
                 self.traced = told.truth_done;
@@ -381,8 +381,10 @@ impl Stage {
     /// Makes all passes anew from changed shaders; on an error those in use stay.
     pub fn reload(&mut self, setup: &Setup) -> Result<()> {
         let mut renderer = Renderer::new(self.renderer.gpu.clone(), self.renderer.scene().clone())?;
-        renderer
-            .render(setup, Ask { size: [16, 16], truth: Truth::All, analysis: false, timed: false, picture: true })?;
+        renderer.render(
+            setup,
+            Ask { size: [16, 16], truth: Truth::All, analysis: false, timed: false, picture: true, fresh: false },
+        )?;
         *self = Stage::new(renderer);
         Ok(())
     }

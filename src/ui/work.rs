@@ -325,7 +325,8 @@ fn small(
             held.insert((setup.scene.clone(), renderer(adapter, scene)?))
         }
     };
-    renderer.render(&setup, Ask { size, truth: Truth::All, analysis: false, timed: false, picture: true })?;
+    renderer
+        .render(&setup, Ask { size, truth: Truth::All, analysis: false, timed: false, picture: true, fresh: false })?;
     Ok(ColorImage::from_rgba_unmultiplied(size.map(|s| s as usize), &renderer.read_picture()?))
 }
 

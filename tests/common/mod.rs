@@ -81,7 +81,7 @@ pub fn start(scene: Scene, size: [u32; 2]) -> (Renderer, Setup) {
 }
 
 pub fn ask(setup: &Setup) -> Ask {
-    Ask { size: setup.size, truth: Truth::All, analysis: false, timed: false, picture: true }
+    Ask { size: setup.size, truth: Truth::All, analysis: false, timed: false, picture: true, fresh: false }
 }
 
 /// PCG (O'Neill 2014).

@@ -1,0 +1,14 @@
+//!include lib/light_view.wgsl
+// The place in a map that is drawn as its light view says.
+
+fn map_texel(v: LightView, clip: vec4f) -> vec2f {
+    return light_texel(v, clip);
+}
+
+fn map_along(v: LightView, t: vec3f, clip: vec4f) -> vec4f {
+    return along(v, t, clip);
+}
+
+fn map_texel_size(v: LightView, position: vec3f, to_light: vec3f) -> f32 {
+    return texel_size(v, position, to_light);
+}

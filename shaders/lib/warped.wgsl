@@ -1,0 +1,613 @@
+//!include lib/scene.wgsl
+//!include lib/warp.wgsl
+//!include lib/nearest.wgsl
+//!include lib/place.wgsl
+//!include lib/labels.wgsl
+// All passes of a map with a warp (lib/warp.wgsl): casters split where the warp bends them, drawn, and looked up.
+//
+// Three ways to draw: `linear` moves corners only, `subdivide` splits triangles until no edge deviates from its warped
+// image by more than the tolerance, `exact` draws a box around each piece and meets its plane with every texel's ray.
+// Includers write `fn inspect_warp(s: Surface) -> f32` too: their own maps.
+
+@group(1) @binding(40) var<uniform> raster: RasterParams;
+
+// A triangle or a part of one: corners in world space; their w: the triangle's number as bits, and c's texture
+// coordinates; `uv`: those of a and b.
+struct Piece {
+    a: vec4f,
+    b: vec4f,
+    c: vec4f,
+    uv: vec4f,
+}
+
+struct Level {
+    // Pieces of level n lie in the half n mod 2 of `work`.
+    number: u32,
+    // No piece is split further.
+    last: u32,
+    // Most pieces of a level, and most that are drawn.
+    most: u32,
+    most_drawn: u32,
+}
+
+@group(1) @binding(41) var<uniform> level: Level;
+@group(1) @binding(42) var<storage, read_write> work: array<Piece>;
+@group(1) @binding(43) var<storage, read_write> pieces: array<Piece>;
+@group(1) @binding(44) var<storage, read> drawn_pieces: array<Piece>;
+// In exact mode: what a piece covers of the map, texels: low, high.
+@group(1) @binding(45) var<storage, read_write> boxes: array<vec4f>;
+@group(1) @binding(46) var<storage, read> drawn_boxes: array<vec4f>;
+@group(1) @binding(47) var<storage, read_write> counters: array<atomic<u32>, 32>;
+// A bit a triangle: whether the map holds a part of it with its sides exchanged.
+@group(1) @binding(48) var<storage, read_write> folds: array<atomic<u32>>;
+@group(1) @binding(49) var<storage, read> folded: array<u32>;
+// 64 × 64 tiles of the map, a bit each: whether a view sample needs one of its texels.
+@group(1) @binding(50) var<storage, read_write> tiles: array<atomic<u32>, 128>;
+// Vertices and instances of the draw, from 0 on.
+@group(1) @binding(51) var<storage, read_write> arguments: array<u32, 4>;
+
+// Places in `counters`; from `of_level` on the pieces of each level.
+const drawn_count = 0u;
+const lost_count = 1u;
+const kept_count = 2u;
+const fold_count = 3u;
+const of_level = 4u;
+// Threads of a pass over pieces.
+const stride = 16384u;
+
+struct Corner {
+    position: vec3f,
+    uv: vec2f,
+}
+
+struct Part {
+    a: Corner,
+    b: Corner,
+    c: Corner,
+    triangle: u32,
+}
+
+fn packed(t: Part) -> Piece {
+    return Piece(vec4f(t.a.position, bitcast<f32>(t.triangle)), vec4f(t.b.position, t.c.uv.x),
+                 vec4f(t.c.position, t.c.uv.y), vec4f(t.a.uv, t.b.uv));
+}
+
+fn unpacked(p: Piece) -> Part {
+    return Part(Corner(p.a.xyz, p.uv.xy), Corner(p.b.xyz, p.uv.zw), Corner(p.c.xyz, vec2f(p.b.w, p.c.w)),
+                bitcast<u32>(p.a.w));
+}
+
+fn tile_of(texel: f32) -> u32 {
+    return u32(clamp(texel, 0.0, map_side() - 1.0)) * 64u / u32(map_side());
+}
+
+fn map_side() -> f32 {
+    return light_view.resolution;
+}
+
+// Marks the tiles that view samples look into.
+@compute @workgroup_size(8, 8)
+fn need(@builtin(global_invocation_id) id: vec3u) {
+    if id.x >= frame.size.x || id.y >= frame.size.y {
+        return;
+    }
+    let s = load_surface(id.xy);
+    let light = light_at(s.position);
+    if !s.valid || !light.reached || dot(s.normal, light.to_light) <= 0.0 {
+        return;
+    }
+    // With the normal offset the look-up may lie elsewhere.
+    let to_light = normalize(light.to_light);
+    var position = s.position;
+    if map.normal_offset > 0.0 {
+        let cosine = dot(s.normal, to_light);
+        let texel = map_texel_size(light_view, s.position, to_light);
+        position += s.normal * (map.normal_offset * texel * sqrt(max(1.0 - cosine * cosine, 0.0)));
+    }
+    let texel = map_texel(light_view, light_clip(light_view, position));
+    let x = tile_of(texel.x);
+    let word = 2u * tile_of(texel.y) + x / 32u;
+    let bit = 1u << (x & 31u);
+    if (atomicLoad(&tiles[word]) & bit) == 0u {
+        atomicOr(&tiles[word], bit);
+    }
+}
+
+// Whether a view sample needs a texel in a box of the map, texels.
+fn needed(low: vec2f, high: vec2f) -> bool {
+    if any(high < vec2f(0.0)) || any(low > vec2f(map_side())) {
+        return false;
+    }
+    let x0 = tile_of(low.x);
+    let x1 = tile_of(high.x);
+    for (var half = 0u; half < 2u; half++) {
+        let first = max(x0, half * 32u);
+        let last = min(x1, half * 32u + 31u);
+        if first > last {
+            continue;
+        }
+        let bits = (0xffffffffu >> (31u - (last - first))) << (first & 31u);
+        for (var y = tile_of(low.y); y <= tile_of(high.y); y++) {
+            if (atomicLoad(&tiles[2u * y + half]) & bits) != 0u {
+                return true;
+            }
+        }
+    }
+    return false;
+}
+
+// The part of a segment inside the unit square, as shares of its length; y < x: none.
+fn inside(a: vec2f, b: vec2f) -> vec2f {
+    var span = vec2f(0.0, 1.0);
+    let d = b - a;
+    for (var i = 0u; i < 2u; i++) {
+        if d[i] == 0.0 {
+            if a[i] < 0.0 || a[i] > 1.0 {
+                return vec2f(1.0, 0.0);
+            }
+            continue;
+        }
+        let t = (vec2f(0.0, 1.0) - a[i]) / d[i];
+        span = vec2f(max(span.x, min(t.x, t.y)), min(span.y, max(t.x, t.y)));
+    }
+    return span;
+}
+
+fn precedes(p: vec3f, q: vec3f) -> bool {
+    return p.x < q.x || (p.x == q.x && (p.y < q.y || (p.y == q.y && p.z < q.z)));
+}
+
+// What is known of an edge, the same from both its sides: so neighbours split alike and leave no crack.
+struct Edge {
+    split: bool,
+    // Where it is split.
+    middle: Corner,
+    // What the warped samples on it cover, shares of the map's sides, and the farthest apart that two in a row are.
+    low: vec2f,
+    high: vec2f,
+    step: vec2f,
+}
+
+fn between(a: Corner, b: Corner, t: f32) -> Corner {
+    return Corner(a.position + (b.position - a.position) * t, a.uv + (b.uv - a.uv) * t);
+}
+
+// Where a place at a share t between two projected points lies between their points in space.
+fn in_space(t: f32, wa: f32, wb: f32) -> f32 {
+    return t * wa / ((1.0 - t) * wb + t * wa);
+}
+
+fn judge(one: Corner, other: Corner) -> Edge {
+    var first = one;
+    var second = other;
+    if precedes(other.position, one.position) {
+        first = other;
+        second = one;
+    }
+    let a = unwarped_place(first.position);
+    let b = unwarped_place(second.position);
+    let start = warped(a.xy);
+    let end = warped(b.xy);
+    var e: Edge;
+    e.low = min(start, end);
+    e.high = max(start, end);
+    let span = inside(a.xy, b.xy);
+    if span.y <= span.x {
+        e.middle = between(first, second, 0.5);
+        return e;
+    }
+    let exact = raster.raster == raster_exact;
+    let length_inside = (span.y - span.x) * length(b.xy - a.xy);
+    // Every bend twice where boxes must hold, else every second one.
+    let number = u32(clamp(ceil(length_inside * warp_bends() * select(0.5, 2.0, exact)), 2.0, select(64.0, 160.0, exact)));
+    var worst = 0.0;
+    var covered = 0.0;
+    var last = warped(mix(a.xy, b.xy, span.x));
+    for (var i = 0u; i <= number; i++) {
+        let t = mix(span.x, span.y, f32(i) / f32(number));
+        let at = warped(mix(a.xy, b.xy, t));
+        worst = max(worst, distance(at, mix(start, end, t)));
+        e.low = min(e.low, at);
+        e.high = max(e.high, at);
+        e.step = max(e.step, abs(at - last));
+        covered += distance(at, last);
+        last = at;
+    }
+    let longest = max(covered, length_inside) * map_side();
+    // Boxes are the tighter the smaller the piece; a curve shorter than a texel is not worth a corner.
+    e.split = select(worst * map_side() > raster.tolerance && longest > 1.0, longest > 32.0, exact);
+    let middle = clamp(0.5 * (span.x + span.y), 0.02, 0.98);
+    e.middle = between(first, second, in_space(middle, a.z, b.z));
+    return e;
+}
+
+// Where inside a part the warp deviates most from the linear image of its corners; z: by how many texels.
+fn worst_inside(a: vec2f, b: vec2f, c: vec2f) -> vec3f {
+    let low = max(min(min(a, b), c), vec2f(0.0));
+    let high = min(max(max(a, b), c), vec2f(1.0));
+    let ab = b - a;
+    let ac = c - a;
+    let area = ab.x * ac.y - ab.y * ac.x;
+    let size = (high - low) * map_side();
+    if any(size < vec2f(0.0)) || max(size.x, size.y) < 4.0 || area == 0.0 {
+        return vec3f(0.0);
+    }
+    let wa = warped(a);
+    let wab = warped(b) - wa;
+    let wac = warped(c) - wa;
+    let steps = vec2u(clamp(ceil(size / 8.0), vec2f(1.0), vec2f(8.0)));
+    var worst = vec3f(0.0);
+    for (var i = 0u; i < steps.x * steps.y; i++) {
+        let u = mix(low, high, (vec2f(vec2u(i % steps.x, i / steps.x)) + 0.5) / vec2f(steps));
+        let d = u - a;
+        let s = (d.x * ac.y - d.y * ac.x) / area;
+        let t = (ab.x * d.y - ab.y * d.x) / area;
+        if s > 0.0 && t > 0.0 && s + t < 1.0 {
+            let off = distance(warped(u), wa + s * wab + t * wac) * map_side();
+            if off > worst.z {
+                worst = vec3f(s, t, off);
+            }
+        }
+    }
+    return worst;
+}
+
+fn push(t: Part, low: vec2f, high: vec2f) {
+    let at = atomicAdd(&counters[of_level + level.number + 1u], 1u);
+    if at < level.most {
+        work[((level.number + 1u) & 1u) * level.most + at] = packed(t);
+    } else {
+        // Too many to split: as it is.
+        draw(t, low, high);
+    }
+}
+
+fn draw(t: Part, low: vec2f, high: vec2f) {
+    let at = atomicAdd(&counters[drawn_count], 1u);
+    if at >= level.most_drawn {
+        atomicAdd(&counters[lost_count], 1u);
+        return;
+    }
+    pieces[at] = packed(t);
+    if raster.raster == raster_exact {
+        boxes[at] = vec4f(low, high);
+        return;
+    }
+    let a = unwarped_place(t.a.position).xy;
+    let b = unwarped_place(t.b.position).xy;
+    let c = unwarped_place(t.c.position).xy;
+    let wa = warped(a);
+    let before = (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
+    let wb = warped(b) - wa;
+    let wc = warped(c) - wa;
+    let after = wb.x * wc.y - wb.y * wc.x;
+    // Not slivers that rounding turns over.
+    if before * after < 0.0 && abs(after) * map_side() * map_side() > 0.02 {
+        atomicAdd(&counters[fold_count], 1u);
+        atomicOr(&folds[t.triangle / 32u], 1u << (t.triangle & 31u));
+    }
+}
+
+// Draws a part, splits it for the next level, or drops it if no view sample needs what it covers. True if it is kept.
+fn handle(t: Part) -> bool {
+    var low: vec2f;
+    var high: vec2f;
+    if raster.raster == raster_linear {
+        let a = warped(unwarped_place(t.a.position).xy);
+        let b = warped(unwarped_place(t.b.position).xy);
+        let c = warped(unwarped_place(t.c.position).xy);
+        low = min(min(a, b), c) * map_side();
+        high = max(max(a, b), c) * map_side();
+        if needed(low, high) {
+            draw(t, low, high);
+            return true;
+        }
+        return false;
+    }
+    let ab = judge(t.a, t.b);
+    let bc = judge(t.b, t.c);
+    let ca = judge(t.c, t.a);
+    // A part's image is bounded by its edges' images; these may bulge between samples by less than the samples' steps.
+    let spare = max(max(ab.step, bc.step), ca.step) * map_side() + 0.01;
+    low = min(min(ab.low, bc.low), ca.low) * map_side() - spare;
+    high = max(max(ab.high, bc.high), ca.high) * map_side() + spare;
+    if !needed(low, high) {
+        return false;
+    }
+    if level.last == 1u {
+        draw(t, low, high);
+        return true;
+    }
+    let n = t.triangle;
+    let p = ab.middle;
+    let q = bc.middle;
+    let r = ca.middle;
+    switch u32(ab.split) | (u32(bc.split) << 1u) | (u32(ca.split) << 2u) {
+        case 1u: {
+            push(Part(t.a, p, t.c, n), low, high);
+            push(Part(p, t.b, t.c, n), low, high);
+        }
+        case 2u: {
+            push(Part(t.b, q, t.a, n), low, high);
+            push(Part(q, t.c, t.a, n), low, high);
+        }
+        case 4u: {
+            push(Part(t.c, r, t.b, n), low, high);
+            push(Part(r, t.a, t.b, n), low, high);
+        }
+        case 3u: {
+            push(Part(p, t.b, q, n), low, high);
+            push(Part(t.a, p, q, n), low, high);
+            push(Part(t.a, q, t.c, n), low, high);
+        }
+        case 6u: {
+            push(Part(q, t.c, r, n), low, high);
+            push(Part(t.b, q, r, n), low, high);
+            push(Part(t.b, r, t.a, n), low, high);
+        }
+        case 5u: {
+            push(Part(r, t.a, p, n), low, high);
+            push(Part(t.c, r, p, n), low, high);
+            push(Part(t.c, p, t.b, n), low, high);
+        }
+        case 7u: {
+            push(Part(t.a, p, r, n), low, high);
+            push(Part(p, t.b, q, n), low, high);
+            push(Part(r, q, t.c, n), low, high);
+            push(Part(p, q, r, n), low, high);
+        }
+        default: {
+            let a = unwarped_place(t.a.position);
+            let b = unwarped_place(t.b.position);
+            let c = unwarped_place(t.c.position);
+            let worst = worst_inside(a.xy, b.xy, c.xy);
+            if raster.raster == raster_exact || worst.z <= raster.tolerance {
+                draw(t, low, high);
+                return true;
+            }
+            // Edges are straight enough, but not what they enclose: a corner where that is worst.
+            var share = vec3f(1.0 - worst.x - worst.y, worst.x, worst.y) / vec3f(a.z, b.z, c.z);
+            share /= share.x + share.y + share.z;
+            let x = Corner(
+                t.a.position * share.x + t.b.position * share.y + t.c.position * share.z,
+                t.a.uv * share.x + t.b.uv * share.y + t.c.uv * share.z);
+            push(Part(t.a, t.b, x, n), low, high);
+            push(Part(t.b, t.c, x, n), low, high);
+            push(Part(t.c, t.a, x, n), low, high);
+        }
+    }
+    return true;
+}
+
+// Level 0: the scene's triangles, without what lies beside or behind a lamp.
+@compute @workgroup_size(64)
+fn start(@builtin(global_invocation_id) id: vec3u) {
+    for (var i = id.x; i < arrayLength(&triangles); i += stride) {
+        let t = triangles[i].xyz;
+        var corners: array<Corner, 3>;
+        var ws: vec3f;
+        for (var k = 0u; k < 3u; k++) {
+            let v = vertices[t[k]];
+            corners[k] = Corner(v.position, v.uv);
+            ws[k] = dot(light_view.row_w, vec4f(v.position, 1.0));
+        }
+        let least = select(0.0, 1e-3 * light_view.near, light_view.perspective != 0u && any(light_view.row_w.xyz != vec3f(0.0)));
+        var kept = false;
+        if all(ws > vec3f(least)) {
+            kept = handle(Part(corners[0], corners[1], corners[2], i));
+        } else if any(ws > vec3f(least)) {
+            var cut: array<Corner, 4>;
+            var number = 0u;
+            for (var k = 0u; k < 3u; k++) {
+                let next = (k + 1u) % 3u;
+                if ws[k] > least {
+                    cut[number] = corners[k];
+                    number++;
+                }
+                if (ws[k] > least) != (ws[next] > least) {
+                    cut[number] = between(corners[k], corners[next], (1.001 * least - ws[k]) / (ws[next] - ws[k]));
+                    number++;
+                }
+            }
+            kept = handle(Part(cut[0], cut[1], cut[2], i));
+            if number == 4u {
+                kept = handle(Part(cut[0], cut[2], cut[3], i)) || kept;
+            }
+        }
+        if kept {
+            atomicAdd(&counters[kept_count], 1u);
+        }
+    }
+}
+
+// One level of splitting.
+@compute @workgroup_size(64)
+fn split(@builtin(global_invocation_id) id: vec3u) {
+    let number = min(atomicLoad(&counters[of_level + level.number]), level.most);
+    for (var i = id.x; i < number; i += stride) {
+        handle(unpacked(work[(level.number & 1u) * level.most + i]));
+    }
+}
+
+@compute @workgroup_size(1)
+fn finish() {
+    let number = min(atomicLoad(&counters[drawn_count]), level.most_drawn);
+    arguments[0] = number * select(3u, 6u, raster.raster == raster_exact);
+    arguments[1] = 1u;
+    arguments[2] = 0u;
+    arguments[3] = 0u;
+}
+
+struct PieceCaster {
+    @builtin(position) clip: vec4f,
+    @location(0) uv: vec2f,
+    @location(1) @interpolate(flat) material: u32,
+    // Stored depth; linear in space, so that interpolation with perspective is exact.
+    @location(2) depth: f32,
+}
+
+@vertex
+fn piece_caster(@builtin(vertex_index) index: u32) -> PieceCaster {
+    let t = unpacked(drawn_pieces[index / 3u]);
+    var corners = array<Corner, 3>(t.a, t.b, t.c);
+    let corner = corners[index % 3u];
+    let u = unwarped_place(corner.position);
+    let at = warped(u.xy);
+    let clip = vec4f((2.0 * at.x - 1.0) * u.z, (1.0 - 2.0 * at.y) * u.z, 0.5 * u.z, u.z);
+    let depth = stored_depth(light_view, dot(light_view.axis, vec4f(corner.position, 1.0)));
+    return PieceCaster(clip, corner.uv, vertices[triangles[t.triangle].x].material, depth);
+}
+
+@fragment
+fn piece(in: PieceCaster) -> @builtin(frag_depth) f32 {
+    if masked_out(materials[in.material], in.uv) {
+        discard;
+    }
+    return saturate(in.depth);
+}
+
+// A box of the map, with the edge functions of its piece before the warp (Olano, Greer 1997), taken relative to
+// `origin` so that small pieces keep their digits.
+struct BoxCaster {
+    @builtin(position) clip: vec4f,
+    @location(0) @interpolate(flat) e0: vec3f,
+    @location(1) @interpolate(flat) e1: vec3f,
+    @location(2) @interpolate(flat) e2: vec3f,
+    @location(3) @interpolate(flat) depth: vec3f,
+    @location(4) @interpolate(flat) uv01: vec4f,
+    @location(5) @interpolate(flat) uv2: vec2f,
+    @location(6) @interpolate(flat) origin: vec2f,
+    @location(7) @interpolate(flat) material: u32,
+}
+
+@vertex
+fn box_caster(@builtin(vertex_index) index: u32) -> BoxCaster {
+    let t = unpacked(drawn_pieces[index / 6u]);
+    let box = drawn_boxes[index / 6u];
+    let corner = array<vec2f, 6>(box.xy, box.zy, box.xw, box.xw, box.zy, box.zw)[index % 6u] / map_side();
+    var out: BoxCaster;
+    out.clip = vec4f(2.0 * corner.x - 1.0, 1.0 - 2.0 * corner.y, 0.5, 1.0);
+    let middle = (unwarped_place(t.a.position).xy + unwarped_place(t.b.position).xy + unwarped_place(t.c.position).xy) / 3.0;
+    out.origin = saturate(middle);
+    let ndc = vec2f(2.0 * out.origin.x - 1.0, 1.0 - 2.0 * out.origin.y);
+    var corners: array<vec3f, 3>;
+    let positions = array<vec3f, 3>(t.a.position, t.b.position, t.c.position);
+    for (var k = 0u; k < 3u; k++) {
+        let clip = light_clip(light_view, positions[k]);
+        corners[k] = vec3f(clip.xy - ndc * clip.w, clip.w);
+        out.depth[k] = dot(light_view.axis, vec4f(positions[k], 1.0));
+    }
+    out.e0 = cross(corners[1], corners[2]);
+    out.e1 = cross(corners[2], corners[0]);
+    out.e2 = cross(corners[0], corners[1]);
+    out.uv01 = vec4f(t.a.uv, t.b.uv);
+    out.uv2 = t.c.uv;
+    out.material = vertices[triangles[t.triangle].x].material;
+    return out;
+}
+
+@fragment
+fn box(in: BoxCaster) -> @builtin(frag_depth) f32 {
+    let u = unwarp(in.clip.xy / map_side());
+    let place = vec3f(2.0 * (u.x - in.origin.x), -2.0 * (u.y - in.origin.y), 1.0);
+    let e = vec3f(dot(in.e0, place), dot(in.e1, place), dot(in.e2, place));
+    let sum = e.x + e.y + e.z;
+    let share = e / sum;
+    let front = sum > 0.0;
+    if !(min(min(share.x, share.y), share.z) >= -1e-6) || (map.cull == cull_front && front) || (map.cull == cull_back && !front) {
+        discard;
+    }
+    if masked_out(materials[in.material], share.x * in.uv01.xy + share.y * in.uv01.zw + share.z * in.uv2) {
+        discard;
+    }
+    return saturate(stored_depth(light_view, dot(share, in.depth)));
+}
+
+// Counts view samples by their texels before the warp.
+@group(1) @binding(52) var<storage, read_write> before: array<atomic<u32>>;
+
+@compute @workgroup_size(8, 8)
+fn count_before(@builtin(global_invocation_id) id: vec3u) {
+    if id.x >= frame.size.x || id.y >= frame.size.y {
+        return;
+    }
+    let s = load_surface(id.xy);
+    let light = light_at(s.position);
+    if !s.valid || !light.reached || dot(s.normal, light.to_light) <= 0.0 {
+        return;
+    }
+    let u = unwarped_place(s.position).xy;
+    if all(u >= vec2f(0.0)) && all(u <= vec2f(1.0)) {
+        let cell = min(vec2u(u * map_side()), vec2u(u32(map_side()) - 1u));
+        atomicAdd(&before[cell.y * u32(map_side()) + cell.x], 1u);
+    }
+}
+
+// Two squares of side 1 beside each other, fitted into the picture as in a diagram: the place in them of a pixel.
+// x in 0 to 2.
+fn square_place(pixel: vec2f) -> vec2f {
+    let size = vec2f(frame.size);
+    let scale = max(2.08 / size.x, 1.04 / size.y);
+    return (pixel - 0.5 * size) * scale + vec2f(1.0, 0.5);
+}
+
+// Left the light's image before the warp with every sixteenth of the map's sides, right the map with every sixteenth of the
+// image's sides.
+fn grid_cell(at: vec2f) -> vec2i {
+    let right = at.x >= 1.0;
+    let place = select(at, at - vec2f(1.0, 0.0), right);
+    if any(place < vec2f(0.0)) || any(place > vec2f(1.0)) {
+        return vec2i(-1);
+    }
+    var there: vec2f;
+    if right {
+        there = unwarp(place);
+    } else {
+        there = warp(place);
+    }
+    return vec2i(floor(there * 16.0));
+}
+
+fn grid(pixel: vec2u) -> f32 {
+    let at = square_place(vec2f(pixel) + 0.5);
+    let cell = grid_cell(at);
+    if cell.x < 0 {
+        return drawn(white, 0.0);
+    }
+    let wide = max(1.0, f32(frame.size.y) / 1000.0);
+    let beside = grid_cell(square_place(vec2f(pixel) + 0.5 + vec2f(wide, 0.0)));
+    let below = grid_cell(square_place(vec2f(pixel) + 0.5 + vec2f(0.0, wide)));
+    if any(beside != cell) || any(below != cell) {
+        return drawn(select(3u, 1u, at.x >= 1.0), 0.9);
+    }
+    var place = at - vec2f(1.0, 0.0);
+    if at.x < 1.0 {
+        place = warp(at);
+    }
+    let texel = vec2u(clamp(place * map_side(), vec2f(0.0), vec2f(map_side() - 1.0)));
+    return drawn(white, 0.05 + 0.6 * textureLoad(shadow_map, texel, 0));
+}
+
+fn fold(s: Surface) -> f32 {
+    if !s.valid {
+        return -1.0;
+    }
+    return label(0u, select(0.0, 0.8, (folded[s.triangle / 32u] >> (s.triangle & 31u) & 1u) == 1u));
+}
+
+fn inspect_map(s: Surface) -> f32 {
+    switch frame.map {
+        case 1u, 2u: {
+            return inspect_lookup(s, receive(s, 0.0, 1.0));
+        }
+        case 7u: {
+            return grid(s.pixel);
+        }
+        case 8u: {
+            return fold(s);
+        }
+        default: {
+            return inspect_warp(s);
+        }
+    }
+}

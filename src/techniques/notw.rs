@@ -1,0 +1,246 @@
+//! Non-orthogonal texture warping (Milet, Navratil, Zemcik 2015).
+
+use super::{Info, MAPS, Technique};
+use crate::fit::{Kept, msf};
+use crate::frame::Frame;
+use crate::gpu::{Gpu, Pass, Resource};
+use crate::light::LightView;
+use crate::params::Params;
+use crate::shadow_map::{MapParams, scope};
+use crate::view::View;
+use crate::warp::{self, RasterParams, Warped, storage};
+use anyhow::{Result, ensure};
+
+crate::params! {
+    /// How the warp follows the view samples.
+    pub struct NotwParams {
+        /// What the map covers before the warp. None: the whole scene. Dv: the view samples that face the light. Msf: the smallest frustum around the part of the scene's box that the camera can see.
+        crop: choice("dv", ["none", "dv", "msf"]),
+        /// Half the smoothing window: how many rows (then columns) to each side share their warps. Small: large polygons break. Large: the warp follows the samples less.
+        window: float(0.03125, 0.0..=0.125, "× map"),
+        /// The window's shape.
+        kernel: choice("box", ["box", "tent"]),
+        /// What a row counts for in the window: as many times as it has view samples, or once if it has any.
+        weighting: choice("count", ["count", "plain"]),
+        /// Half the window that smooths each row's warp along the row.
+        window_along: float(0.0, 0.0..=0.125, "× map"),
+        /// 0: the map is cropped, not warped. 1: the whole warp.
+        strength: float(1.0, 0.0..=1.0, ""),
+        /// View samples that every texel has on top of its own, as a share of the mean: keeps the warp strictly rising, and rows with few samples calm.
+        floor: float(0.01, 0.0..=0.2, "× mean"),
+    }
+}
+
+pub static INFO: Info = Info {
+    id: "notw",
+    title: "Non-orthogonal texture warping",
+    paper: "Milet, Navratil, Zemcik 2015",
+    doc: "Counts how many pixels look into each texel and stretches every row, then every column of the map until all \
+          texels are equally busy. Where the warp turns fast between a triangle's corners, its shadow goes astray.",
+    lights: &["directional", "spot"],
+    params: &[NotwParams::GROUP, RasterParams::GROUP, MapParams::GROUP],
+    main: &[("resolution", "256..4096*2"), ("window", "0.01,0.03125,0.125"), ("crop", "none,dv")],
+    maps: &[
+        MAPS[0],
+        MAPS[1],
+        MAPS[2],
+        MAPS[3],
+        MAPS[4],
+        MAPS[5],
+        MAPS[6],
+        warp::MAPS[0],
+        warp::MAPS[1],
+        warp::MAPS[2],
+        View {
+            id: "counts-between",
+            title: "View samples between the warps",
+            doc: "The map after the rows' warp, before the columns': what each column still has to even out. Colours as in \
+                  the other counts.",
+            truth: false,
+        },
+        View {
+            id: "row-offsets",
+            title: "Row offsets",
+            doc: "How far each row's warp moves its texels: yellow to the right, blue to the left, strongest from a \
+                  quarter of the map on. Left before smoothing, right after.",
+            truth: false,
+        },
+        View {
+            id: "column-offsets",
+            title: "Column offsets",
+            doc: "How far each column's warp moves its texels: yellow down, blue up, strongest from a quarter of the map \
+                  on. Left before smoothing, right after.",
+            truth: false,
+        },
+    ],
+    make: |gpu| Ok(Box::new(Notw::new(gpu)?)),
+};
+
+struct Notw {
+    warped: Warped,
+    least: Kept<Option<LightView>>,
+    lines: Option<Lines>,
+    count: Pass,
+    count_moved: Pass,
+    sum: Pass,
+    smooth: [Pass; 3],
+    smooth_along: Pass,
+}
+
+/// The warps of rows and columns, and what they are made from, for one resolution.
+struct Lines {
+    resolution: u32,
+    axes: [Axis; 2],
+    /// Between the steps of smoothing; nothing of it is needed later.
+    halfway: wgpu::Buffer,
+    halfway_weights: wgpu::Buffer,
+    /// Bound where the last step leaves no weights.
+    no_weights: wgpu::Buffer,
+}
+
+/// Rows or columns.
+struct Axis {
+    counts: wgpu::Buffer,
+    sums: wgpu::Buffer,
+    weights: wgpu::Buffer,
+    total: wgpu::Buffer,
+    warp: wgpu::Buffer,
+}
+
+impl Notw {
+    fn new(gpu: &Gpu) -> Result<Notw> {
+        let file = "techniques/notw.wgsl";
+        let pass = |name, entry| Pass::compute(gpu, name, file, entry, INFO.params);
+        Ok(Notw {
+            warped: Warped::new(gpu, file, INFO.params)?,
+            least: Kept::default(),
+            lines: None,
+            count: pass("view samples", "count_before")?,
+            count_moved: pass("view samples", "count_moved")?,
+            sum: pass("prefix sums", "sum")?,
+            smooth: [
+                pass("smoothing", "smooth_box")?,
+                pass("smoothing", "smooth_tent_first")?,
+                pass("smoothing", "smooth_tent_second")?,
+            ],
+            smooth_along: pass("smoothing", "smooth_along")?,
+        })
+    }
+}
+
+impl Lines {
+    fn new(gpu: &Gpu, resolution: u32) -> Lines {
+        let side = resolution as u64;
+        let texels = |label| storage(gpu, label, side * side * 4);
+        let edges = |label| storage(gpu, label, side * (side + 1) * 4);
+        let axis = || Axis {
+            counts: texels("view samples"),
+            sums: edges("prefix sums"),
+            weights: storage(gpu, "samples a line", side * 4),
+            total: storage(gpu, "samples", 16),
+            warp: edges("lines' warps"),
+        };
+        Lines {
+            resolution,
+            axes: [axis(), axis()],
+            halfway: edges("lines' warps on the way"),
+            halfway_weights: storage(gpu, "weights on the way", side * 4),
+            no_weights: storage(gpu, "no weights", 16),
+        }
+    }
+
+    fn bytes(&self) -> u64 {
+        let axes = self.axes.iter().flat_map(|a| [&a.counts, &a.sums, &a.weights, &a.total, &a.warp]);
+        axes.chain([&self.halfway, &self.halfway_weights]).map(|b| b.size()).sum()
+    }
+}
+
+impl Technique for Notw {
+    fn render(&mut self, f: &mut Frame) -> Result<()> {
+        let p = NotwParams::read(f.values);
+        let resolution = MapParams::read(f.values).resolution;
+        let limits = f.gpu.device.limits();
+        let edges = resolution as u64 * (resolution as u64 + 1) * 4;
+        ensure!(
+            edges <= limits.max_storage_buffer_binding_size.min(limits.max_buffer_size),
+            "{} binds too little memory at once for the warps of a {resolution}² map; choose a smaller resolution",
+            f.gpu.info.name
+        );
+        if self.lines.as_ref().is_none_or(|l| l.resolution != resolution) {
+            self.lines = None;
+        }
+        let lines = self.lines.get_or_insert_with(|| Lines::new(f.gpu, resolution));
+        f.held(lines.bytes());
+        let view = match p.crop.as_str() {
+            "msf" => *self.least.get(scope(f, 0.0), f.values, msf::view),
+            _ => None,
+        };
+        let base = self.warped.base(f, view, p.crop == "dv")?;
+        let [x, y] = &lines.axes;
+        let bound: [(&'static str, Resource); 8] = [
+            ("light_view", (&base.light_view).into()),
+            ("rows", (&x.warp).into()),
+            ("columns", (&y.warp).into()),
+            ("row_sums", (&x.sums).into()),
+            ("row_weights", (&x.weights).into()),
+            ("column_sums", (&y.sums).into()),
+            ("column_weights", (&y.weights).into()),
+            ("moved_counts", (&y.counts).into()),
+        ];
+        if base.changed {
+            let groups = (resolution + 1).div_ceil(64);
+            for (i, axis) in lines.axes.iter().enumerate() {
+                f.clear(&axis.counts);
+                f.clear(&axis.total);
+                if i == 0 {
+                    f.run(&self.count).bind_all(&bound).bind("before", &axis.counts).per_pixel();
+                } else {
+                    f.run(&self.count_moved).bind_all(&bound).bind("moved", &axis.counts).per_pixel();
+                }
+                f.run(&self.sum)
+                    .bind_all(&bound)
+                    .bind("samples", &axis.counts)
+                    .bind("sums", &axis.sums)
+                    .bind("weights", &axis.weights)
+                    .bind("total", &axis.total)
+                    .dispatch(resolution, 1, 1);
+                let along = (p.window_along * resolution as f32).round() > 0.0;
+                let weights = |last: bool| if last { &lines.no_weights } else { &lines.halfway_weights };
+                let mut smooth = |pass: &Pass, from: [&wgpu::Buffer; 2], to: &wgpu::Buffer, lines_a_group: u32| {
+                    f.run(pass)
+                        .bind_all(&bound)
+                        .bind("line_sums", from[0])
+                        .bind("line_weights", from[1])
+                        .bind("samples_total", &axis.total)
+                        .bind("smoothed", to)
+                        .bind("smoothed_weights", weights(from[1] == &lines.halfway_weights))
+                        .dispatch(groups, resolution.div_ceil(lines_a_group), 1);
+                };
+                let own = [&axis.sums, &axis.weights];
+                let halfway = [&lines.halfway, &lines.halfway_weights];
+                match (p.kernel.as_str(), along) {
+                    ("tent", false) => {
+                        smooth(&self.smooth[1], own, &lines.halfway, 16);
+                        smooth(&self.smooth[2], halfway, &axis.warp, 16);
+                    }
+                    ("tent", true) => {
+                        // By way of the warp's own buffer, which is written again at the end.
+                        smooth(&self.smooth[1], own, &axis.warp, 16);
+                        smooth(&self.smooth[2], [&axis.warp, &lines.halfway_weights], &lines.halfway, 16);
+                        smooth(&self.smooth_along, halfway, &axis.warp, 1);
+                    }
+                    (_, true) => {
+                        smooth(&self.smooth[0], own, &lines.halfway, 16);
+                        smooth(&self.smooth_along, halfway, &axis.warp, 1);
+                    }
+                    _ => smooth(&self.smooth[0], own, &axis.warp, 16),
+                }
+            }
+        }
+        self.warped.draw(f, &base, &bound)?;
+        f.show_counts("counts-between");
+        f.show_labels("row-offsets");
+        f.show_labels("column-offsets");
+        Ok(())
+    }
+}
