@@ -129,7 +129,8 @@ pub fn splits(b: &mut Bench) -> Result<String> {
         lines: along.collect(),
     };
     Ok(format!(
-        "Three parts between {} and {} m, a view level over a floor, the sun in the zenith, as many texels as rows of pixels.\n\n{}\n{}{}",
+        "Three parts between {} and {} m, a view level over a floor, the sun in the zenith, as many texels as rows\n\
+         of pixels.\n\n{}\n{}{}",
         CAMERA.near,
         CAMERA.far,
         table::markdown(&lines),
@@ -189,7 +190,8 @@ pub fn free_parameter(b: &mut Bench) -> Result<String> {
         lines: curves,
     };
     Ok(format!(
-        "The same view and floor, one map; n is the distance from the perspective's centre to the near plane. (Measured, the map ends\nwith the last pixel of the floor, 4 m before the far plane.)\n\n{}\n{}",
+        "The same view and floor, one map; n is the distance from the perspective's centre to the near plane.\n\
+         (Measured, the map ends with the last pixel of the floor, 4 m before the far plane.)\n\n{}\n{}",
         table::markdown(&lines),
         b.chart("wimmer-n", &chart)?
     ))

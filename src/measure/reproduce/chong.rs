@@ -75,8 +75,18 @@ pub fn run(b: &mut Bench) -> Result<String> {
         ["average over the least", "common: his", "ours", "perspective, near line: his", "ours", "its texels: ours"];
     ratios.insert(0, head.map(String::from).to_vec());
     Ok(format!(
-        "Pixels a texel over an image of 100 pixels from a map of 100 texels; angles are those of the film line, 0 upright.\n\n{}\n{}\nHe takes the angle of a perspective map from the near line of its frustum, pushed to what the light meets first and\ntaken back to the world, as if texels lay evenly on that line there. They lie evenly in post-perspective space; the\nlast row counts them so, and the near line's distance then does not matter. No row beats the least average. Counted so, the\nperspective map is within 1 % of the best on the single plane, where the lamp stands almost on the line through the\neye across the view (his own ideal case), and worse than his reading where a wall faces the view. His reading's row on the\nsingle plane is sensitive: the film is there but 2° from being parallel to the ray to the floor's farthest pixel, which\nlies 170 m away in our scene.\n",
+        "Pixels a texel over an image of 100 pixels from a map of 100 texels; angles are those of the film line, 0 upright.\n\n\
+         {}\n{}\n{READINGS}",
         table::markdown(&lines),
         table::markdown(&ratios)
     ))
 }
+
+const READINGS: &str = "\
+He takes the angle of a perspective map from the near line of its frustum, pushed to what the light meets first and taken
+back to the world, as if texels lay evenly on that line there. They lie evenly in post-perspective space; the last row counts
+them so, and the near line's distance then does not matter. No row beats the least average. Counted so, the perspective map
+is within 1 % of the best on the single plane, where the lamp stands almost on the line through the eye across the view (his
+own ideal case), and worse than his reading where a wall faces the view. His reading's row on the single plane is sensitive:
+the film is there but 2° from being parallel to the ray to the floor's farthest pixel, which lies 170 m away in our scene.
+";

@@ -75,7 +75,9 @@ pub static ALL: &[Reproduction] = &[
         title: "Morais 2015, figures 11 to 15: the trapezoid around Side-Trees' view",
         run: trapezoid::run,
         deviation: "The thesis gives drawings without numbers; \"naive\" is our reading of its figure 15 (a): the trapezoid of \
-                    least area between the same two lines.",
+                    least area between the same two lines. What the figure warns of shows where the view is long and the \
+                    light stands across it, as over the floor: the naive trapezoid gives nearly all of the map to the part \
+                    in focus. Seen aslant, as in Side-Trees, it gives that part less than the rule does.",
     },
     Reproduction {
         id: "navratil-3.5",
@@ -142,13 +144,15 @@ const FIT: &str = "Ours is smaller: our map is fitted to the receivers that the 
 pub fn run(gpu: Arc<Gpu>, ids: &[String], folder: Option<&Path>, tick: &mut dyn FnMut(f32, &str)) -> Result<String> {
     check(ids)?;
     let wanted: Vec<&Reproduction> = ALL.iter().filter(|r| ids.is_empty() || ids.iter().any(|i| i == r.id)).collect();
-    let mut out = String::from(
-        "# Reproductions\n\nPublished tables and figures measured again, ours beside theirs: `shadowscope reproduce [ID…] \
-         [-o FOLDER]` writes this\npage, and its pictures into the folder.\n",
-    );
     let info = &gpu.info;
-    out += &format!(
-        "Measured on {}, {}. Counts do not depend on speed, but rasterisers round differently:\nanother adapter may move a few pixels.\n\nMorais 2015 gives wrong pixels as shares of those that the technique calls lit and of those it calls shadowed;\n\"all wrong\" is their share of the pixels that face the light.\n",
+    let mut out = format!(
+        "# Reproductions\n\n\
+         Published tables and figures measured again, ours beside theirs: `shadowscope reproduce [ID…] [-o FOLDER]` writes\n\
+         this page, and its pictures into the folder.\n\
+         Measured on {}, {}. Counts do not depend on speed, but rasterisers round differently:\n\
+         another adapter may move a few pixels.\n\n\
+         Morais 2015 gives wrong pixels as shares of those that the technique calls lit and of those it calls shadowed;\n\
+         \"all wrong\" is their share of the pixels that face the light.\n",
         info.name, info.driver_info
     );
     let parts = wanted.len();
@@ -203,29 +207,26 @@ impl Bench<'_> {
         Ok((renderer, setup.clone()))
     }
 
-    /// Writes a picture if there is a folder for it; Markdown that shows it.
-    fn picture(&self, name: &str, says: &str, write: impl FnOnce(&Path) -> Result<()>) -> Result<String> {
-        let Some(folder) = self.folder else { return Ok(String::new()) };
-        let path = folder.join(name);
-        capture::create_folder(&path)?;
-        write(&path)?;
-        Ok(format!("![{says}]({})\n", path.display()))
-    }
-
-    /// As [`Bench::picture`], of a set-up of a built-in scene.
+    /// As [`picture`], of a set-up of a built-in scene.
     fn capture(&mut self, name: &str, says: &str, setup: &Setup) -> Result<String> {
-        self.open(&setup.scene)?;
-        let Some((mut renderer, first)) = self.open.take() else { return Ok(String::new()) };
-        let shown = self.picture(name, says, |path| capture::capture(&mut renderer, setup, path));
-        self.open = Some((renderer, first));
-        shown
+        let folder = self.folder;
+        let (renderer, _) = self.open(&setup.scene)?;
+        picture(folder, name, says, |path| capture::capture(renderer, setup, path))
     }
 
     fn chart(&self, name: &str, lines: &Lines) -> Result<String> {
-        self.picture(&format!("{name}.svg"), &lines.title, |path| {
-            capture::save(path, chart::lines_svg(lines)?.as_bytes())
-        })
+        let svg = chart::lines_svg(lines)?;
+        picture(self.folder, &format!("{name}.svg"), &lines.title, |path| capture::save(path, svg.as_bytes()))
     }
+}
+
+/// Writes a picture if there is a folder for it; Markdown that shows it.
+fn picture(folder: Option<&Path>, name: &str, says: &str, write: impl FnOnce(&Path) -> Result<()>) -> Result<String> {
+    let Some(folder) = folder else { return Ok(String::new()) };
+    let path = folder.join(name);
+    capture::create_folder(&path)?;
+    write(&path)?;
+    Ok(format!("![{says}]({})\n", path.display()))
 }
 
 /// Three digits that count, without exponent.

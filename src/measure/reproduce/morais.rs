@@ -124,7 +124,8 @@ pub fn shadow_map(b: &mut Bench, case: usize) -> Result<String> {
     let mut out = table::markdown(&lines);
     out += &format!("\nOrder by all wrong: {} (theirs), {} (ours). ", order(&all_theirs), order(&all_ours));
     out += &format!(
-        "Each doubling of the map multiplies all wrong pixels by {} (theirs) and {} (ours): where that is one half,\nthe error is aliasing along the shadows' edges.\n",
+        "Each doubling of the map multiplies all wrong pixels by {} (theirs) and {} (ours): where that is one half,\n\
+         the error is aliasing along the shadows' edges.\n",
         falls(&all_theirs),
         falls(&all_ours)
     );

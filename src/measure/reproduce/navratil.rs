@@ -1,6 +1,6 @@
 //! Navratil 2015: quality and cost of the techniques that warp one map.
 
-use super::{Bench, short};
+use super::{Bench, picture, short};
 use crate::capture::write_png;
 use crate::frame::{Ask, Renderer, Truth};
 use crate::light::Light;
@@ -11,6 +11,7 @@ use crate::setup::Setup;
 use crate::techniques;
 use anyhow::{Context, Result};
 use glam::Vec3;
+use std::path::Path;
 
 /// A row of his tables, or one of ours beside them.
 struct Method {
@@ -30,6 +31,7 @@ const fn ours(name: &'static str, technique: &'static str, sets: &'static [&'sta
 
 /// In the order of his quality, then what he did not measure. What is not among the techniques yet is left out. Where a
 /// technique has a resolution and its `sets` do not give one, it is [`RESOLUTION`].
+#[expect(clippy::approx_constant, reason = "3.14 is one of his times")]
 const METHODS: &[Method] = &[
     Method {
         name: "SM",
@@ -146,23 +148,33 @@ pub fn quality(b: &mut Bench) -> Result<String> {
     } else {
         format!("His order does not hold (bold) in {} places: {}.\n", against.len(), against.join("; "))
     };
-    let (_, start) = b.open(SCENES[0])?;
-    let all = methods(&start, |m| m.frame.is_some() || m.sets.is_empty())?;
-    let names: Vec<&str> = all.iter().map(|(m, _)| m.name).collect();
-    let says =
-        format!("Wrong pixels (red dark, blue lit) of a detail of {}, from left: {}", SCENES[0], names.join(", "));
-    let (renderer, _) = b.open(SCENES[0])?;
-    let strip = details(renderer, &all)?;
-    let picture =
-        b.picture("navratil-5.2.png", &says, |path| write_png(path, strip.dimensions().into(), &strip, None))?;
+    let mut sorted = String::new();
+    for (scene, column) in SCENES.iter().zip(&shares) {
+        let mut column: Vec<(&str, f64)> = column.iter().map(|(m, x)| (m.name, *x)).collect();
+        column.sort_by(|a, b| a.1.total_cmp(&b.1));
+        let names: Vec<&str> = column.into_iter().map(|(name, _)| name).collect();
+        sorted += &format!("- {scene}: {}\n", names.join("; "));
+    }
+    let mut shown = String::new();
+    if b.folder.is_some() {
+        let (renderer, start) = b.open(SCENES[0])?;
+        let all = methods(&start, |m| m.frame.is_some() || m.sets.is_empty())?;
+        let sheet = details(renderer, &all)?;
+        let names = all.iter().map(|(m, _)| m.name).collect::<Vec<_>>().join("; ");
+        let says = format!("A detail of {}, wrong pixels red where dark, blue where lit", SCENES[0]);
+        let write = |path: &Path| write_png(path, sheet.dimensions().into(), &sheet, None);
+        shown = picture(b.folder, "navratil-5.2.png", &says, write)?;
+        shown += &format!("\n{says}. Row by row: {names}.\n");
+    }
+    let [w, h] = SIZE;
     Ok(format!(
-        "Images of {} × {} pixels, maps of {RESOLUTION}², shares of the pixels that face the light. SM covers the whole scene, as his\ndoes. Four cascades have as many texels in all.\n\n{}\nHis order of quality is SM ≫ RTW ≥ NoTW, with MIN-SM and NoTW-DV between SM and RTW unless the view is small:\n\n{}\n{holds}\n{picture}{}",
-        SIZE[0],
-        SIZE[1],
+        "Images of {w} × {h} pixels, maps of {RESOLUTION}², shares of the pixels that face the light. SM covers the whole\n\
+         scene, as his does. Four cascades have as many texels in all.\n\n{}\nFewest wrong pixels first:\n\n{sorted}\n\
+         His order of quality is SM ≫ RTW ≥ NoTW, with MIN-SM and NoTW-DV between SM and RTW unless the view is small:\n\n\
+         {}\n{holds}\n{shown}",
         table::markdown(&lines),
         table::markdown(&order),
-        if picture.is_empty() { "" } else { &says },
-    ) + "\n")
+    ))
 }
 
 /// Side of a detail, pixels.
@@ -170,12 +182,17 @@ const DETAIL: u32 = 256;
 /// Space between two.
 const GAP: u32 = 8;
 
-/// The error view of each method where the first is wrong most, side by side.
+/// Details in a row.
+const COLUMNS: u32 = 4;
+
+/// The error view of each method where the first is wrong most, in rows.
 fn details(renderer: &mut Renderer, all: &[(&Method, Setup)]) -> Result<image::RgbaImage> {
     let mut corner: Option<[u32; 2]> = None;
-    let width = all.len() as u32 * (DETAIL + GAP) - GAP;
-    let mut strip = image::RgbaImage::from_pixel(width, DETAIL, image::Rgba([255; 4]));
-    for (i, (_, setup)) in all.iter().enumerate() {
+    let side = |n: u32| n * (DETAIL + GAP) - GAP;
+    let count = all.len() as u32;
+    let size = [side(count.clamp(1, COLUMNS)), side(count.div_ceil(COLUMNS).max(1))];
+    let mut sheet = image::RgbaImage::from_pixel(size[0], size[1], image::Rgba([255; 4]));
+    for (i, (_, setup)) in (0..).zip(all) {
         let shown = Setup { view: "error".into(), ..setup.clone() };
         renderer.render(&shown, Ask { size: SIZE, truth: Truth::All, analysis: false, timed: false, picture: true })?;
         let corner = match corner {
@@ -185,9 +202,10 @@ fn details(renderer: &mut Renderer, all: &[(&Method, Setup)]) -> Result<image::R
         let picture = image::RgbaImage::from_raw(SIZE[0], SIZE[1], renderer.read_picture()?);
         let picture = picture.context("the picture's size does not match")?;
         let part = image::imageops::crop_imm(&picture, corner[0], corner[1], DETAIL, DETAIL).to_image();
-        image::imageops::replace(&mut strip, &part, (i as u32 * (DETAIL + GAP)) as i64, 0);
+        let at = [i % COLUMNS, i / COLUMNS].map(|k| (k * (DETAIL + GAP)) as i64);
+        image::imageops::replace(&mut sheet, &part, at[0], at[1]);
     }
-    Ok(strip)
+    Ok(sheet)
 }
 
 /// The upper left corner of the detail with the most wrong pixels.
@@ -360,4 +378,34 @@ pub fn post_perspective(b: &mut Bench) -> Result<String> {
         out += &format!("{says}.\n{}", b.capture(&format!("navratil-3.5-{}.png", i + 1), &says, &setup)?);
     }
     Ok(out)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::builtin;
+
+    #[test]
+    fn methods_that_are_there_have_their_parameters() {
+        let start = Setup::new("cubes", &builtin::build("cubes").unwrap()).unwrap();
+        let all = methods(&start, |_| true).unwrap();
+        assert_eq!((all[0].0.name, all[1].0.name), ("SM", "MIN-SM"));
+        for (method, setup) in &all {
+            setup.check().unwrap_or_else(|e| panic!("{}: {e:#}", method.name));
+        }
+        for pair in ORDER.iter().flatten() {
+            assert!(METHODS.iter().any(|m| m.name == *pair), "{pair}");
+        }
+        let names: std::collections::BTreeSet<&str> = METHODS.iter().map(|m| m.name).collect();
+        assert_eq!(names.len(), METHODS.len());
+    }
+
+    #[test]
+    fn the_detail_is_where_most_is_wrong() {
+        let mut visibility = vec![1.0; (SIZE[0] * SIZE[1]) as usize];
+        let truth = visibility.clone();
+        (500..600).for_each(|x| visibility[(700 * SIZE[0] + x) as usize] = 0.0);
+        let [x, y] = worst_detail(&visibility, &truth);
+        assert!(x <= 500 && x + DETAIL >= 600 && y <= 700 && y + DETAIL > 700, "{x} {y}");
+    }
 }

@@ -108,7 +108,9 @@ fn view(b: &mut Bench, name: &str, file: &str, setup: &Setup) -> Result<String> 
     let at = |p: DVec2| warped(&rule.warp, p).0.y;
     let top = rule.q + rule.axis * eta;
     let mut out = format!(
-        "\n{name}, {} to {} m: λ = {} m from the top line to the base, δ' = {} m from the top line to the point in focus.\nEquation 12 gives η = {} m from the top line to the vanishing point q; ours is {} m. The 1D homography takes the top line\nto {:.3}, the point in focus to {:.3} and the base to {:.3} (figure 13: 1, -0.6, -1).\n\n{}\n",
+        "\n{name}, {} to {} m: λ = {} m from the top line to the base, δ' = {} m from the top line to the point\n\
+         in focus. Equation 12 gives η = {} m from the top line to the vanishing point q; ours is {} m. The 1D homography\n\
+         takes the top line to {:.3}, the point in focus to {:.3} and the base to {:.3} (figure 13: 1, -0.6, -1).\n\n{}\n",
         short(eye.near),
         short(eye.far),
         short(lambda),
