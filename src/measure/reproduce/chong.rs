@@ -84,9 +84,10 @@ pub fn run(b: &mut Bench) -> Result<String> {
 
 const READINGS: &str = "\
 He takes the angle of a perspective map from the near line of its frustum, pushed to what the light meets first and taken
-back to the world, as if texels lay evenly on that line there. They lie evenly in post-perspective space; the last row counts
-them so, and the near line's distance then does not matter. No row beats the least average. Counted so, the perspective map
-is within 1 % of the best on the single plane, where the lamp stands almost on the line through the eye across the view (his
-own ideal case), and worse than his reading where a wall faces the view. His reading's row on the single plane is sensitive:
-the film is there but 2° from being parallel to the ray to the floor's farthest pixel, which lies 170 m away in our scene.
+back to the world, as if texels lay evenly on that line there. They lie evenly in post-perspective space; the last row of
+each scene counts them so, and the near line's distance then does not matter. No row beats the least average. Counted so,
+the perspective map is within 1 % of the best on the single plane, where the lamp stands almost on the line through the eye
+across the view (his own ideal case), better than in his reading on the simple geometry, and worse in the other two. His
+reading's row on the single plane is sensitive: the film is there but 2° from being parallel to the ray to the floor's
+farthest pixel, which lies over 170 m away in our scene.
 ";
