@@ -4,6 +4,7 @@
 //! whatever the warp. So each fit here is a 3 × 3 matrix over that image, and depth stays linear along the light's axis.
 
 pub mod diagram;
+pub mod flatland;
 pub mod hull;
 pub mod lispsm;
 pub mod msf;

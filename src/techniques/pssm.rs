@@ -124,8 +124,11 @@ pub fn light_views(p: &PssmParams, c: &CascadeParams, splits: &[f64], seen: &See
             // Snapping moves the box by up to half a texel.
             let side = widened(2.0 * r, 1.0);
             let texel = side / resolution;
-            let xy = if p.snap { (center.truncate() / texel).round() * texel } else { center.truncate() };
-            (xy, DVec2::splat(side / 2.0), [center.z - r, center.z + r])
+            // The depth moves by steps too, of half a quantum around the sphere: stored depths then stay bit for bit.
+            let steps = DVec3::new(texel, texel, quantum);
+            let center = if p.snap { (center / steps).round() * steps } else { center };
+            let deep = r + quantum / 2.0;
+            (center.truncate(), DVec2::splat(side / 2.0), [center.z - deep, center.z + deep])
         } else {
             let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
             for corner in 0..8 {
