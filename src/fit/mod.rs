@@ -44,7 +44,7 @@ impl LightImage {
         DVec2::new(a, b) / w
     }
 
-    /// The image of a direction under the sun, metres per metre.
+    /// What a step in that direction adds to the image at a constant depth along the axis: under the sun, or a lamp's at 1 m.
     pub fn along(&self, d: DVec3) -> DVec2 {
         DVec2::new(self.rows[0].truncate().dot(d), self.rows[1].truncate().dot(d))
     }
@@ -139,8 +139,8 @@ impl Scope {
         eye
     }
 
-    /// The corners of what the camera can see of the scene: its frustum cut out of the scene's box, and of a lamp's
-    /// square pyramid. Empty if it sees nothing.
+    /// The corners of what the camera can see of the scene: its frustum cut out of the scene's box, and of what a lamp
+    /// can reach. Empty if it sees nothing.
     pub fn seen(&self) -> Vec<DVec3> {
         let (eye, eps) = (self.eye(), self.eps());
         let mut body = self.cuboid();
@@ -151,21 +151,44 @@ impl Scope {
             body.clip(plane(eye.forward * tangent + side, eye.position, 0.0), eps);
             body.clip(plane(eye.forward * tangent - side, eye.position, 0.0), eps);
         }
-        if let Light::Spot { position, outer_angle, .. } = self.light {
-            let (from, axis) = (position.as_dvec3(), self.light.axis().as_dvec3().normalize());
-            let tangent = (outer_angle as f64).to_radians().tan();
-            let image = LightImage::new(axis, Some(from));
-            for row in [image.rows[0], image.rows[1]] {
-                body.clip(image.depth * tangent + row, eps);
-                body.clip(image.depth * tangent - row, eps);
-            }
-        }
+        self.keep_lit(&mut body);
         body.corners()
     }
 
-    /// The sun's image.
+    /// The corners of what the light can reach of the scene's box.
+    pub fn lit(&self) -> Vec<DVec3> {
+        let mut body = self.cuboid();
+        self.keep_lit(&mut body);
+        body.corners()
+    }
+
+    /// The corners of the camera's frustum from depth `near` to `far`, metres, cut to what a lamp can reach.
+    pub fn slice(&self, near: f64, far: f64) -> Vec<DVec3> {
+        let mut body = Polyhedron::frustum(&Eye { near, far, ..self.eye() }.corners());
+        self.keep_lit(&mut body);
+        body.corners()
+    }
+
+    /// Cuts off what a lamp cannot reach: what lies outside the eight-sided pyramid around its cone, and beyond its range
+    /// or the scene's farthest corner. What is left lies before the lamp and so has a place in its image; the tip, up to
+    /// a ten thousandth of the scene's size, is cut off too: its sides appear where the cut's corners do.
+    fn keep_lit(&self, body: &mut Polyhedron) {
+        let Light::Spot { outer_angle, range, .. } = self.light else { return };
+        let (image, eps) = (self.image(), self.eps());
+        let tangent = (outer_angle as f64).to_radians().tan();
+        for k in 0..8 {
+            let (sin, cos) = (k as f64 * std::f64::consts::FRAC_PI_4).sin_cos();
+            body.clip(image.depth * tangent - image.rows[0] * cos - image.rows[1] * sin, eps);
+        }
+        let farthest = self.deepest(&image, &self.cuboid().corners());
+        body.clip(image.depth - DVec4::W * (1e5 * eps), eps);
+        body.clip(DVec4::W * (range as f64).min(farthest.max(0.0)) - image.depth, eps);
+    }
+
+    /// The light's image: the sun's, or that of a lamp along its axis.
     pub fn image(&self) -> LightImage {
-        LightImage::new(self.light.axis().as_dvec3().normalize(), None)
+        let lamp = matches!(self.light, Light::Spot { .. });
+        LightImage::new(self.light.axis().as_dvec3().normalize(), lamp.then(|| self.light.position().as_dvec3()))
     }
 
     /// The light's view through the homography `h` of its image, fitted to the box around `points` of that image, which
