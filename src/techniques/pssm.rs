@@ -10,7 +10,6 @@ use crate::params::Params;
 use crate::scene::Camera;
 use anyhow::Result;
 use glam::{DVec2, DVec3, DVec4, Vec4};
-use std::f64::consts::FRAC_PI_2;
 
 crate::params! {
     /// How the view is split, and what each map covers.
@@ -160,30 +159,11 @@ pub fn light_views(p: &PssmParams, c: &CascadeParams, splits: &[f64], seen: &See
     views
 }
 
-/// What a sphere covers of one axis of a lamp's image, at most from -`most` to `most`: its centre lies `x` along that axis
-/// and `z` before the lamp. None: nothing.
-pub fn span(x: f64, z: f64, radius: f64, most: f64) -> Option<[f64; 2]> {
-    let distance = x.hypot(z);
-    if distance <= radius {
-        return Some([-most, most]);
-    }
-    // The tangents' angles; beyond a right angle lies what is beside or behind the lamp.
-    let (middle, half) = (x.atan2(z), (radius / distance).asin());
-    let edge = |angle: f64| match angle {
-        a if a <= -FRAC_PI_2 => -most,
-        a if a >= FRAC_PI_2 => most,
-        a => a.tan().clamp(-most, most),
-    };
-    let span = [edge(middle - half), edge(middle + half)];
-    (span[0] < span[1]).then_some(span)
-}
-
 /// A lamp's views of the cascades between `splits`, by the fits that need no look at the picture. `whole`: its view of
 /// the whole cone. A cascade that the cone does not meet gets that too: no sample will ask for it.
 ///
-/// The texels of a stable map are those of a grid that stays in the lamp's image, and so in the world, while its side
-/// stays; perspective makes that side depend on the distance to the lamp, so that it goes in steps of a fourth of its
-/// power of two.
+/// Perspective leaves no fit that only ever moves. The texels of a stable map are those of a grid that stands still in the
+/// lamp's image, and so in the world, as long as the map's sides stay; these go in steps of a fourth of a power of two.
 pub fn lamp_views(
     p: &PssmParams,
     c: &CascadeParams,
@@ -198,37 +178,31 @@ pub fn lamp_views(
     };
     let resolution = c.resolution as f64;
     let free = |spare: f64| resolution / (resolution - 2.0 * (scope.margin as f64 + spare)).max(1.0);
-    // With what the filter needs at each border; nothing casts from outside the cone.
-    let widened = |side: f64, nearest: f64, spare: f64| (side + c.blur as f64 / nearest.max(1e-9)) * free(spare);
-    let place = |x: DVec3| image.rows.map(|row| row.dot(x.extend(1.0)));
+    // With what the filter needs at each border.
+    let widened =
+        |side: DVec2, nearest: f64, spare: f64| (side + DVec2::splat(c.blur as f64 / nearest.max(1e-9))) * free(spare);
+    let place = |x: DVec3| image.depth.dot(x.extend(1.0));
     let view = |i: usize| -> Option<LightView> {
         // As under the sun, the band before the cascade belongs to it.
         let before = if i > 0 { c.blend as f64 * (splits[i] - splits[i - 1]) } else { 0.0 };
         let (a, b) = (splits[i] - before, splits[i + 1]);
-        let (center, side, deepest) = if p.fit == "stable" {
-            let [z, r] = sphere(a, b, eye.tangent.length_squared());
-            let [x, y, depth] = place(eye.position + eye.forward * z);
-            let spans = [span(x, depth, r, spread)?, span(y, depth, r, spread)?];
-            let fitted = spans.map(|[low, high]| {
-                let side = widened(high - low, depth - r, 1.0);
-                let side = ((side.log2() * 4.0 - 1e-6).ceil() / 4.0).exp2();
-                if side >= 2.0 * spread {
-                    return [0.0, 2.0 * spread];
-                }
-                let (middle, texel) = ((low + high) / 2.0, side / resolution);
-                [if p.snap { (middle / texel).round() * texel } else { middle }, side]
-            });
-            (DVec2::new(fitted[0][0], fitted[1][0]), DVec2::new(fitted[0][1], fitted[1][1]), depth + r)
-        } else {
-            let body = scope.slice(a, b);
-            let [low, high] = hull::extent(body.iter().map(|x| image.at(*x)));
-            let [nearest, deepest] = hull::extent(body.iter().map(|x| DVec2::splat(place(*x)[2]))).map(|depth| depth.x);
-            if body.is_empty() {
-                return None;
-            }
-            let size = (high - low).map(|side| widened(side, nearest, 0.0).min(2.0 * spread * free(0.0)));
-            ((low + high) / 2.0, size, deepest)
-        };
+        let body = scope.slice(a, b);
+        if body.is_empty() {
+            return None;
+        }
+        let [low, high] = hull::extent(body.iter().map(|x| image.at(*x)));
+        let [nearest, deepest] = hull::extent(body.iter().map(|x| DVec2::splat(place(*x)))).map(|depth| depth.x);
+        let (mut center, mut side) = ((low + high) / 2.0, widened(high - low, nearest, 0.0));
+        if p.fit == "stable" {
+            // Snapping moves the box by up to half a texel.
+            side = widened(high - low, nearest, 1.0).map(|side| ((side.log2() * 4.0 - 1e-6).ceil() / 4.0).exp2());
+            let texel = side / resolution;
+            center = if p.snap { (center / texel).round() * texel } else { center };
+        }
+        // Never more than the cone.
+        let all = DVec2::splat(2.0 * spread);
+        center = DVec2::select(side.cmplt(all), center, DVec2::ZERO);
+        side = side.min(all);
         let half = (side / 2.0).max(DVec2::splat(1e-6));
         let row = |i: usize| ((image.rows[i] - image.rows[2] * center[i]) / half[i]).as_vec4();
         let (near, last) = (whole.near, whole.far);
