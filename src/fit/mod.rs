@@ -170,8 +170,9 @@ impl Scope {
     }
 
     /// Cuts off what a lamp cannot reach: what lies outside the eight-sided pyramid around its cone, and beyond its range
-    /// or the scene's farthest corner. What is left lies before the lamp and so has a place in its image; the tip, up to
-    /// a ten thousandth of the scene's size, is cut off too: its sides appear where the cut's corners do.
+    /// or the scene's farthest corner. What is left lies before the lamp and so has a place in its image. The cone's tip, a
+    /// thousandth of that reach, is cut off too: maps begin behind it, and as the tip comes into view all rays would do so
+    /// at once.
     fn keep_lit(&self, body: &mut Polyhedron) {
         let Light::Spot { outer_angle, range, .. } = self.light else { return };
         let (image, eps) = (self.image(), self.eps());
@@ -180,9 +181,9 @@ impl Scope {
             let (sin, cos) = (k as f64 * std::f64::consts::FRAC_PI_4).sin_cos();
             body.clip(image.depth * tangent - image.rows[0] * cos - image.rows[1] * sin, eps);
         }
-        let farthest = self.deepest(&image, &self.cuboid().corners());
-        body.clip(image.depth - DVec4::W * (1e5 * eps), eps);
-        body.clip(DVec4::W * (range as f64).min(farthest.max(0.0)) - image.depth, eps);
+        let reach = self.deepest(&image, &self.cuboid().corners()).min(range as f64).max(0.0);
+        body.clip(image.depth - DVec4::W * (1e-3 * reach).max(1e3 * eps), eps);
+        body.clip(DVec4::W * reach - image.depth, eps);
     }
 
     /// The light's image: the sun's, or that of a lamp along its axis.

@@ -171,7 +171,7 @@ pub fn lamp_views(
     scope: &Scope,
     whole: LightView,
 ) -> Vec<LightView> {
-    let (eye, image) = (scope.eye(), scope.image());
+    let image = scope.image();
     let spread = match scope.light {
         Light::Spot { outer_angle, .. } => (outer_angle as f64).to_radians().tan(),
         _ => return vec![whole; splits.len() - 1],
