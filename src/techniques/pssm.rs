@@ -34,7 +34,7 @@ crate::params! {
         percent_6: float(80.0, 0.0..=100.0, "%"),
         /// Where the seventh one ends.
         percent_7: float(90.0, 0.0..=100.0, "%"),
-        /// What each map covers. Stable: the sphere around its part of the view, steady as the camera moves. Indep: the box around that part. Crop: only the surfaces in it that face the light.
+        /// What each map covers. Stable: the sphere around its part of the view, steady as the camera moves (under a spot a box whose sides go in steps). Indep: the box around that part. Crop: only the surfaces in it that face the light.
         fit: choice("stable", ["indep", "crop", "stable"]),
         /// Stable fit: maps move by whole texels only. Without it shadow edges crawl.
         snap: flag(true),
