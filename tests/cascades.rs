@@ -5,13 +5,14 @@ mod common;
 use common::*;
 use glam::{DVec2, Vec2, Vec3};
 use shadowscope::cascades::CascadeParams;
+use shadowscope::fit::Scope;
 use shadowscope::frame::{Ask, Renderer};
 use shadowscope::light::{Light, LightView};
 use shadowscope::measure::{self, stability};
 use shadowscope::params::{Params, Values};
 use shadowscope::scene::{Camera, builtin};
 use shadowscope::setup::Setup;
-use shadowscope::techniques::pssm::{PssmParams, Seen, light_views, sphere, splits};
+use shadowscope::techniques::pssm::{PssmParams, Seen, lamp_views, light_views, sphere, splits};
 
 fn opened(name: &str, size: [u32; 2]) -> (Renderer, Setup) {
     start(builtin::build(name).unwrap(), size)
@@ -544,5 +545,191 @@ fn the_blur_spans_the_same_metres_in_all_cascades() {
             "{i}: {low} to {high}, {}",
             soft.len()
         );
+    }
+}
+
+const FITS: [(&str, &[&str]); 6] = [
+    ("pssm", &["fit=indep"]),
+    ("pssm", &["fit=stable"]),
+    ("pssm", &["fit=crop", "blend=0"]),
+    ("pssm", &["fit=stable", "blur=0.1", "normal_offset=1"]),
+    ("sdsm", &["scheme=log"]),
+    ("sdsm", &["scheme=kmeans", "cascades=7"]),
+];
+
+/// Every pixel in a spot's cone lies in one cascade's map, wherever lamp and camera stand, and the picture is nearly right.
+#[test]
+fn every_sample_in_a_cone_has_a_texel() {
+    for (place, view, light) in awkward_spots() {
+        let scene = scene(vec![mesh(&yard(), 0)], vec![material(Vec3::ONE)], view, light);
+        let (mut r, s) = start(scene, [144, 108]);
+        for (name, sets) in FITS {
+            let set = with(&s, name, &[sets, &["resolution=512"]].concat());
+            let e = measure::errors(&mut r, &set).unwrap();
+            analysed(&mut r, &set);
+            let counted = samples(&r).iter().sum::<u64>();
+            let [sure, possible] = in_cone(&mut r, &light);
+            println!("{place}, {name} {sets:?}: {:.4}, {counted} of {sure} to {possible}", e.share());
+            assert!((sure..=possible).contains(&counted), "{place}, {name} {sets:?}: {counted}, {sure}..{possible}");
+            assert!(sure > 300, "{place}: {sure}");
+            assert!(r.read_visibility().unwrap().iter().all(|v| (0.0..=1.0).contains(v)), "{place}, {name}");
+            assert!(e.rmse.is_finite() && e.share() < 0.02, "{place}, {name} {sets:?}: {e:?}");
+        }
+    }
+}
+
+/// A floor under a spot stays lit with the default biases, blurred or not; with half the exact slope bias it does not.
+#[test]
+fn a_floor_under_a_spot_stays_lit() {
+    let ground = floor(Vec2::splat(-40.0), Vec2::splat(40.0), 0.0);
+    let p = |x: f32, y: f32, z: f32| Vec3::new(x, y, z);
+    let view = camera(p(0.0, 1.5, 12.0), p(0.0, 0.0, 2.0));
+    let mut acne = [0; FITS.len()];
+    for light in [
+        spot(p(1.0, 12.0, 4.0), p(0.0, 0.0, 2.0), 40.0),
+        spot(p(-9.0, 4.0, 1.0), p(2.0, 0.0, 2.0), 30.0),
+        spot(p(3.0, 6.0, -8.0), p(0.0, 0.0, 5.0), 35.0),
+        spot(p(2.0, 5.0, 18.0), p(0.0, 0.0, 2.0), 35.0),
+    ] {
+        let (mut r, s) = start(scene(vec![mesh(&ground, 0)], vec![material(Vec3::ONE)], view, light), [160, 120]);
+        for (i, (name, sets)) in FITS.into_iter().enumerate() {
+            for more in [["resolution=64", "blur=0"], ["resolution=64", "blur=0.3"], ["resolution=512", "blur=0.3"]] {
+                let e = measure::errors(&mut r, &with(&s, name, &[sets, &more].concat())).unwrap();
+                assert!(e.rmse == 0.0 && e.lit_correct > 2000, "{name} {sets:?} {light:?} {more:?}: {e:?}");
+            }
+            let bare = ["resolution=64", "bias=0", "slope_bias=0.35", "blur=0", "normal_offset=0"];
+            acne[i] += measure::errors(&mut r, &with(&s, name, &[sets, &bare].concat())).unwrap().shadow_incorrect;
+        }
+    }
+    assert!(acne.iter().all(|a| *a > 300), "{acne:?}");
+}
+
+/// Casters behind the camera, and close to the lamp, keep their shadows; those behind the lamp cast none.
+#[test]
+fn a_spots_casters_are_kept() {
+    let p = |x: f32, y: f32, z: f32| Vec3::new(x, y, z);
+    let mut triangles = floor(Vec2::splat(-500.0), Vec2::splat(500.0), 0.0);
+    triangles.extend(floor(Vec2::new(-0.06, -0.2), Vec2::new(0.0, 0.2), 7.9));
+    // A wall that begins behind the lamp and goes on before it, and one behind it.
+    triangles.push([p(-40.0, 0.0, 6.0), p(60.0, 0.0, 6.0), p(0.0, 3.0, 6.0)]);
+    triangles.push([p(-3.0, 0.0, -40.0), p(-3.0, 0.0, 40.0), p(-3.0, 30.0, 0.0)]);
+    let light = spot(p(0.0, 8.0, 0.0), p(7.0, -2.0, 0.0), 60.0);
+    let view = camera(p(1.0, 5.0, 10.0), p(4.0, 0.0, 3.0));
+    let (mut r, s) = start(scene(vec![mesh(&triangles, 0)], vec![material(Vec3::ONE)], view, light), [160, 120]);
+    for (name, sets) in [FITS[0], FITS[1], FITS[2], FITS[4]] {
+        let e = measure::errors(&mut r, &with(&s, name, &[sets, &["resolution=2048"]].concat())).unwrap();
+        assert!(e.share() < 0.01 && e.shadow_correct > 1000 && e.lit_correct > 1000, "{name} {sets:?}: {e:?}");
+    }
+}
+
+/// Under a spot, too, one cropped cascade is the fitted map.
+#[test]
+fn one_cropped_cascade_of_a_spot_is_a_fitted_map() {
+    let (mut r, mut s) = opened("blocks", [160, 100]);
+    s.light = builtin::build("blocks").unwrap().lights.iter().find(|l| l.name == "spot").unwrap().light;
+    let mut draw = |name: &str, sets: &[&str]| {
+        let set = with(&s, name, sets);
+        r.render(&set, ask(&set)).unwrap();
+        r.read_visibility().unwrap()
+    };
+    let map = draw("shadow-map", &["resolution=512"]);
+    let cascade = draw("pssm", &["resolution=512", "cascades=1", "fit=crop"]);
+    let other = map.iter().zip(&cascade).filter(|(a, b)| a != b).count();
+    assert!(other <= map.len() / 1000, "{other} of {} pixels differ", map.len());
+    assert!(map.contains(&0.0) && map.contains(&1.0));
+}
+
+/// Under a built-in spot cascades beat one fitted map, most of all where the camera is close.
+#[test]
+fn cascades_pay_under_a_spot() {
+    for (name, view, light, gains) in [
+        ("blocks", "close", "spot", [0.9, 0.6, 0.5]),
+        ("cubes", "near", "spot", [1.0, 0.7, 0.7]),
+        ("bench", "flowers-side", "spot", [1.1, 0.8, 0.8]),
+    ] {
+        let (mut r, mut s) = opened(name, [256, 256]);
+        let content = builtin::build(name).unwrap();
+        s.camera = content.cameras.iter().find(|c| c.name == view).unwrap().camera;
+        s.light = content.lights.iter().find(|l| l.name == light).unwrap().light;
+        let fitted = share(&mut r, &s, "shadow-map", &["resolution=512"]);
+        for ((technique, set), gain) in
+            [("pssm", "fit=stable"), ("pssm", "fit=crop"), ("sdsm", "scheme=log")].into_iter().zip(gains)
+        {
+            let own = share(&mut r, &s, technique, &["resolution=512", set]);
+            println!("{name} {view} {technique} {set}: {own:.5}, fitted {fitted:.5}");
+            assert!(own < gain * fitted, "{name} {technique} {set}: {own}, fitted {fitted}");
+        }
+    }
+}
+
+/// A lamp's stable texels keep their places in its image as long as their map's sides stay, and these seldom step.
+#[test]
+fn stable_texels_stay_in_a_lamps_image() {
+    let light = spot(Vec3::new(3.0, 20.0, 0.0), Vec3::new(0.0, 0.0, 2.0), 50.0);
+    let c = CascadeParams { resolution: 512, ..CascadeParams::read(&Values::new()) };
+    let bounds = [Vec3::new(-50.0, 0.0, -50.0), Vec3::new(50.0, 20.0, 50.0)];
+    let whole = LightView::whole(&light, bounds, c.resolution, 1.0).unwrap();
+    // Along a path: how far texels stray from their grid while it stays, and how often sides step.
+    let run = |snap: bool| {
+        let p = PssmParams { snap, ..pssm(0.5, 0.0) };
+        let mut last: Vec<(DVec2, DVec2)> = Vec::new();
+        let (mut most, mut steps, mut kept) = (0f64, 0, 0);
+        for i in 0..400 {
+            let t = i as f32 / 400.0;
+            let position = Vec3::new(-6.0 + 10.0 * t, 2.0, 5.0 - 4.0 * t);
+            let (sin, cos) = (1.5 * t).sin_cos();
+            let camera =
+                Camera { position, target: position + Vec3::new(sin, -0.2, -cos), fov: 50.0, near: 0.5, far: 60.0 };
+            let scope = Scope { camera, light, bounds, aspect: 1.5, resolution: 512, margin: 1.0 };
+            let views = lamp_views(&p, &c, &[0.5, 3.0, 8.0, 20.0], &scope, whole);
+            // A lamp's axis is at (c, 1 / side): the texel in which the axis lies, and the map's sides.
+            let now: Vec<(DVec2, DVec2)> = views
+                .iter()
+                .map(|v| {
+                    let axis = v.axis.truncate();
+                    let lean = DVec2::new(axis.dot(v.row_x.truncate()) as f64, -axis.dot(v.row_y.truncate()) as f64);
+                    let side = |row: glam::Vec4, lean: f64| {
+                        2.0 / (row.truncate().length_squared() as f64 - lean * lean).sqrt()
+                    };
+                    (lean * 256.0, DVec2::new(side(v.row_x, lean.x), side(v.row_y, lean.y)))
+                })
+                .collect();
+            for (a, b) in last.iter().zip(&now) {
+                for k in 0..2 {
+                    if (a.1[k] / b.1[k] - 1.0).abs() > 1e-3 {
+                        steps += 1;
+                    } else {
+                        let d = a.0[k] - b.0[k];
+                        most = most.max((d - d.round()).abs());
+                        kept += 1;
+                    }
+                }
+            }
+            last = now;
+        }
+        (most, steps, kept)
+    };
+    let (snapped, loose) = (run(true), run(false));
+    println!("snapped {snapped:?}, loose {loose:?}");
+    assert!(snapped.0 < 0.01 && loose.0 > 0.4, "{snapped:?} {loose:?}");
+    assert!((3..60).contains(&snapped.1) && snapped.2 > 2300, "{snapped:?}");
+}
+
+/// All views of a spot's cascades draw without trouble, also where the cone is out of view.
+#[test]
+fn a_spots_views_hold() {
+    let view = camera(Vec3::new(0.0, 2.0, 9.0), Vec3::new(0.0, 0.5, 0.0));
+    let light = spot(Vec3::new(0.5, 3.0, 2.0), Vec3::ZERO, 50.0);
+    let (mut r, mut s) = start(scene(vec![mesh(&yard(), 0)], vec![material(Vec3::ONE)], view, light), [64, 48]);
+    for target in [Vec3::ZERO, Vec3::new(0.0, 9.0, 20.0), Vec3::new(0.0, 1.0, 20.0)] {
+        s.camera.target = target;
+        for (name, sets) in FITS {
+            let mut set = with(&s, name, sets);
+            for map in shadowscope::techniques::find(name).unwrap().maps {
+                set.view = map.id.into();
+                r.render(&set, ask(&set)).unwrap();
+                assert!(r.read_visibility().unwrap().iter().all(|v| (0.0..=1.0).contains(v)), "{name} {}", map.id);
+            }
+        }
     }
 }
