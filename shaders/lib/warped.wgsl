@@ -234,11 +234,11 @@ struct Edge {
     split: bool,
     // Where it is split.
     middle: Corner,
-    // Unless it is split: what the warped samples on it cover, shares of the map's sides, and the farthest apart that two
-    // in a row are.
+    // Unless it is split: what the warped samples on it cover, shares of the map's sides, and how much the steps between
+    // them differ.
     low: vec2f,
     high: vec2f,
-    step: vec2f,
+    bend: vec2f,
 }
 
 fn between(a: Corner, b: Corner, t: f32) -> Corner {
@@ -293,6 +293,7 @@ fn judge(one: Corner, other: Corner) -> Edge {
     // Every bend, twice where boxes must hold.
     let number = u32(clamp(ceil(length_inside * warp_bends() * select(1.0, 2.0, exact)), 2.0, 128.0));
     var last = warped(mix(a.xy, b.xy, span.x));
+    var last_step = vec2f(0.0);
     for (var i = 0u; i <= number; i++) {
         let t = mix(span.x, span.y, f32(i) / f32(number));
         let at = warped(mix(a.xy, b.xy, t));
@@ -302,8 +303,10 @@ fn judge(one: Corner, other: Corner) -> Edge {
         }
         e.low = min(e.low, at);
         e.high = max(e.high, at);
-        e.step = max(e.step, abs(at - last));
+        let step = at - last;
+        e.bend = max(e.bend, select(vec2f(0.0), abs(step - last_step), i > 1u));
         last = at;
+        last_step = step;
     }
     return e;
 }
@@ -393,7 +396,7 @@ fn handle(t: Part) -> bool {
     var mask = 0u;
     var low = vec2f(1e9);
     var high = vec2f(-1e9);
-    var step = vec2f(0.0);
+    var bend = vec2f(0.0);
     if raster.raster != raster_linear {
         for (var k = 0u; k < 3u; k++) {
             let e = judge(corners[k], corners[(k + 1u) % 3u]);
@@ -401,12 +404,12 @@ fn handle(t: Part) -> bool {
             corners[3u + k] = e.middle;
             low = min(low, e.low);
             high = max(high, e.high);
-            step = max(step, e.step);
+            bend = max(bend, e.bend);
         }
     }
     if mask == 0u || level.last == 1u {
-        // A part's image is bounded by its edges' images; these may bulge between samples by less than the samples' steps.
-        draw(t, (low - step) * map_side() - 0.01, (high + step) * map_side() + 0.01);
+        // A part's image is bounded by its edges' images; these may bulge between samples by less than their steps differ.
+        draw(t, (low - bend) * map_side() - 0.01, (high + bend) * map_side() + 0.01);
         return true;
     }
     let pattern = patterns[mask];
