@@ -18,9 +18,9 @@ crate::params! {
     /// How casters are drawn into a warped map.
     pub struct RasterParams {
         /// Linear: corners are moved, edges stay straight, so that large triangles miss their places. Subdivide: triangles are split where an edge would deviate by more than `tolerance`. Exact: every texel's ray meets the triangles themselves.
-        raster: choice("subdivide", ["linear", "subdivide", "exact"]),
+        raster: choice("exact", ["linear", "subdivide", "exact"]),
         /// Subdivide: how far an edge may lie beside its warped image.
-        tolerance: float(0.25, 0.05..=16.0, "texels"),
+        tolerance: float(0.5, 0.05..=16.0, "texels"),
     }
 }
 
@@ -253,6 +253,12 @@ impl Warped {
             }
         }
         f.count_pieces(&self.counters, exact);
+        f.keep_table("light_view", &base.light_view);
+        for (name, resource) in bound {
+            if let Resource::Buffer(buffer) = resource {
+                f.keep_table(name, buffer);
+            }
+        }
         f.run(&self.resolve).bind_all(&all).per_pixel();
         if f.wants_any_map() {
             f.run(&self.inspect).bind_all(&all).per_pixel();
