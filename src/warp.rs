@@ -254,6 +254,7 @@ impl Warped {
         }
         f.count_pieces(&self.counters, exact);
         f.keep_table("light_view", &base.light_view);
+        f.keep_table("rays", &self.rays);
         for (name, resource) in bound {
             if let Resource::Buffer(buffer) = resource {
                 f.keep_table(name, buffer);
@@ -371,7 +372,7 @@ impl Pieces {
             let limits = gpu.device.limits();
             let binding = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
             // Room for each triangle twice, and for what a few large ones become.
-            let most_drawn = (2 * triangles as u64 + (1 << 17)).min(binding / PIECE) as u32;
+            let most_drawn = (2 * triangles as u64 + (1 << 18)).min(binding / PIECE) as u32;
             let most = (triangles as u64 + (1 << 16)).min(binding / PIECE / 2) as u32;
             let level = |number| {
                 let level = Level { number, last: (number == LEVELS) as u32, most, most_drawn };

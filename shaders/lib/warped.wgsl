@@ -311,15 +311,6 @@ fn judge(one: Corner, other: Corner) -> Edge {
     return e;
 }
 
-fn push(t: Part) {
-    let at = atomicAdd(&counters[of_level + level.number + 1u], 1u);
-    if at < level.most {
-        work[((level.number + 1u) & 1u) * level.most + at] = packed(t);
-    } else {
-        atomicAdd(&counters[lost_count], 1u);
-    }
-}
-
 // Whether a box of the map holds the centre of a texel.
 fn holds_centre(low: vec2f, high: vec2f) -> bool {
     return all(ceil(low - 0.5) <= floor(high - 0.5));
@@ -407,20 +398,33 @@ fn handle(t: Part) -> bool {
             bend = max(bend, e.bend);
         }
     }
-    if mask == 0u || level.last == 1u {
-        // A part's image is bounded by its edges' images; these may bulge between samples by less than their steps differ.
-        draw(t, (low - bend) * map_side() - 0.01, (high + bend) * map_side() + 0.01);
-        return true;
-    }
     let pattern = patterns[mask];
     let number = (pattern >> 30u) + 1u;
-    for (var k = 0u; k < number; k++) {
+    var whole = mask == 0u || level.last == 1u;
+    var at = 0u;
+    if !whole {
+        at = atomicAdd(&counters[of_level + level.number + 1u], number);
+        // Where there is no room for its parts it stays as it is.
+        whole = at + number > level.most;
+    }
+    if whole {
+        // A part's image is bounded by its edges' images; these may bulge between samples by less than their steps differ.
+        draw(t, (low - bend) * map_side() - 0.01, (high + bend) * map_side() + 0.01);
+    }
+    if mask == 0u || level.last == 1u {
+        return true;
+    }
+    let half = ((level.number + 1u) & 1u) * level.most;
+    for (var k = 0u; k < number && at + k < level.most; k++) {
         var bits = pattern >> (9u * k);
         // The middle triangle of four stands in no pattern.
         if k == 3u {
             bits = 3u | (4u << 3u) | (5u << 6u);
         }
-        push(Part(corners[bits & 7u], corners[(bits >> 3u) & 7u], corners[(bits >> 6u) & 7u], t.triangle));
+        // Nothing, in the last places of a list that is full.
+        bits = select(bits, 0u, whole);
+        work[half + at + k] =
+            packed(Part(corners[bits & 7u], corners[(bits >> 3u) & 7u], corners[(bits >> 6u) & 7u], t.triangle));
     }
     return true;
 }

@@ -193,7 +193,7 @@ impl Analysis {
         let words: [u32; 4] = bytemuck::pod_read_unaligned(&gpu.read_range(counters, 0, 16)?);
         let [drawn, lost, kept, folded] = words.map(u64::from);
         // A box is two triangles.
-        let drawn = (drawn - lost) * if *boxes { 2 } else { 1 };
+        let drawn = drawn.saturating_sub(lost) * if *boxes { 2 } else { 1 };
         Ok(Some(PieceCount { kept, drawn, lost, folded }))
     }
 
