@@ -377,8 +377,59 @@ fn between_counts(pixel: vec2u) -> f32 {
     return sum / f32(steps * steps);
 }
 
+// Texels by their view samples: none, then in half octaves from one on. Before the warps, between them, after both.
+const occupancy_bins = 20u;
+@group(1) @binding(62) var<storage, read_write> occupancy: array<atomic<u32>, 20>;
+@group(1) @binding(63) var<storage, read> occupancies: array<u32, 60>;
+
+// Counts view samples by their texels after both warps.
+@compute @workgroup_size(8, 8)
+fn count_after(@builtin(global_invocation_id) id: vec3u) {
+    if id.x >= frame.size.x || id.y >= frame.size.y {
+        return;
+    }
+    let s = load_surface(id.xy);
+    let light = light_at(s.position);
+    if !s.valid || !light.reached || dot(s.normal, light.to_light) <= 0.0 {
+        return;
+    }
+    let texel = map_texel(light_view, light_clip(light_view, s.position));
+    if all(texel >= vec2f(0.0)) && all(texel <= vec2f(map_side())) {
+        let cell = min(vec2u(texel), vec2u(u32(map_side()) - 1u));
+        atomicAdd(&moved[cell.y * u32(map_side()) + cell.x], 1u);
+    }
+}
+
+@compute @workgroup_size(64)
+fn occupy(@builtin(global_invocation_id) id: vec3u) {
+    if id.x >= u32(map_side()) {
+        return;
+    }
+    let n = samples[id.y * u32(map_side()) + id.x];
+    atomicAdd(&occupancy[select(0u, min(1u + u32(2.0 * log2(f32(n)) + 1e-3), occupancy_bins - 1u), n > 0u)], 1u);
+}
+
+// Bars of three colours for each number of samples; heights are roots of the texels' shares.
+fn histogram(pixel: vec2u) -> f32 {
+    let at = ((vec2f(pixel) + 0.5) / vec2f(frame.size) - 0.05) / 0.9;
+    if any(at < vec2f(0.0)) || any(at >= vec2f(1.0)) {
+        return drawn(white, 0.0);
+    }
+    let place = at.x * f32(occupancy_bins);
+    let part = u32(fract(place) * 4.0);
+    if part > 2u {
+        return drawn(white, 0.0);
+    }
+    let share = f32(occupancies[part * occupancy_bins + u32(place)]) / (map_side() * map_side());
+    let color = array<u32, 3>(7u, 3u, 1u)[part];
+    return drawn(color, select(0.04, 0.9, 1.0 - at.y <= sqrt(share)));
+}
+
 fn inspect_warp(s: Surface) -> f32 {
     switch frame.map {
+        case 13u: {
+            return histogram(s.pixel);
+        }
         case 10u: {
             return between_counts(s.pixel);
         }

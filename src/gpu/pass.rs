@@ -366,6 +366,11 @@ impl<'a> Recorder<'a> {
         self.encoder.copy_buffer_to_buffer(from, offset, to, 0, size);
     }
 
+    /// Copies `size` bytes from the start of a buffer to `offset` of another.
+    pub fn copy_to(&mut self, from: &wgpu::Buffer, to: &wgpu::Buffer, offset: u64, size: u64) {
+        self.encoder.copy_buffer_to_buffer(from, 0, to, offset, size);
+    }
+
     /// Counts the triangles of the render passes from here on.
     pub fn count_triangles(&mut self, count: &TriangleCount) {
         self.triangles = Some((count.queries.clone(), 0));

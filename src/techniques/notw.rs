@@ -72,6 +72,13 @@ pub static INFO: Info = Info {
                   on. Left before smoothing, right after.",
             truth: false,
         },
+        View {
+            id: "occupancy",
+            title: "Occupancy histogram",
+            doc: "How many texels have how many view samples: none at the left, then 1 and on in half octaves; heights are \
+                  square roots of shares. Grey: before the warps; blue: after the rows'; yellow: after both.",
+            truth: false,
+        },
     ],
     make: |gpu| Ok(Box::new(Notw::new(gpu)?)),
 };
@@ -85,7 +92,14 @@ struct Notw {
     sum: Pass,
     smooth: [Pass; 3],
     smooth_along: Pass,
+    count_after: Pass,
+    occupy: Pass,
+    /// A histogram, and those before, between and after the warps one after the other.
+    occupancy: [wgpu::Buffer; 2],
 }
+
+/// Bytes of a histogram.
+const HISTOGRAM: u64 = 80;
 
 /// The warps of rows and columns, and what they are made from, for one resolution.
 struct Lines {
@@ -124,6 +138,9 @@ impl Notw {
                 pass("smoothing", "smooth_tent_second")?,
             ],
             smooth_along: pass("smoothing", "smooth_along")?,
+            count_after: pass("view samples", "count_after")?,
+            occupy: pass("occupancy", "occupy")?,
+            occupancy: [storage(gpu, "occupancy", HISTOGRAM), storage(gpu, "occupancies", 3 * HISTOGRAM)],
         })
     }
 }
@@ -177,7 +194,8 @@ impl Technique for Notw {
         };
         let base = self.warped.base(f, view, p.crop == "dv")?;
         let [x, y] = &lines.axes;
-        let bound: [(&'static str, Resource); 8] = [
+        let bound: [(&'static str, Resource); 9] = [
+            ("occupancies", (&self.occupancy[1]).into()),
             ("light_view", (&base.light_view).into()),
             ("rows", (&x.warp).into()),
             ("columns", (&y.warp).into()),
@@ -237,7 +255,22 @@ impl Technique for Notw {
                 }
             }
         }
+        if f.setup.view == "occupancy" {
+            f.clear(&lines.halfway);
+            f.run(&self.count_after).bind_all(&bound).bind("moved", &lines.halfway).per_pixel();
+            for (i, counts) in [&x.counts, &y.counts, &lines.halfway].into_iter().enumerate() {
+                let [one, all] = &self.occupancy;
+                f.clear(one);
+                f.run(&self.occupy).bind_all(&bound).bind("samples", counts).bind("occupancy", one).dispatch(
+                    resolution.div_ceil(64),
+                    resolution,
+                    1,
+                );
+                f.copy_to(one, all, i as u64 * HISTOGRAM, HISTOGRAM);
+            }
+        }
         self.warped.draw(f, &base, &bound)?;
+        f.show_labels("occupancy");
         f.show_counts("counts-between");
         f.show_labels("row-offsets");
         f.show_labels("column-offsets");
