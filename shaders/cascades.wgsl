@@ -8,8 +8,8 @@ const most_cascades = 8u;
 const words = 8u;
 const no_samples = 7u;
 
-// Of each cascade: largest u, v, 1 - u, 1 - v and depth share of its samples, as the bits of floats in [0, 1]; then two
-// words of nothing, and the number of samples.
+// Of each cascade: largest u, v, 1 - u, 1 - v, depth share and 1 - depth share of its samples, as the bits of floats in
+// [0, 1]; then a word of nothing, and the number of samples.
 @group(1) @binding(0) var<storage, read_write> extents: array<atomic<u32>, 64>;
 
 var<workgroup> tile: array<atomic<u32>, 64>;
@@ -18,7 +18,8 @@ var<workgroup> tile: array<atomic<u32>, 64>;
 struct Gathered {
     // u, v, 1 - u, 1 - v.
     most: vec4f,
-    share: f32,
+    // Depth in the light's view, and its complement.
+    share: vec2f,
     number: u32,
 }
 
@@ -31,7 +32,8 @@ fn keep(i: u32, g: Gathered) {
         // abs: a negative zero's bits are the largest of all.
         atomicMax(&tile[at + k], bitcast<u32>(abs(g.most[k])));
     }
-    atomicMax(&tile[at + 4u], bitcast<u32>(abs(g.share)));
+    atomicMax(&tile[at + 4u], bitcast<u32>(abs(g.share.x)));
+    atomicMax(&tile[at + 5u], bitcast<u32>(abs(g.share.y)));
     atomicAdd(&tile[at + no_samples], g.number);
 }
 
@@ -55,8 +57,9 @@ fn gather(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) loc
             continue;
         }
         let clip = light_clip(light_view, p.xyz);
-        let uv = saturate(0.5 + 0.5 * clip.xy);
-        let share = saturate((dot(light_view.axis, vec4f(p.xyz, 1.0)) - light_view.near) / (light_view.far - light_view.near));
+        let uv = saturate(0.5 + 0.5 * clip.xy / clip.w);
+        let depth = saturate((dot(light_view.axis, vec4f(p.xyz, 1.0)) - light_view.near) / (light_view.far - light_view.near));
+        let share = vec2f(depth, 1.0 - depth);
         let i = cascade_of(p.w);
         let sides = vec4f(uv, 1.0 - uv);
         if i != held {
@@ -136,17 +139,21 @@ fn fit(@builtin(global_invocation_id) id: vec3u) {
     }
     boxes[i] = b;
     var v = light_view;
-    let metres = 2.0 / vec2f(length(v.row_x.xyz), length(v.row_y.xyz));
-    let grown = (b.high - b.low + 2.0 * fitting.reach / metres) * v.resolution / max(v.resolution - 2.0 * fitting.margin, 1.0);
+    // A metre's share of a lamp's view is largest at the sample nearest to it.
+    let nearest = mix(v.far, v.near, extent_of(at + 5u));
+    let metres = 2.0 / scale_of(v) * select(1.0, nearest, v.perspective == 1u);
+    let reach = min(2.0 * fitting.reach / metres, vec2f(1.0));
+    let grown = (b.high - b.low + reach) * v.resolution / max(v.resolution - 2.0 * fitting.margin, 1.0);
     let half = max(0.5 * grown, max(0.5 * fitting.least / metres, vec2f(1e-6)));
     let center = b.low + b.high - 1.0;
     v.row_x = (v.row_x - center.x * v.row_w) * (0.5 / half.x);
     v.row_y = (v.row_y - center.y * v.row_w) * (0.5 / half.y);
-    v.texel = 2.0 / (v.resolution * min(length(v.row_x.xyz), length(v.row_y.xyz)));
+    let fine = scale_of(v);
+    v.texel = 2.0 / (v.resolution * min(fine.x, fine.y));
     // Casters are kept from the light on; beyond the last receiver nothing matters.
     let share = extent_of(at + 4u);
     v.far = min(v.near + max(share * 1.0001 + 1e-5, 1e-4) * (v.far - v.near), v.far);
-    v.row_z = (vec4f(0.0, 0.0, 0.0, v.far) - v.axis) / (v.far - v.near);
+    v.row_z = (vec4f(0.0, 0.0, 0.0, v.far) - v.axis) * select(1.0, v.near, v.perspective == 1u) / (v.far - v.near);
     fitted[i] = v;
 }
 
@@ -170,13 +177,15 @@ fn cull(@builtin(global_invocation_id) id: vec3u) {
             continue;
         }
         let v = light_views[i];
-        let a = light_clip(v, vertices[t.x].position).xyz;
-        let b = light_clip(v, vertices[t.y].position).xyz;
-        let c = light_clip(v, vertices[t.z].position).xyz;
-        let low = min(min(a, b), c);
-        let high = max(max(a, b), c);
-        // A little to spare for rounding. Depth is reversed: below 0 lies beyond the far plane.
-        if any(low.xy > vec2f(1.00001)) || any(high.xy < vec2f(-1.00001)) || high.z < -1e-5 {
+        let a = light_clip(v, vertices[t.x].position);
+        let b = light_clip(v, vertices[t.y].position);
+        let c = light_clip(v, vertices[t.z].position);
+        // How far each corner lies beyond each side, a little spared for rounding: all beyond one, or all behind a lamp.
+        let right = min(min(a.xy - a.w * 1.00001, b.xy - b.w * 1.00001), c.xy - c.w * 1.00001);
+        let left = max(max(a.xy + a.w * 1.00001, b.xy + b.w * 1.00001), c.xy + c.w * 1.00001);
+        let last = max(max(a.w, b.w), c.w);
+        // Depth is reversed: below 0 lies beyond the far plane.
+        if any(right > vec2f(0.0)) || any(left < vec2f(0.0)) || last <= 0.0 || max(max(a.z, b.z), c.z) < -1e-5 {
             continue;
         }
         let at = atomicLoad(&draws[draw + 2u]) + atomicAdd(&draws[draw], 3u);

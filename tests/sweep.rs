@@ -245,25 +245,40 @@ fn advice_meets_its_budget_or_says_what_comes_closest() {
     assert!(message.contains("write it as 0.5% or 0.005"), "{message}");
 }
 
-/// The document holds what the command prints now, up to what another rasteriser may change.
+/// The document holds what the command prints now, up to what another rasteriser may change, and its pictures are there.
 #[test]
 fn the_reproductions_document_is_the_commands_output() {
     let dir = tempfile::tempdir().unwrap();
-    let printed = ok(dir.path(), &["reproduce", "morais-6"]).stdout;
+    let ids = ["morais-6", "navratil-3.7", "wimmer-n", "chong-psm"];
+    let printed = ok(dir.path(), &[&["reproduce"], &ids[..], &["-o", "images"]].concat()).stdout;
     let printed = String::from_utf8(printed).unwrap();
-    let kept = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/reproductions.md")).unwrap();
-    let section = |text: &str| {
-        let start = text.find("## Morais 2015, table 6").expect("the section is there");
-        let rest = &text[start + 3..];
+    let docs = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs");
+    let kept = std::fs::read_to_string(docs.join("reproductions.md")).unwrap();
+    let section = |text: &str, id: &str| {
+        let command = format!("\n`shadowscope reproduce {id}`\n");
+        let start = text.find(&command).unwrap_or_else(|| panic!("{id} is not there"));
+        let rest = &text[start + 1..];
         rest[..rest.find("\n## ").unwrap_or(rest.len())].trim().to_string()
     };
-    let (printed, kept) = (section(&printed), section(&kept));
     let words = |text: &str| text.split_whitespace().map(String::from).collect::<Vec<_>>();
-    assert_eq!(words(&printed).len(), words(&kept).len(), "{printed}\n\n{kept}");
-    for (a, b) in words(&printed).into_iter().zip(words(&kept)) {
-        match (a.parse::<f64>(), b.parse::<f64>()) {
-            (Ok(x), Ok(y)) => assert!((x - y).abs() <= 0.05, "{x} instead of {y}"),
-            _ => assert_eq!(a, b),
+    for id in ids {
+        let (printed, kept) = (section(&printed, id), section(&kept, id));
+        assert_eq!(words(&printed).len(), words(&kept).len(), "{printed}\n\n{kept}");
+        for (a, b) in words(&printed).into_iter().zip(words(&kept)) {
+            match (a.parse::<f64>(), b.parse::<f64>()) {
+                (Ok(x), Ok(y)) => assert!((x - y).abs() <= 0.05 + 0.01 * y.abs(), "{id}: {x} instead of {y}"),
+                _ => assert_eq!(a, b, "{id}"),
+            }
         }
+    }
+    let pictures: Vec<&str> =
+        kept.match_indices("](images/").filter_map(|(i, _)| kept[i + 2..].split(')').next()).collect();
+    assert!(pictures.len() >= 10, "{pictures:?}");
+    for picture in pictures {
+        assert!(docs.join(picture).is_file(), "{picture} is missing");
+    }
+    for chart in ["navratil-3.7-parts", "navratil-3.7", "wimmer-n"] {
+        let drawn = std::fs::read_to_string(dir.path().join(format!("images/{chart}.svg"))).unwrap();
+        assert!(drawn.contains("<svg") && drawn.matches("class=\"line\"").count() >= 3, "{chart}");
     }
 }

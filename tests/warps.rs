@@ -6,7 +6,7 @@ use common::*;
 use glam::{DMat3, DVec2, DVec3, Vec2, Vec3, Vec4};
 use shadowscope::fit::{Scope, hull, lispsm, msf, psm, tsm, warped};
 use shadowscope::frame::{Ask, Renderer};
-use shadowscope::light::LightView;
+use shadowscope::light::{Light, LightView};
 use shadowscope::measure::metrics::{Errors, FACING};
 use shadowscope::measure::{self, stability};
 use shadowscope::scene::{Camera, builtin};
@@ -357,5 +357,271 @@ fn nothing_breaks() {
         [("lispsm", "strength=1"), ("tsm", "p=0.8"), ("psm", "push=true"), ("shadow-map", "fit=msf")]
     {
         assert_eq!(errors(&mut r, &mut s, technique, &[sets]).facing, 0);
+    }
+}
+
+/// A random camera and lamp in the scope's box.
+fn random_spot(r: &mut Random) -> Scope {
+    let s = random(r);
+    let at = Vec3::new(18.0, 3.0, 18.0) * r.point() + Vec3::Y * 3.0;
+    Scope { light: spot(at, at + r.point() - Vec3::Y * 0.5, 15.0 + 60.0 * r.next()), ..s }
+}
+
+/// Every warp's view of a lamp holds all that the camera can see in its cone, before the lamp and in the map.
+#[test]
+fn warps_of_a_lamp_hold_its_cone() {
+    let mut r = Random(11);
+    let (mut seen_by, mut warped_by) = (0, [0; 3]);
+    for i in 0..400 {
+        let s = random_spot(&mut r);
+        let (image, seen) = (s.image(), s.seen());
+        if seen.is_empty() {
+            continue;
+        }
+        seen_by += 1;
+        let points: Vec<DVec2> = seen.iter().map(|p| image.at(*p)).collect();
+        let deepest = s.deepest(&image, &seen);
+        let l = lispsm::fit(&s, &image, &seen, lispsm::Strength { strength: 1.0, fade: 0.9 });
+        let t = tsm::fit(&s, &image, 0.8, 0.2);
+        let p = psm::fit(&s, &image, &seen, psm::Slide { fixed: None, least_near: 0.5, push: true });
+        let covered = t.trapezoid.as_ref().map_or(&t.hull[..], |t| t);
+        let views = [
+            s.view(&image, &l.warp, &points, deepest),
+            s.view(&image, &t.warp, covered, deepest),
+            s.view(&image, &p.warp, &points, deepest),
+        ];
+        for ((k, v), technique) in views.into_iter().enumerate().zip(WARPS) {
+            let v = v.unwrap_or_else(|| panic!("{technique} {i}: no view"));
+            warped_by[k] += (v.perspective == LightView::WARPED) as u32;
+            // Near the tip f32 holds the image of a point to a share of its distance only.
+            let near = 1e-3 * deepest;
+            for q in seen.iter().filter(|q| image.depth.dot(q.extend(1.0)) > near) {
+                let at = texel(&v, *q);
+                let w = v.row_w.as_dvec4().dot(q.extend(1.0));
+                assert!(w > 0.0, "{technique} {i}: {q} has w = {w}");
+                assert!(at.min_element() > 0.0 && at.max_element() < 512.0, "{technique} {i}: {q} at {at}");
+            }
+        }
+    }
+    assert!(seen_by > 100 && warped_by.iter().all(|n| *n > 60), "{seen_by}, {warped_by:?}");
+}
+
+/// A lamp as far away as can be is the sun: the same perspectives, the same places in the map.
+#[test]
+fn a_far_lamp_is_the_sun() {
+    let mut r = Random(5);
+    let mut warped_by = 0;
+    for i in 0..50 {
+        let under_sun = random(&mut r);
+        let to_light = under_sun.light.position();
+        let mut light = spot(to_light * 1e5, Vec3::ZERO, 0.05);
+        if let Light::Spot { range, .. } = &mut light {
+            *range = f32::INFINITY;
+        }
+        let under_lamp = Scope { light, ..under_sun };
+        let fits = [under_sun, under_lamp].map(|s| {
+            let (image, seen) = (s.image(), s.seen());
+            let l = lispsm::fit(&s, &image, &seen, lispsm::Strength { strength: 1.0, fade: 0.9 });
+            let p = psm::fit(&s, &image, &seen, psm::Slide { fixed: Some(3.0), least_near: 1.0, push: true });
+            let points: Vec<DVec2> = seen.iter().map(|p| image.at(*p)).collect();
+            (l, p.case, s.view(&image, &p.warp, &points, s.deepest(&image, &seen)).unwrap())
+        });
+        let [(sun, case, a), (lamp, other, b)] = fits;
+        if sun.n.is_finite() {
+            let n = lamp.n * 1e5;
+            assert!((n / sun.n - 1.0).abs() < 2e-2, "{i}: {n}, the sun's {}", sun.n);
+            assert!(lamp.direction.dot(sun.direction) > 0.999, "{i}: {} {}", lamp.direction, sun.direction);
+        }
+        assert_eq!(case, other, "{i}");
+        for p in under_sun.seen() {
+            // f32 rows of a lamp so far away keep but few digits.
+            let d = texel(&a, p).distance(texel(&b, p));
+            assert!(case.is_none() || d < 20.0, "{i}: {p} lies {d} texels apart");
+        }
+        warped_by += (sun.n.is_finite() && case.is_some()) as u32;
+    }
+    assert!(warped_by > 20, "{warped_by}");
+}
+
+/// Every pixel in a spot's cone has a texel, wherever lamp and camera stand, and the picture is nearly right.
+#[test]
+fn every_sample_in_a_cone_has_a_texel() {
+    for (place, view, light) in awkward_spots() {
+        let (mut r, mut s) = start(scene(vec![mesh(&yard(), 0)], vec![material(Vec3::ONE)], view, light), [144, 108]);
+        for (technique, sets) in [
+            ("lispsm", vec![]),
+            ("lispsm", vec!["focus=false", "strength=2"]),
+            ("tsm", vec![]),
+            ("tsm", vec!["p=0.95", "focus=0.05"]),
+            ("psm", vec![]),
+            ("psm", vec!["push=false", "delta_mode=fixed"]),
+            ("shadow-map", vec!["fit=msf"]),
+        ] {
+            let e = errors(&mut r, &mut s, technique, &[&sets[..], &["resolution=1024"]].concat());
+            r.render(&s, Ask { analysis: true, ..ask(&s) }).unwrap();
+            let mut counted = 0;
+            r.analysis().counts(&r.gpu, |_, part| counted += part.iter().map(|c| *c as u64).sum::<u64>()).unwrap();
+            let [sure, possible] = in_cone(&mut r, &light);
+            println!("{place}, {technique} {sets:?}: {:.4}, {counted} of {sure} to {possible}", e.share());
+            assert!(
+                (sure..=possible).contains(&counted),
+                "{place}, {technique} {sets:?}: {counted}, {sure}..{possible}"
+            );
+            assert!(sure > 300, "{place}: {sure}");
+            assert!(r.read_visibility().unwrap().iter().all(|v| (0.0..=1.0).contains(v)), "{place}, {technique}");
+            assert!(e.rmse.is_finite() && e.share() < 0.03, "{place}, {technique} {sets:?}: {e:?}");
+        }
+    }
+}
+
+/// A lit floor stays lit under every spot, with the default bias; with half the exact slope bias it does not.
+#[test]
+fn a_floor_under_a_spot_stays_lit() {
+    let ground = floor(Vec2::splat(-40.0), Vec2::splat(40.0), 0.0);
+    let p = |x: f32, y: f32, z: f32| Vec3::new(x, y, z);
+    let view = camera(p(0.0, 1.5, 12.0), p(0.0, 0.0, 2.0));
+    let mut acne = [0; 3];
+    for light in [
+        spot(p(1.0, 12.0, 4.0), p(0.0, 0.0, 2.0), 40.0),
+        spot(p(-9.0, 4.0, 1.0), p(2.0, 0.0, 2.0), 30.0),
+        spot(p(3.0, 6.0, -8.0), p(0.0, 0.0, 5.0), 35.0),
+        spot(p(2.0, 5.0, 18.0), p(0.0, 0.0, 2.0), 35.0),
+    ] {
+        let (mut r, mut s) = start(scene(vec![mesh(&ground, 0)], vec![material(Vec3::ONE)], view, light), [160, 120]);
+        for (i, technique) in WARPS.into_iter().enumerate() {
+            for sets in [["resolution=64", "receiver_plane=false"], ["resolution=256", "receiver_plane=true"]] {
+                let e = errors(&mut r, &mut s, technique, &sets);
+                assert!(e.rmse == 0.0 && e.lit_correct > 2000, "{technique} {light:?} {sets:?}: {e:?}");
+            }
+            let e = errors(&mut r, &mut s, technique, &["resolution=64", "bias=0", "slope_bias=0.35"]);
+            acne[i] += e.shadow_incorrect;
+        }
+    }
+    assert!(acne.iter().all(|a| *a > 500), "{acne:?}");
+}
+
+/// As a lamp goes past the camera, its map goes from point through parallel to sink, steadily.
+#[test]
+fn psm_follows_a_lamp_past_the_camera() {
+    let view = camera(Vec3::new(0.0, 1.0, 8.0), Vec3::new(0.0, 1.0, 0.0));
+    // Without a slide the cases are those of the camera itself.
+    let by = psm::Slide { fixed: Some(0.0), least_near: 0.5, push: true };
+    let at = |z: f32| {
+        let s =
+            Scope { light: spot(Vec3::new(0.3, 4.9, z), Vec3::new(0.0, 0.0, z - 5.0), 30.0), ..scope(view, Vec3::Y) };
+        let (image, seen) = (s.image(), s.seen());
+        let fit = psm::fit(&s, &image, &seen, by);
+        let points: Vec<DVec2> = seen.iter().map(|p| image.at(*p)).collect();
+        let v = s.view(&image, &fit.warp, &points, s.deepest(&image, &seen)).unwrap();
+        // Points on the floor that stay before the lamp.
+        let places = [-2.0, -1.0, 0.0, 1.0, 2.0].map(|x| texel(&v, DVec3::new(x, 0.0, z as f64 - 4.0)));
+        (places, fit.case)
+    };
+    let mut cases = Vec::new();
+    let mut last: Option<[DVec2; 5]> = None;
+    for i in 0..=400 {
+        let (now, case) = at(7.8 + i as f32 * 0.001);
+        if cases.last() != Some(&case) {
+            cases.push(case);
+        }
+        if let Some(last) = last {
+            let moved = now.iter().zip(&last).map(|(a, b)| a.distance(*b)).fold(0.0, f64::max);
+            assert!(moved < 4.0, "at step {i} ({case:?}) a point moves by {moved} of 512 texels");
+        }
+        last = Some(now);
+    }
+    use psm::Case::{Parallel, Point, Sink};
+    assert_eq!(cases, [Some(Point), Some(Parallel), Some(Sink)]);
+}
+
+/// As the camera goes past a lamp, the trapezoid turns into a rectangle steadily: it knows the frustum and the cone only.
+#[test]
+fn tsm_follows_a_camera_past_a_lamp() {
+    let light = spot(Vec3::new(0.5, 3.0, 0.0), Vec3::new(0.0, 0.5, -8.0), 40.0);
+    let at = |z: f32| {
+        let view = camera(Vec3::new(0.0, 2.0, z), Vec3::new(0.0, 1.0, z - 10.0));
+        let s = Scope { light, ..scope(view, Vec3::Y) };
+        let (image, t) = (s.image(), tsm::fit(&s, &s.image(), 0.8, 0.2));
+        let covered = t.trapezoid.as_ref().map_or(&t.hull[..], |t| t);
+        let v = s.view(&image, &t.warp, covered, s.deepest(&image, &s.seen())).unwrap();
+        let places = [-2.0, 0.0, 2.0].map(|x| texel(&v, DVec3::new(x, 0.5, -9.0)));
+        (places, t.trapezoid.is_some())
+    };
+    let mut last: Option<[DVec2; 3]> = None;
+    let mut trapezoids = 0;
+    for i in 0..=4000 {
+        let (now, trapezoid) = at(-4.0 + i as f32 * 0.002);
+        trapezoids += trapezoid as u32;
+        if let Some(last) = last {
+            let moved = now.iter().zip(&last).map(|(a, b)| a.distance(*b)).fold(0.0, f64::max);
+            // The most where the cone's tip comes into view.
+            assert!(moved < 6.0, "at step {i} a point moves by {moved} of 512 texels");
+        }
+        last = Some(now);
+    }
+    assert!(trapezoids > 800 && trapezoids < 3600, "{trapezoids}");
+}
+
+/// Under a built-in spot no warp errs much more than a plain fitted map, and where the camera is close some err far less.
+#[test]
+fn warps_pay_under_a_spot() {
+    let mut gained = [0; 3];
+    for (name, view, light) in [
+        ("blocks", "close", "spot"),
+        ("cubes", "near", "spot"),
+        ("bench", "flowers-side", "spot"),
+        ("terrain", "square", "floodlight"),
+    ] {
+        let (mut setup, content) = Setup::open(name).unwrap();
+        setup.size = [256, 256];
+        setup.camera = content.cameras.iter().find(|c| c.name == view).unwrap().camera;
+        setup.light = content.lights.iter().find(|l| l.name == light).unwrap().light;
+        let mut r = Renderer::new(gpu(), Arc::new(content)).unwrap();
+        let plain = errors(&mut r, &mut setup, "shadow-map", &["resolution=512"]).share();
+        for (i, technique) in WARPS.into_iter().enumerate() {
+            let own = errors(&mut r, &mut setup, technique, &["resolution=512"]).share();
+            println!("{name} {view} {technique}: {own:.5}, fitted {plain:.5}");
+            gained[i] += (own < 0.9 * plain) as u32;
+            assert!(technique == "tsm" || own < 1.1 * plain, "{name} {technique}: {own}, fitted {plain}");
+        }
+    }
+    assert!(gained[0] >= 3 && gained[2] >= 3, "{gained:?}");
+}
+
+/// A caster close to the lamp, far nearer than the scene is large, still casts.
+#[test]
+fn a_caster_near_the_lamp_casts() {
+    let mut triangles = floor(Vec2::splat(-500.0), Vec2::splat(500.0), 0.0);
+    triangles.extend(floor(Vec2::new(-0.06, -0.2), Vec2::new(0.0, 0.2), 7.9));
+    let light = spot(Vec3::new(0.0, 8.0, 0.0), Vec3::new(7.0, -2.0, 0.0), 60.0);
+    let view = camera(Vec3::new(0.0, 9.0, 12.0), Vec3::ZERO);
+    let (mut r, mut s) = start(scene(vec![mesh(&triangles, 0)], vec![material(Vec3::ONE)], view, light), [160, 120]);
+    for technique in WARPS {
+        let e = errors(&mut r, &mut s, technique, &["resolution=2048"]);
+        assert!(e.share() < 0.01 && e.shadow_correct > 1000, "{technique}: {e:?}");
+    }
+}
+
+/// All views draw, also where the cone is out of view, meets nothing or looks away.
+#[test]
+fn a_spots_views_hold() {
+    let view = camera(Vec3::new(0.0, 2.0, 9.0), Vec3::new(0.0, 0.5, 0.0));
+    let p = |x: f32, y: f32, z: f32| Vec3::new(x, y, z);
+    let mut places = awkward_spots();
+    places.push(("out of view", camera(view.position, p(0.0, 9.0, 20.0)), spot(p(0.5, 3.0, 2.0), Vec3::ZERO, 30.0)));
+    places.push(("to the sky", view, spot(p(0.5, 3.0, 2.0), p(0.5, 9.0, 2.0), 30.0)));
+    places.push(("from outside", view, spot(p(0.0, 40.0, 0.0), p(0.0, 90.0, 1.0), 60.0)));
+    let (mut r, mut s) = start(scene(vec![mesh(&yard(), 0)], vec![material(Vec3::ONE)], view, places[0].2), [48, 36]);
+    for (place, view, light) in places {
+        (s.camera, s.light) = (view, light);
+        for technique in WARPS {
+            select(&mut s, technique, &["resolution=128"]);
+            for map in shadowscope::techniques::find(technique).unwrap().maps {
+                s.view = map.id.into();
+                r.render(&s, ask(&s)).unwrap();
+                let v = r.read_visibility().unwrap();
+                assert!(v.iter().all(|v| (0.0..=1.0).contains(v)), "{place}, {technique} {}", map.id);
+            }
+        }
     }
 }

@@ -29,6 +29,13 @@ struct Fitting {
 @group(1) @binding(17) var<storage, read> splits: array<f32>;
 @group(1) @binding(18) var<storage, read> light_views: array<LightView>;
 
+// Half the map's sides that a metre across the light's axis takes; a lamp's at a depth of 1 m. A lamp's rows lean along
+// the axis where the map's middle is off it.
+fn scale_of(v: LightView) -> vec2f {
+    let along = vec2f(dot(v.row_x.xyz, v.axis.xyz), dot(v.row_y.xyz, v.axis.xyz));
+    return vec2f(length(v.row_x.xyz - along.x * v.axis.xyz), length(v.row_y.xyz - along.y * v.axis.xyz));
+}
+
 fn cascade_of(depth: f32) -> u32 {
     var i = 0u;
     while i + 1u < fitting.count && depth >= splits[i + 1u] {

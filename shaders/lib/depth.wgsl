@@ -21,7 +21,10 @@ fn caster(@builtin(vertex_index) index: u32) -> Caster {
 @vertex
 fn clamped_caster(@builtin(vertex_index) index: u32) -> Caster {
     var out = caster_of(index);
-    out.clip.z = min(out.clip.z, out.clip.w);
+    // A corner behind a lamp is cut off anyway; clamped, it would take the part before the lamp beyond the far plane.
+    if out.clip.w > 0.0 {
+        out.clip.z = min(out.clip.z, out.clip.w);
+    }
     return out;
 }
 

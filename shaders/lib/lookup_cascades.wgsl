@@ -12,26 +12,40 @@ struct Receiver {
     texel: vec2f,
     // Stored depth to compare with: lit where it is not below the map's (depth is reversed).
     depth: f32,
+    // How much that falls a metre of linear depth, and a metre across the light's axis along the receiver's plane.
+    fall: f32,
+    sideways: f32,
+    // Texels a metre across the axis.
+    texels: vec2f,
     // How far all biases move the comparison towards the light, in texels.
     moved: f32,
 }
 
 // As `receive` of lib/lookup.wgsl for one sample, with the texel of this cascade.
 fn receive(s: Surface, v: LightView) -> Receiver {
-    let to_light = frame.light_position;
-    let cosine = dot(s.normal, to_light);
+    let lamp = v.perspective == 1u;
+    let to_light = light_at(s.position).to_light;
+    let distance = length(to_light);
+    let cosine = dot(s.normal, to_light) / distance;
     let straight = dot(v.axis, vec4f(s.position, 1.0));
-    let position = s.position + s.normal * (map.normal_offset * v.texel * sqrt(max(1.0 - cosine * cosine, 0.0)));
+    let texel = texel_size(v, s.position, to_light / distance);
+    let position = s.position + s.normal * (map.normal_offset * texel * sqrt(max(1.0 - cosine * cosine, 0.0)));
     let clip = light_clip(v, position);
     let z = dot(v.axis, vec4f(position, 1.0));
-    // Metres of depth that the receiver's plane gains per texel in x and y; the map's axes are orthogonal.
-    let side = 2.0 / v.resolution * vec2f(1.0, 1.0) / vec2f(length(v.row_x.xyz), length(v.row_y.xyz));
-    let nx = dot(s.normal, normalize(v.row_x.xyz));
-    let ny = dot(s.normal, normalize(v.row_y.xyz));
-    let steepness = length(vec2f(nx, ny) * side) / max(cosine, 1e-6);
-    let slope = map.slope_bias * min(steepness, map.slope_limit * v.texel);
-    let depth = max(stored_depth(v, z - map.bias - slope), 0.0);
-    return Receiver(light_texel(v, clip), depth, (straight - linear_depth(v, depth)) / v.texel);
+    var r: Receiver;
+    r.texel = light_texel(v, clip);
+    r.texels = 0.5 * v.resolution * scale_of(v) / select(1.0, z, lamp);
+    // Stored depth is affine along the receiver's plane, under a lamp too: there it is so in 1 / z.
+    r.fall = select(1.0, v.near * v.far / (z * z), lamp) / (v.far - v.near);
+    let lean = vec2f(dot(v.row_x.xyz, v.axis.xyz), dot(v.row_y.xyz, v.axis.xyz));
+    let nx = dot(s.normal, normalize(v.row_x.xyz - lean.x * v.axis.xyz));
+    let ny = dot(s.normal, normalize(v.row_y.xyz - lean.y * v.axis.xyz));
+    let tangent = vec2f(nx, ny) / max(cosine, 1e-6) * select(1.0, z / distance, lamp);
+    r.sideways = r.fall * min(length(tangent), map.slope_limit);
+    let slope = map.slope_bias * r.fall * min(length(tangent / r.texels), map.slope_limit * texel);
+    r.depth = max(stored_depth(v, z - map.bias) + slope, 0.0);
+    r.moved = (straight - linear_depth(v, r.depth)) / texel;
+    return r;
 }
 
 fn outside_map(v: LightView, texel: vec2f) -> bool {
@@ -49,15 +63,13 @@ fn compare(v: LightView, i: u32, depth: f32, texel: vec2f) -> f32 {
 // Visibility by one cascade: a grid of comparisons over a square of `blur` metres, the same in all of them.
 fn look_up(s: Surface, i: u32) -> f32 {
     let v = light_views[i];
-    var r = receive(s, v);
+    let r = receive(s, v);
     if map.blur == 0.0 {
         return compare(v, i, r.depth, r.texel);
     }
-    let texels = 0.5 * v.resolution * vec2f(length(v.row_x.xyz), length(v.row_y.xyz));
-    let step = map.blur / f32(map.taps) * texels;
-    // Taps lie up to half the blur away, on a slope that much deeper.
-    let tangent = min(sqrt(max(1.0 - pow(dot(s.normal, frame.light_position), 2.0), 0.0)) / dot(s.normal, frame.light_position), map.slope_limit);
-    let depth = max(r.depth + 0.71 * map.blur * tangent / (v.far - v.near), 0.0);
+    let step = map.blur / f32(map.taps) * r.texels;
+    // Taps lie up to half the blur's side away, on a slope that much deeper.
+    let depth = max(r.depth + 0.71 * map.blur * r.sideways, 0.0);
     var lit = 0.0;
     for (var k = 0u; k < map.taps * map.taps; k++) {
         let cell = vec2f(vec2u(k % map.taps, k / map.taps)) - 0.5 * f32(map.taps - 1u);
@@ -94,12 +106,18 @@ fn maps_picture(pixel: vec2u) -> f32 {
     if any(inner < vec2f(4.0 * scale)) || any(inner >= vec2f(side - 4.0 * scale)) {
         return drawn(i, 0.8);
     }
-    return drawn(white, 0.05 + 0.9 * textureLoad(shadow_maps, vec2u(inner), i, 0));
+    return drawn(white, 0.05 + 0.9 * nearness(i, vec2u(inner)));
+}
+
+// What a map holds, linear: 1 at its near, 0 at its far end.
+fn nearness(i: u32, texel: vec2u) -> f32 {
+    let v = light_views[i];
+    return (v.far - linear_depth(v, textureLoad(shadow_maps, texel, i, 0))) / (v.far - v.near);
 }
 
 fn inside(v: LightView, p: vec3f) -> bool {
     let clip = light_clip(v, p);
-    return all(abs(clip.xy) < vec2f(1.0)) && clip.z > 0.0 && clip.z < 1.0;
+    return all(abs(clip.xy) < vec2f(clip.w)) && clip.z > 0.0 && clip.z < clip.w;
 }
 
 // The upright plane through the camera's axis, the camera at the left: its frustum by cascades, split planes white, and

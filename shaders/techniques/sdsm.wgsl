@@ -26,7 +26,8 @@ fn sample_depth(pixel: vec2u) -> f32 {
         return 0.0;
     }
     let p = textureLoad(g_position, pixel, 0);
-    if p.w <= 0.0 || dot(octahedral_decode(textureLoad(g_surface, pixel, 0).x), light_at(p.xyz).to_light) <= 0.0 {
+    let light = light_at(p.xyz);
+    if p.w <= 0.0 || !light.reached || dot(octahedral_decode(textureLoad(g_surface, pixel, 0).x), light.to_light) <= 0.0 {
         return 0.0;
     }
     return p.w;
@@ -210,7 +211,8 @@ fn near_edge(at: vec2f, low: vec2f, high: vec2f, width: f32) -> bool {
 // The light's view with the boxes of the samples: this frame's strong, the last frame's grey where they differ.
 fn plan(pixel: vec2u) -> f32 {
     let v = light_view;
-    let metres = 2.0 / vec2f(length(v.row_x.xyz), length(v.row_y.xyz));
+    // Under a lamp at a depth of 1 m.
+    let metres = 2.0 / scale_of(v);
     var low = vec2f(1.0);
     var high = vec2f(0.0);
     for (var i = 0u; i < fitting.count; i++) {
@@ -241,13 +243,14 @@ fn plan(pixel: vec2u) -> f32 {
         }
     }
     // Beneath, what the finest map there holds.
-    let p = v.row_x.xyz * ((2.0 * uv.x - 1.0 - v.row_x.w) / dot(v.row_x.xyz, v.row_x.xyz))
-        + v.row_y.xyz * ((2.0 * uv.y - 1.0 - v.row_y.w) / dot(v.row_y.xyz, v.row_y.xyz));
+    let origin = select(vec3f(0.0), frame.light_position + v.axis.xyz, v.perspective == 1u);
+    let ndc = 2.0 * uv - 1.0 - vec2f(dot(v.row_x, vec4f(origin, 1.0)), dot(v.row_y, vec4f(origin, 1.0)));
+    let p = origin + v.row_x.xyz * (ndc.x / dot(v.row_x.xyz, v.row_x.xyz)) + v.row_y.xyz * (ndc.y / dot(v.row_y.xyz, v.row_y.xyz));
     for (var i = 0u; i < fitting.count; i++) {
         let b = boxes[i];
         if all(uv > b.low) && all(uv < b.high) {
             let texel = light_texel(light_views[i], light_clip(light_views[i], p));
-            return drawn(white, 0.1 + 0.6 * textureLoad(shadow_maps, vec2u(texel), i, 0));
+            return drawn(white, 0.1 + 0.6 * nearness(i, vec2u(texel)));
         }
     }
     return drawn(white, 0.0);

@@ -92,10 +92,13 @@ enum Command {
         #[command(flatten)]
         limits: advise::Limits,
     },
-    /// Measure published tables again and print ours beside theirs, as Markdown.
+    /// Measure published tables and figures again and print ours beside theirs, as Markdown.
     Reproduce {
         /// Which; all if none is named.
         ids: Vec<String>,
+        /// Folder for their charts and pictures, which the Markdown then shows.
+        #[arg(short, long, value_name = "DIR")]
+        output: Option<PathBuf>,
     },
     /// Run techniques along paths on which some fail: error and flicker of each.
     Stability {
@@ -187,7 +190,7 @@ pub fn run() -> Result<ExitCode> {
             return advise::run(wanted, techniques, limits, adapter);
         }
         Some(Command::Stability { wanted }) => stability::run(wanted, adapter),
-        Some(Command::Reproduce { ids }) => reproduce(&ids, adapter),
+        Some(Command::Reproduce { ids, output }) => reproduce(&ids, output.as_deref(), adapter),
         Some(Command::List { what, json }) => list::list(what, json),
         Some(Command::Tour { output }) => tour::write(&output, adapter),
     };
@@ -280,9 +283,11 @@ fn chosen(ids: &[String], setup: &Setup) -> Result<Vec<String>> {
     Ok(out)
 }
 
-fn reproduce(ids: &[String], adapter: Option<&str>) -> Result<()> {
+fn reproduce(ids: &[String], folder: Option<&Path>, adapter: Option<&str>) -> Result<()> {
+    reproduce::check(ids)?;
     let bar = progress();
-    let text = reproduce::run(Arc::new(Gpu::new(adapter)?), ids, &mut |done, what| show(&bar, done, what.into()))?;
+    let tick = &mut |done, what: &str| show(&bar, done, what.into());
+    let text = reproduce::run(Arc::new(Gpu::new(adapter)?), ids, folder, tick)?;
     bar.finish_and_clear();
     print(&text)
 }

@@ -16,6 +16,12 @@ impl Polyhedron {
         Polyhedron { faces: faces.iter().map(|f| f.iter().map(|i| p(*i)).collect()).collect() }
     }
 
+    /// The frustum between two faces: four corners in order around the one, then those joined to them of the other.
+    pub fn frustum(corners: &[DVec3; 8]) -> Polyhedron {
+        let faces = [[0, 1, 2, 3], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]];
+        Polyhedron { faces: faces.iter().map(|f| f.iter().map(|i| corners[*i]).collect()).collect() }
+    }
+
     /// Keeps the part where `plane · (X, 1)` ≥ 0. `eps`: distances below it count as zero, metres.
     pub fn clip(&mut self, plane: DVec4, eps: f64) {
         let plane = plane / plane.truncate().length().max(f64::MIN_POSITIVE);

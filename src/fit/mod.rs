@@ -4,6 +4,7 @@
 //! whatever the warp. So each fit here is a 3 × 3 matrix over that image, and depth stays linear along the light's axis.
 
 pub mod diagram;
+pub mod flatland;
 pub mod hull;
 pub mod lispsm;
 pub mod msf;
@@ -44,7 +45,7 @@ impl LightImage {
         DVec2::new(a, b) / w
     }
 
-    /// The image of a direction under the sun, metres per metre.
+    /// What a step in that direction adds to the image at a constant depth along the axis: under the sun, or a lamp's at 1 m.
     pub fn along(&self, d: DVec3) -> DVec2 {
         DVec2::new(self.rows[0].truncate().dot(d), self.rows[1].truncate().dot(d))
     }
@@ -139,8 +140,8 @@ impl Scope {
         eye
     }
 
-    /// The corners of what the camera can see of the scene: its frustum cut out of the scene's box, and of a lamp's
-    /// square pyramid. Empty if it sees nothing.
+    /// The corners of what the camera can see of the scene: its frustum cut out of the scene's box, and of what a lamp
+    /// can reach. Empty if it sees nothing.
     pub fn seen(&self) -> Vec<DVec3> {
         let (eye, eps) = (self.eye(), self.eps());
         let mut body = self.cuboid();
@@ -151,21 +152,45 @@ impl Scope {
             body.clip(plane(eye.forward * tangent + side, eye.position, 0.0), eps);
             body.clip(plane(eye.forward * tangent - side, eye.position, 0.0), eps);
         }
-        if let Light::Spot { position, outer_angle, .. } = self.light {
-            let (from, axis) = (position.as_dvec3(), self.light.axis().as_dvec3().normalize());
-            let tangent = (outer_angle as f64).to_radians().tan();
-            let image = LightImage::new(axis, Some(from));
-            for row in [image.rows[0], image.rows[1]] {
-                body.clip(image.depth * tangent + row, eps);
-                body.clip(image.depth * tangent - row, eps);
-            }
-        }
+        self.keep_lit(&mut body);
         body.corners()
     }
 
-    /// The sun's image.
+    /// The corners of what the light can reach of the scene's box.
+    pub fn lit(&self) -> Vec<DVec3> {
+        let mut body = self.cuboid();
+        self.keep_lit(&mut body);
+        body.corners()
+    }
+
+    /// The corners of the camera's frustum from depth `near` to `far`, metres, cut to what a lamp can reach.
+    pub fn slice(&self, near: f64, far: f64) -> Vec<DVec3> {
+        let mut body = Polyhedron::frustum(&Eye { near, far, ..self.eye() }.corners());
+        self.keep_lit(&mut body);
+        body.corners()
+    }
+
+    /// Cuts off what a lamp cannot reach: what lies outside the eight-sided pyramid around its cone, and beyond its range
+    /// or the scene's farthest corner. What is left lies before the lamp and so has a place in its image. The cone's tip, a
+    /// thousandth of that reach, is cut off too: maps begin behind it, and as the tip comes into view all rays would do so
+    /// at once.
+    fn keep_lit(&self, body: &mut Polyhedron) {
+        let Light::Spot { outer_angle, range, .. } = self.light else { return };
+        let (image, eps) = (self.image(), self.eps());
+        let tangent = (outer_angle as f64).to_radians().tan();
+        for k in 0..8 {
+            let (sin, cos) = (k as f64 * std::f64::consts::FRAC_PI_4).sin_cos();
+            body.clip(image.depth * tangent - image.rows[0] * cos - image.rows[1] * sin, eps);
+        }
+        let reach = self.deepest(&image, &self.cuboid().corners()).min(range as f64).max(0.0);
+        body.clip(image.depth - DVec4::W * (1e-3 * reach).max(1e3 * eps), eps);
+        body.clip(DVec4::W * reach - image.depth, eps);
+    }
+
+    /// The light's image: the sun's, or that of a lamp along its axis.
     pub fn image(&self) -> LightImage {
-        LightImage::new(self.light.axis().as_dvec3().normalize(), None)
+        let lamp = matches!(self.light, Light::Spot { .. });
+        LightImage::new(self.light.axis().as_dvec3().normalize(), lamp.then(|| self.light.position().as_dvec3()))
     }
 
     /// The light's view through the homography `h` of its image, fitted to the box around `points` of that image, which

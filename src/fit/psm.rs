@@ -1,16 +1,17 @@
 //! Perspective shadow maps (Stamminger, Drettakis 2002), with what Kozlov 2004 mended.
 
 use super::{LightImage, Scope, hull, warped};
+use crate::light::Light;
 use glam::{DMat3, DVec2, DVec3, DVec4, Vec4Swizzles};
 
-/// What the sun is in the space after the camera's perspective.
+/// What the light is in the space after the camera's perspective.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Case {
-    /// Parallel light: the sun stands at a right angle to the view.
+    /// Parallel light: the sun stands at a right angle to the view, or a lamp in the eye's plane.
     Parallel,
-    /// A point before which all lies: the sun stands ahead of the camera.
+    /// A point before which all lies: the light stands ahead of the camera.
     Point,
-    /// A point that light runs into: the sun stands behind the camera.
+    /// A point that light runs into: it stands behind the camera.
     Sink,
 }
 
@@ -43,7 +44,8 @@ pub struct Psm {
     pub plane: Option<f64>,
 }
 
-/// |w| of the light below which it counts as parallel: the cosine of its angle to the view.
+/// |w| of the light below which it counts as parallel: the cosine of the angle between its direction from the eye and the
+/// view.
 const PARALLEL: f64 = 1e-4;
 
 /// Fits the map over `seen`, the corners of what the camera sees.
@@ -51,8 +53,10 @@ pub fn fit(scope: &Scope, image: &LightImage, seen: &[DVec3], by: Slide) -> Psm 
     let eye = scope.eye();
     let depth = |points: &[DVec3]| hull::extent(points.iter().map(|p| DVec2::splat(eye.depth(*p)))).map(|e| e.x);
     let [first, last] = depth(seen);
-    // Far enough back for the casters too, and for the least near distance.
-    let [caster, _] = depth(&casters(scope, image, seen));
+    // Far enough back for the casters too, and for the least near distance. A lamp's casters reach up to the lamp, and from
+    // behind it little is left of the perspective; wherever they are, they lie on the receivers' rays and keep their place.
+    let lamp = matches!(scope.light, Light::Spot { .. });
+    let caster = if lamp { first } else { depth(&casters(scope, image, seen))[0] };
     let start = if by.push { first } else { eye.near.min(first) };
     let mut delta = by.fixed.unwrap_or((by.least_near - start.min(caster)).max(0.0));
     let plain =
@@ -102,7 +106,15 @@ fn perspective(scope: &Scope, image: &LightImage, seen: &[DVec3], delta: f64, [n
         row(eye.forward, 0.0),
     ];
     let apply = |p: DVec4| DVec4::new(q[0].dot(p), q[1].dot(p), q[2].dot(p), q[3].dot(p));
-    let light = apply((-image.depth.truncate()).extend(0.0));
+    let lamp = matches!(scope.light, Light::Spot { .. });
+    // Homogeneous, towards it of unit length; in the very eye it shines along all lines of sight.
+    let light = if lamp {
+        let at = scope.light.position().as_dvec3();
+        let distance = at.distance(from).max(scope.eps());
+        apply(at.extend(1.0)) * (1.0 / distance)
+    } else {
+        apply((-image.depth.truncate()).extend(0.0))
+    };
     let mut receivers = Vec::with_capacity(seen.len());
     for p in seen {
         let c = apply(p.extend(1.0));
@@ -126,19 +138,17 @@ fn perspective(scope: &Scope, image: &LightImage, seen: &[DVec3], delta: f64, [n
     let up = if gaze.z.abs() > 0.999 { DVec3::Y } else { DVec3::Z };
     let right = gaze.cross(up).normalize();
     let up = right.cross(gaze);
-    // A row over the space after the perspective, as a row over the light's image: all are blind along the light.
-    let over = |v: DVec3| {
-        let r = q[0] * v.x + q[1] * v.y + q[2] * v.z
-            - if case == Case::Parallel { DVec4::ZERO } else { q[3] * v.dot(point) };
+    // A row over world space that is blind along the light's rays, as a row over its image.
+    let blind = |r: DVec4| {
         let [a, b] = [0, 1].map(|i| r.truncate().dot(image.rows[i].truncate()));
-        DVec3::new(a, b, r.w)
+        DVec3::new(a, b, if lamp { r.truncate().dot(image.rows[2].truncate()) } else { r.w })
     };
-    let w = if case == Case::Parallel {
-        let [a, b] = [0, 1].map(|i| q[3].truncate().dot(image.rows[i].truncate()));
-        DVec3::new(a, b, q[3].w)
-    } else {
-        over(gaze)
+    // A row over the space after the perspective.
+    let over = |v: DVec3| {
+        let straight = q[0] * v.x + q[1] * v.y + q[2] * v.z;
+        blind(if case == Case::Parallel { straight } else { straight - q[3] * v.dot(point) })
     };
+    let w = if case == Case::Parallel { blind(q[3]) } else { over(gaze) };
     let h = DMat3::from_cols(over(right), over(up), w).transpose();
     // w is 1 in the middle of what it takes to the map.
     let ws: Vec<f64> = seen.iter().map(|p| warped(&h, image.at(*p)).1).collect();

@@ -1,7 +1,8 @@
 //! Trapezoidal shadow maps (Martin, Tan 2004; the recipe of Morais 2015, equations 7 to 16).
 
-use super::{LightImage, Scope, hull, msf};
-use glam::{DMat3, DVec2, DVec3};
+use super::{Eye, LightImage, Scope, hull, msf};
+use crate::light::Light;
+use glam::{DMat3, DVec2, DVec3, DVec4};
 
 /// A trapezoid around the view frustum in the light's image, and the warp that makes it a square.
 #[derive(Clone, Debug)]
@@ -28,26 +29,44 @@ pub fn vanishing(lambda: f64, focus: f64, p: f64) -> Option<f64> {
     (below > 1e-6 * lambda && eta > 0.0 && eta < 1e6 * lambda).then_some(eta)
 }
 
-/// Fits the trapezoid to the frustum's eight corners. `p`: share of the map that the range from the near plane to the
-/// point in focus takes; `focus`: where that point lies on the view's axis, as a share of the frustum's length.
+/// Fits the trapezoid to the frustum's eight corners; under a lamp to those of the part of the frustum that its cone holds.
+/// `p`: share of the map that the range from the near plane to the point in focus takes; `focus`: where that point lies on
+/// the view's axis, as a share of the frustum's length.
 pub fn fit(scope: &Scope, image: &LightImage, p: f64, focus: f64) -> Tsm {
     let eye = scope.eye();
-    let corners = eye.corners().map(|c| image.at(c));
-    let hull = hull::hull(&corners);
-    let on_axis = |z: f64| image.at(eye.position + eye.forward * z);
-    let (near, far) = (on_axis(eye.near), on_axis(eye.far));
-    let focus = on_axis(eye.near + focus * (eye.far - eye.near));
+    let body = scope.slice(eye.near, eye.far);
+    let hull = hull::hull(&body.iter().map(|c| image.at(*c)).collect::<Vec<_>>());
+    let line = match scope.light {
+        Light::Spot { .. } => lamp_line(&eye, image, &body, focus),
+        _ => {
+            let on_axis = |z: f64| image.at(eye.position + eye.forward * z);
+            let (near, far) = (on_axis(eye.near), on_axis(eye.far));
+            let axis = (far - near).try_normalize().unwrap_or(DVec2::Y);
+            let focus = on_axis(eye.near + focus * (eye.far - eye.near));
+            Line {
+                origin: near,
+                axis,
+                length: (far - near).length(),
+                focus: (focus - near).dot(axis),
+                eye: f64::INFINITY,
+            }
+        }
+    };
+    let (origin, axis) = (line.origin, line.axis);
     let [low, high] = hull::extent(hull.iter().copied());
-    let axis = (far - near).try_normalize().unwrap_or(DVec2::Y);
-    let heights = hull::extent(hull.iter().map(|c| DVec2::splat((*c - near).dot(axis))));
+    let heights = hull::extent(hull.iter().map(|c| DVec2::splat((*c - origin).dot(axis))));
     let (top, base) = (heights[0].x, heights[1].x);
     let lambda = base - top;
-    let mut out = Tsm { warp: DMat3::IDENTITY, trapezoid: None, q: near, focus, axis, hull };
+    let at_focus = origin + axis * line.focus;
+    let mut out = Tsm { warp: DMat3::IDENTITY, trapezoid: None, q: origin, focus: at_focus, axis, hull };
     // Along the light the centre line is a point: the far face alone is seen.
-    let clear = (far - near).length() > 1e-3 * (high - low).length();
-    let delta = (focus - near).dot(axis) - top;
-    if let Some(eta) = vanishing(lambda, delta, p).filter(|_| clear && delta > 0.0) {
-        out.q = near + axis * (top - eta);
+    let clear = line.length > 1e-3 * (high - low).length();
+    let delta = line.focus - top;
+    // A lamp's cone may begin beyond the point in focus: then q is the eye.
+    let rule = if delta > 0.0 { vanishing(lambda, delta, p) } else { Some(0.0) };
+    let eta = rule.map(|eta| eta.max(top - line.eye)).filter(|eta| *eta > 0.0 && *eta < 1e6 * lambda);
+    if let Some(eta) = eta.filter(|_| clear) {
+        out.q = origin + axis * (top - eta);
         // Tangents from q: the hull's corners at the smallest and largest angle.
         let slope = |c: &DVec2| (*c - out.q).dot(axis.perp()) / (*c - out.q).dot(axis);
         let [least, most] = hull::extent(out.hull.iter().map(|c| DVec2::splat(slope(c))));
@@ -67,6 +86,41 @@ pub fn fit(scope: &Scope, image: &LightImage, p: f64, focus: f64) -> Tsm {
         msf::turned(&out.hull).unwrap_or(DMat3::IDENTITY)
     };
     out
+}
+
+/// The view's axis in the light's image.
+struct Line {
+    /// A point of it, and its direction from near to far.
+    origin: DVec2,
+    axis: DVec2,
+    /// From the near to the far face.
+    length: f64,
+    /// Where the point in focus and the eye lie, from the origin along the axis; the sun's rule asks for no eye.
+    focus: f64,
+    eye: f64,
+}
+
+/// The view's axis under a lamp, whose cone holds `body` of the frustum. The near and far face are those of the body.
+///
+/// As the eye comes beside the lamp its image goes to infinity, and with it the vanishing point. Behind the lamp the
+/// foreground is close to it, so that its texels are small already: a rectangle serves.
+fn lamp_line(eye: &Eye, image: &LightImage, body: &[DVec3], focus: f64) -> Line {
+    let place = |row: DVec4, z: f64| row.dot((eye.position + eye.forward * z).extend(1.0));
+    let depth = |z: f64| place(image.rows[2], z);
+    let before = depth(0.0);
+    // The image's derivative along the axis at the eye, times `before` squared.
+    let at_eye = DVec2::new(place(image.rows[0], 0.0), place(image.rows[1], 0.0));
+    let derivative = image.along(eye.forward) * before - at_eye * image.depth.truncate().dot(eye.forward);
+    let axis = derivative.try_normalize().unwrap_or(DVec2::Y);
+    if before <= 0.0 {
+        let length = derivative.length() * f64::INFINITY;
+        return Line { origin: DVec2::ZERO, axis, length, focus: f64::INFINITY, eye: f64::NEG_INFINITY };
+    }
+    let [near, far] = hull::extent(body.iter().map(|p| DVec2::splat(eye.depth(*p)))).map(|z| z.x);
+    // From the eye on; infinite from the lamp's plane on.
+    let along = |z: f64| if depth(z) > 0.0 { derivative.length() * z / (before * depth(z)) } else { f64::INFINITY };
+    let length = if depth(near) > 0.0 { along(far) - along(near) } else { f64::INFINITY };
+    Line { origin: at_eye / before, axis, length, focus: along(near + focus * (far - near)), eye: 0.0 }
 }
 
 /// The eight matrices of Martin and Tan that take a trapezoid to the square from (-1, -1) to (1, 1):

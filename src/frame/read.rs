@@ -24,6 +24,12 @@ impl Renderer {
         Ok(bytemuck::pod_collect_to_vec(&self.read(&self.targets.truth)?))
     }
 
+    /// Reads the technique's own map back, if the last frame's view was one of those: a number a pixel, which the view's
+    /// kind gives a meaning.
+    pub fn read_map(&self) -> Result<Vec<f32>> {
+        Ok(bytemuck::pod_collect_to_vec(&self.read(&self.targets.map)?))
+    }
+
     /// The last frame's picture with the truth in place of the technique's visibility, as [`Renderer::read_picture`]
     /// gives it. That frame must have drawn the view `shaded` and traced the truth.
     pub fn read_truth_picture(&mut self) -> Result<Vec<u8>> {

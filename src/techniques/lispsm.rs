@@ -30,7 +30,7 @@ pub static INFO: Info = Info {
     paper: "Wimmer, Scherzer, Purgathofer 2004",
     doc: "A shadow map warped along the view, so that texels are small near the camera and large far away. Where gaze and \
           light are parallel there is nothing to gain, and the warp fades out.",
-    lights: &["directional"],
+    lights: &["directional", "spot"],
     params: &[LispsmParams::GROUP, MapParams::GROUP],
     main: &[("resolution", "256..8192*2"), ("strength", "0.5,1,1.5")],
     maps: &[
@@ -43,8 +43,8 @@ pub static INFO: Info = Info {
         MAPS[6],
         diagram::view(
             "Left the light's image, right the map: what the camera sees (green), the map's border (yellow) and every \
-             sixteenth of its texels. The cross is the perspective's centre, the line the gaze. Figures: n in metres and \
-             γ in degrees.",
+             sixteenth of its texels. The cross is the perspective's centre, the line the gaze. Figures: n in metres (under a \
+             lamp at 1 m from it) and γ in degrees.",
         ),
     ],
     make: |gpu| {
@@ -68,13 +68,12 @@ struct LightSpacePerspective {
 struct Fitted {
     lispsm: Lispsm,
     points: Vec<DVec2>,
-    eye: DVec2,
     view: Option<LightView>,
 }
 
 /// None if the camera sees nothing.
 fn fitted(scope: &Scope, p: &LispsmParams) -> Option<Fitted> {
-    let body = if p.focus { scope.seen() } else { scope.cuboid().corners() };
+    let body = if p.focus { scope.seen() } else { scope.lit() };
     if body.is_empty() {
         return None;
     }
@@ -83,7 +82,7 @@ fn fitted(scope: &Scope, p: &LispsmParams) -> Option<Fitted> {
     let lispsm = lispsm::fit(scope, &image, &body, by);
     let points: Vec<DVec2> = body.iter().map(|p| image.at(*p)).collect();
     let view = scope.view(&image, &lispsm.warp, &points, scope.deepest(&image, &body));
-    Some(Fitted { lispsm, points, eye: image.at(scope.eye().position), view })
+    Some(Fitted { lispsm, points, view })
 }
 
 impl Technique for LightSpacePerspective {
@@ -99,8 +98,8 @@ impl Technique for LightSpacePerspective {
 
 fn draw(made: &Fitted) -> Diagram {
     let l = &made.lispsm;
-    // Straight before the eye, at the near face and n before it.
-    let face = made.eye + l.direction * (l.near - made.eye.dot(l.direction));
+    // On the middle line, at the near face and n before it.
+    let face = l.middle + l.direction * (l.near - l.middle.dot(l.direction));
     let center = if l.n.is_finite() { face - l.direction * l.n } else { face };
     let far = face + l.direction * (l.far - l.near);
     let shown = if (face - center).length() < 3.0 * (far - face).length() { center } else { face };

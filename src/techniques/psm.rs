@@ -32,8 +32,8 @@ pub static INFO: Info = Info {
     title: "Perspective shadow map",
     paper: "Stamminger, Drettakis 2002",
     doc: "A shadow map of the scene as the camera's perspective leaves it: near things are large and get many texels. Ahead \
-          of the camera the sun becomes a point, behind it a sink, and the map changes as the camera turns.",
-    lights: &["directional"],
+          of the camera the light becomes a point, behind it a sink, and the map changes as the camera turns.",
+    lights: &["directional", "spot"],
     params: &[PsmParams::GROUP, MapParams::GROUP],
     main: &[("resolution", "256..8192*2"), ("least_near", "0.5,1,2,4")],
     maps: &[
@@ -53,7 +53,7 @@ pub static INFO: Info = Info {
             id: "pps",
             title: "Post-perspective space",
             doc: "The space after the camera's perspective, from the side (left) and from above (right): the camera looks \
-                  to the right, near to far plane in blue. Green: what the camera sees. Cross and lines: the sun as a \
+                  to the right, near to far plane in blue. Green: what the camera sees. Cross and lines: the light as a \
                   point, and its rays; parallel ones where it is no point.",
             truth: false,
         },

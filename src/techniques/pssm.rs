@@ -2,9 +2,10 @@
 
 use super::{Info, Technique};
 use crate::cascades::{Boxes, CascadeParams, Cascades, MAPS};
+use crate::fit::{Scope, hull};
 use crate::frame::Frame;
 use crate::gpu::{Gpu, Pass};
-use crate::light::LightView;
+use crate::light::{Light, LightView};
 use crate::params::Params;
 use crate::scene::Camera;
 use anyhow::Result;
@@ -33,7 +34,7 @@ crate::params! {
         percent_6: float(80.0, 0.0..=100.0, "%"),
         /// Where the seventh one ends.
         percent_7: float(90.0, 0.0..=100.0, "%"),
-        /// What each map covers. Stable: the sphere around its part of the view, steady as the camera moves. Indep: the box around that part. Crop: only the surfaces in it that face the light.
+        /// What each map covers. Stable: the sphere around its part of the view, steady as the camera moves (under a spot a box whose sides go in steps). Indep: the box around that part. Crop: only the surfaces in it that face the light.
         fit: choice("stable", ["indep", "crop", "stable"]),
         /// Stable fit: maps move by whole texels only. Without it shadow edges crawl.
         snap: flag(true),
@@ -46,7 +47,7 @@ pub static INFO: Info = Info {
     paper: "Zhang, Sun, Xu, Lun 2006",
     doc: "The view is cut into slices along its depth, and each slice has a map of its own: near things get more texels, \
           as perspective asks. Where slices meet, the sharpness jumps; light along the view gives all maps the same area.",
-    lights: &["directional"],
+    lights: &["directional", "spot"],
     params: &[CascadeParams::GROUP, PssmParams::GROUP],
     main: &[("resolution", "256..4096*2"), ("cascades", "2,4"), ("lambda", "0.5,0.9")],
     maps: &MAPS,
@@ -124,8 +125,11 @@ pub fn light_views(p: &PssmParams, c: &CascadeParams, splits: &[f64], seen: &See
             // Snapping moves the box by up to half a texel.
             let side = widened(2.0 * r, 1.0);
             let texel = side / resolution;
-            let xy = if p.snap { (center.truncate() / texel).round() * texel } else { center.truncate() };
-            (xy, DVec2::splat(side / 2.0), [center.z - r, center.z + r])
+            // The depth moves by steps too, of half a quantum around the sphere: stored depths then stay bit for bit.
+            let steps = DVec3::new(texel, texel, quantum);
+            let center = if p.snap { (center / steps).round() * steps } else { center };
+            let deep = r + quantum / 2.0;
+            (center.truncate(), DVec2::splat(side / 2.0), [center.z - deep, center.z + deep])
         } else {
             let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
             for corner in 0..8 {
@@ -158,6 +162,78 @@ pub fn light_views(p: &PssmParams, c: &CascadeParams, splits: &[f64], seen: &See
     views
 }
 
+/// A lamp's views of the cascades between `splits`, by the fits that need no look at the picture. `whole`: its view of
+/// the whole cone. A cascade that the cone does not meet gets that too: no sample will ask for it.
+///
+/// Perspective leaves no fit that only ever moves. The texels of a stable map are those of a grid that stands still in the
+/// lamp's image, and so in the world, as long as the map's sides stay; these go in steps of a fourth of a power of two.
+pub fn lamp_views(
+    p: &PssmParams,
+    c: &CascadeParams,
+    splits: &[f64],
+    scope: &Scope,
+    whole: LightView,
+) -> Vec<LightView> {
+    let image = scope.image();
+    let spread = match scope.light {
+        Light::Spot { outer_angle, .. } => (outer_angle as f64).to_radians().tan(),
+        _ => return vec![whole; splits.len() - 1],
+    };
+    let resolution = c.resolution as f64;
+    let free = |spare: f64| resolution / (resolution - 2.0 * (scope.margin as f64 + spare)).max(1.0);
+    // With what the filter needs at each border.
+    let widened =
+        |side: DVec2, nearest: f64, spare: f64| (side + DVec2::splat(c.blur as f64 / nearest.max(1e-9))) * free(spare);
+    let place = |x: DVec3| image.depth.dot(x.extend(1.0));
+    let view = |i: usize| -> Option<LightView> {
+        // As under the sun, the band before the cascade belongs to it.
+        let before = if i > 0 { c.blend as f64 * (splits[i] - splits[i - 1]) } else { 0.0 };
+        let (a, b) = (splits[i] - before, splits[i + 1]);
+        let body = scope.slice(a, b);
+        if body.is_empty() {
+            return None;
+        }
+        let [low, high] = hull::extent(body.iter().map(|x| image.at(*x)));
+        let [nearest, deepest] = hull::extent(body.iter().map(|x| DVec2::splat(place(*x)))).map(|depth| depth.x);
+        let (mut center, mut side) = ((low + high) / 2.0, widened(high - low, nearest, 0.0));
+        if p.fit == "stable" {
+            // Snapping moves the box by up to half a texel.
+            side = widened(high - low, nearest, 1.0).map(|side| ((side.log2() * 4.0 - 1e-6).ceil() / 4.0).exp2());
+            let texel = side / resolution;
+            center = if p.snap { (center / texel).round() * texel } else { center };
+        }
+        // Never more than the cone.
+        let all = DVec2::splat(2.0 * spread);
+        center = DVec2::select(side.cmplt(all), center, DVec2::ZERO);
+        side = side.min(all);
+        let half = (side / 2.0).max(DVec2::splat(1e-6));
+        let row = |i: usize| ((image.rows[i] - image.rows[2] * center[i]) / half[i]).as_vec4();
+        let (near, last) = (whole.near, whole.far);
+        let far = ((deepest * 1.0001 + 1e-5) as f32).min(last).max(near * 1.0001 + 1e-6);
+        Some(LightView {
+            row_x: row(0),
+            row_y: row(1),
+            row_z: (Vec4::W * far - whole.axis) * (near / (far - near)),
+            far,
+            texel: (2.0 * half.max_element() / resolution) as f32,
+            ..whole
+        })
+    };
+    (0..splits.len() - 1).map(|i| view(i).unwrap_or(whole)).collect()
+}
+
+/// The depths along the camera's axis that are split: all of its range under the sun; under a lamp only where the camera
+/// can see what of the scene's box the cone holds, if it does.
+pub fn split_range(scope: &Scope) -> [f64; 2] {
+    let all = [scope.camera.near as f64, scope.camera.far as f64];
+    if !matches!(scope.light, Light::Spot { .. }) {
+        return all;
+    }
+    let eye = scope.eye();
+    let [low, high] = hull::extent(scope.seen().iter().map(|x| DVec2::splat(eye.depth(*x)))).map(|depth| depth.x);
+    if low < high { [low.max(all[0]), high.min(all[1])] } else { all }
+}
+
 struct Pssm {
     cascades: Cascades,
     resolve: Pass,
@@ -177,11 +253,15 @@ impl Technique for Pssm {
         let c = CascadeParams::read(f.values);
         let whole = self.cascades.whole(f, &c)?;
         let camera = &f.setup.camera;
-        let splits = splits(&p, c.cascades, camera.near as f64, camera.far as f64);
+        let scope = Scope::of(f, c.resolution, whole.margin);
+        let [near, far] = split_range(&scope);
+        let splits = splits(&p, c.cascades, near, far);
         let words: Vec<f32> = splits.iter().map(|z| *z as f32).collect();
         f.gpu.queue.write_buffer(&self.cascades.splits, 0, bytemuck::cast_slice(&words));
         let boxes = if p.fit == "crop" {
             Boxes::Samples { dilate: 0.0, least: 0.0, smoothing: 0.0 }
+        } else if whole.perspective == 1 {
+            Boxes::Given(lamp_views(&p, &c, &splits, &scope, whole))
         } else {
             let seen = Seen { camera, aspect: f.size[0] as f64 / f.size[1] as f64, whole };
             Boxes::Given(light_views(&p, &c, &splits, &seen))

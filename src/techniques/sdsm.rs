@@ -30,7 +30,7 @@ pub static INFO: Info = Info {
     paper: "Lauritzen, Salvi, Lefohn 2011",
     doc: "Cascades between the nearest and the farthest surface seen, each map drawn tightly around its part of the \
           picture: no texel for what nobody sees. A thing that comes into view can stretch a map at once: pops.",
-    lights: &["directional"],
+    lights: &["directional", "spot"],
     params: &[CascadeParams::GROUP, SdsmParams::GROUP],
     main: &[("resolution", "256..4096*2"), ("cascades", "2,4"), ("scheme", "log,kmeans")],
     maps: &SDSM_MAPS,

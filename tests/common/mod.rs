@@ -5,6 +5,7 @@ use glam::{Mat4, Vec2, Vec3};
 use shadowscope::frame::{Ask, Renderer, Truth};
 use shadowscope::gpu::Gpu;
 use shadowscope::light::Light;
+use shadowscope::measure::metrics::FACING;
 use shadowscope::scene::{Camera, Local, Material, Mesh, NamedCamera, NamedLight, Node, Scene};
 use shadowscope::setup::Setup;
 use std::sync::{Arc, OnceLock};
@@ -67,6 +68,68 @@ pub fn scene(meshes: Vec<Mesh>, materials: Vec<Material>, camera: Camera, light:
 
 pub fn sun(to_light: Vec3) -> Light {
     Light::Directional { to_light, color: Vec3::ONE }
+}
+
+/// A spot that shines from `position` at `target`, its cone's edge `angle` degrees from the axis.
+pub fn spot(position: Vec3, target: Vec3, angle: f32) -> Light {
+    Light::Spot { position, direction: target - position, outer_angle: angle, range: 80.0, color: Vec3::splat(90.0) }
+}
+
+/// Pixels of the last frame that face a spot and lie in its cone: those that surely do, and with those on its very edge.
+pub fn in_cone(r: &mut Renderer, light: &Light) -> [u64; 2] {
+    let Light::Spot { position, outer_angle, range, .. } = *light else { panic!("not a spot") };
+    let (mask, at) = (r.read_mask().unwrap(), r.read_position().unwrap());
+    let mut found = [0; 2];
+    for p in mask.iter().zip(&at).filter(|(m, _)| **m == FACING).map(|(_, p)| Vec3::new(p[0], p[1], p[2])) {
+        let ray = p - position;
+        let spare = light.axis().dot(ray.normalize()) - outer_angle.to_radians().cos();
+        let spare = spare.min((range - ray.length()) / range);
+        found[0] += (spare > 1e-5) as u64;
+        found[1] += (spare > -1e-5) as u64;
+    }
+    found
+}
+
+/// Cameras and spots that stand awkwardly to one another, over what lies around the origin.
+pub fn awkward_spots() -> Vec<(&'static str, Camera, Light)> {
+    let p = |x: f32, y: f32, z: f32| Vec3::new(x, y, z);
+    let view = camera(p(0.0, 2.0, 9.0), p(0.0, 0.5, 0.0));
+    vec![
+        ("in view", view, spot(p(0.5, 3.0, 2.0), p(0.0, 0.0, 0.0), 50.0)),
+        ("in view, wide", view, spot(p(0.5, 3.0, 2.0), p(0.0, 0.0, 1.0), 85.0)),
+        ("towards the camera", view, spot(p(0.0, 3.0, -6.0), view.position - Vec3::Y, 40.0)),
+        ("beside the camera", view, spot(view.position + p(1.5, 1.0, 0.0), p(0.0, 0.0, 0.0), 30.0)),
+        ("in the camera", view, spot(view.position, view.target, 35.0)),
+        ("level with the camera", view, spot(view.position + p(3.0, 0.0, 0.0), view.target + p(3.0, 0.0, 0.0), 40.0)),
+        ("behind the camera", view, spot(p(0.0, 5.0, 16.0), p(0.0, 0.0, 0.0), 30.0)),
+        (
+            "away from the camera",
+            camera(p(0.0, 6.0, 14.0), p(0.0, 0.0, 0.0)),
+            spot(p(0.0, 3.0, 5.0), p(0.0, 0.0, -4.0), 45.0),
+        ),
+        ("along the axis", camera(p(0.0, 8.0, 0.0), Vec3::ZERO), spot(p(0.0, 8.0, 0.0), Vec3::ZERO, 40.0)),
+        (
+            "against the axis",
+            camera(p(0.0, 1.0, 5.0), p(0.0, 0.8, -2.0)),
+            spot(p(0.0, 4.0, -4.0), p(0.0, 0.0, 4.0), 60.0),
+        ),
+        ("near the floor", view, spot(p(-5.0, 0.8, 0.0), p(0.0, 0.3, 0.0), 40.0)),
+    ]
+}
+
+/// A floor with two boxes and a pole, for spots.
+pub fn yard() -> Vec<[Vec3; 3]> {
+    let mut triangles = floor(Vec2::splat(-12.0), Vec2::splat(12.0), 0.0);
+    for (low, high) in [
+        (Vec3::new(-2.0, 0.0, -1.0), Vec3::new(-0.6, 1.2, 0.4)),
+        (Vec3::new(0.8, 0.6, -3.0), Vec3::new(1.6, 1.8, -1.5)),
+        (Vec3::new(2.9, 0.0, 3.0), Vec3::new(3.1, 2.5, 3.2)),
+    ] {
+        let p = |i: usize| Vec3::from_array([0, 1, 2].map(|a| if i >> a & 1 == 1 { high[a] } else { low[a] }));
+        let faces = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
+        triangles.extend(faces.iter().flat_map(|f| [[p(f[0]), p(f[1]), p(f[2])], [p(f[0]), p(f[2]), p(f[3])]]));
+    }
+    triangles
 }
 
 pub fn camera(position: Vec3, target: Vec3) -> Camera {
