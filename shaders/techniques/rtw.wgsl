@@ -6,23 +6,24 @@
 // Where the edges between bins go, shares of the map's side: bins + 1 for x, then for y.
 @group(1) @binding(15) var<storage, read> warps: array<f32>;
 
-// Bins a side of the importance map.
-fn bins() -> u32 {
-    return min(rtw.importance_resolution, map.resolution);
+// Bins a side, told from the warps themselves, so that casters and look-up need no more than those.
+fn pieces_a_side() -> u32 {
+    return arrayLength(&warps) / 2u - 1u;
 }
 
 fn warp_bends() -> f32 {
-    return f32(bins());
+    return f32(pieces_a_side());
 }
 
 // Place on an axis after the warp, and how fast it moves.
 fn axis_warp(x: f32, axis: u32) -> vec2f {
-    let n = f32(bins());
-    let i = min(u32(x * n), bins() - 1u);
-    let at = axis * (bins() + 1u) + i;
+    let number = pieces_a_side();
+    let t = x * f32(number);
+    let i = min(u32(t), number - 1u);
+    let at = axis * (number + 1u) + i;
     let low = warps[at];
     let high = warps[at + 1u];
-    return vec2f(mix(low, high, x * n - f32(i)), (high - low) * n);
+    return vec2f(mix(low, high, t - f32(i)), (high - low) * f32(number));
 }
 
 fn warp(u: vec2f) -> vec2f {
@@ -34,9 +35,10 @@ fn warp_slope(u: vec2f) -> mat2x2f {
 }
 
 fn axis_unwarp(at: f32, axis: u32) -> f32 {
-    let first = axis * (bins() + 1u);
+    let number = pieces_a_side();
+    let first = axis * (number + 1u);
     var low = 0u;
-    var high = bins() - 1u;
+    var high = number - 1u;
     while low < high {
         let middle = (low + high) / 2u;
         if warps[first + middle + 1u] < at {
@@ -46,7 +48,7 @@ fn axis_unwarp(at: f32, axis: u32) -> f32 {
         }
     }
     let start = warps[first + low];
-    return (f32(low) + saturate((at - start) / max(warps[first + low + 1u] - start, 1e-12))) / f32(bins());
+    return (f32(low) + saturate((at - start) / max(warps[first + low + 1u] - start, 1e-12))) / f32(number);
 }
 
 fn unwarp(at: vec2f) -> vec2f {
@@ -54,6 +56,11 @@ fn unwarp(at: vec2f) -> vec2f {
 }
 
 // The importance map.
+
+// Bins a side, as in Rust.
+fn bins() -> u32 {
+    return min(rtw.importance_resolution, map.resolution);
+}
 
 // Importance, as the bits of floats that are never negative: rows from the top.
 @group(1) @binding(16) var<storage, read_write> importance: array<atomic<u32>>;
