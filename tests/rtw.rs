@@ -336,18 +336,17 @@ fn exact_casters_err_least_where_triangles_are_long() {
 /// share their columns, and lines of their own for all (notw) waste less on both.
 #[test]
 fn a_diagonal_wastes_two_corners() {
-    let (mut r, mut s) = built_in("st-diagonal", [192, 192]);
+    let (mut r, mut s) = built_in("st-diagonal", [384, 384]);
     let case = stability::find("st-diagonal").unwrap();
     let mut covered = |technique: &str, t: f32| {
         (case.place)(&mut s, t);
-        select(&mut s, technique, &["resolution=128"]);
-        let c = counts(&mut r, &s, 128);
-        c.used as f64 / (128.0 * 128.0)
+        select(&mut s, technique, &["resolution=64"]);
+        counts(&mut r, &s, 64).used as f64 / (64.0 * 64.0)
     };
     let [diagonal, axis] = [0.0, 0.5].map(|t| covered("rtw", t));
     let lines = covered("notw", 0.0);
-    assert!(diagonal < 0.85 * axis, "{diagonal} on the diagonal, {axis} on an axis");
-    assert!(lines > 1.3 * diagonal, "notw {lines}, rtw {diagonal}");
+    assert!(diagonal < 0.9 * axis, "{diagonal} on the diagonal, {axis} on an axis");
+    assert!(lines > 2.0 * diagonal, "notw {lines}, rtw {diagonal}");
 }
 
 /// A lamp: every facing pixel in its cone has a texel, and the picture is better than the plain map's.
