@@ -128,6 +128,31 @@ fn warped(edges: &[f64], x: f64) -> f64 {
     edges[i] + (at - i as f64) * (edges[i + 1] - edges[i])
 }
 
+/// The last frame's warps, which must be those of the reference, rise everywhere, and lead back from each texel's centre.
+fn assert_tables(r: &Renderer, reference: &[Vec<f64>; 2], side: usize, what: &str) {
+    let words: Vec<f32> =
+        bytemuck::pod_collect_to_vec(&r.analysis().table(&r.gpu, "warps").unwrap().expect("an analysed frame"));
+    for (axis, edges) in words.chunks_exact(words.len() / 2).enumerate() {
+        assert_eq!(edges.len(), reference[axis].len(), "{what}");
+        assert!(edges[0] == 0.0 && edges[edges.len() - 1] == 1.0, "{what}");
+        assert!(edges.windows(2).all(|w| w[1] > w[0]), "{what}: axis {axis} folds");
+        let off = edges.iter().zip(&reference[axis]).map(|(a, b)| (*a as f64 - b).abs()).fold(0.0, f64::max);
+        assert!(off < 1e-3, "{what}: an edge of axis {axis} is off by {off} of the map's side");
+        // As the shader does, in its precision.
+        let bins = edges.len() - 1;
+        for texel in 0..side {
+            let at = (texel as f32 + 0.5) / side as f32;
+            let i = edges[1..].partition_point(|e| *e < at).min(bins - 1);
+            let back = (i as f32 + ((at - edges[i]) / (edges[i + 1] - edges[i])).clamp(0.0, 1.0)) / bins as f32;
+            let t = back * bins as f32;
+            let j = (t as usize).min(bins - 1);
+            let again = edges[j] + (edges[j + 1] - edges[j]) * (t - j as f32);
+            let lost = (again - at).abs() * side as f32;
+            assert!(lost < 4e-3, "{what}: texel {texel} of axis {axis} comes back {lost} texels beside");
+        }
+    }
+}
+
 /// Asserts that the map's columns and rows hold the samples that these warps send there; how many samples plain rows and
 /// columns would have elsewhere.
 fn assert_follows(found: &Counts, at: &[DVec2], warps: &[Vec<f64>; 2], what: &str) -> f64 {
@@ -217,6 +242,7 @@ fn tables_follow_the_reference() {
                 *cell = cell.max(value);
             }
             let reference = warps(&importance, bins, sigma, floor);
+            assert_tables(&r, &reference, 256, &what);
             let moved = assert_follows(&found, &at, &reference, &what);
             assert!(moved > 0.1, "{what}: plain lines hold the same samples");
         }
@@ -264,7 +290,8 @@ fn light_side_analysis_follows_the_reference() {
             if flag("desired_view", true) && !inside {
                 value = 0.0;
             }
-            let farthest = [-8.0, 8.0].map(|x| [0.0, 1.0].map(|y| [-8.0, 8.0].map(|z| DVec3::new(x, y, z).distance(eye))));
+            let farthest =
+                [-8.0, 8.0].map(|x| [0.0, 1.0].map(|y| [-8.0, 8.0].map(|z| DVec3::new(x, y, z).distance(eye))));
             let farthest = farthest.as_flattened().as_flattened().iter().copied().fold(0.0, f64::max);
             if flag("distance_to_eye", true) {
                 value *= 1.0 - p.distance(eye) / farthest;
@@ -277,7 +304,9 @@ fn light_side_analysis_follows_the_reference() {
             }
             *cell = value;
         }
-        let moved = assert_follows(&found, &at, &warps(&importance, 64, 0.0, 0.02), &format!("{sets:?}"));
+        let (reference, what) = (warps(&importance, 64, 0.0, 0.02), format!("{sets:?}"));
+        assert_tables(&r, &reference, 256, &what);
+        let moved = assert_follows(&found, &at, &reference, &what);
         assert!(moved > 0.02, "{sets:?}: {moved}");
     }
 }
