@@ -397,7 +397,7 @@ fn a_lamp_is_served() {
         // On the cone's very rim rounding decides.
         let facing = samples(&mut r, &light).len() as u64;
         assert!(facing > 3000 && found.total.abs_diff(facing) <= 2, "{analysis}: {} of {facing}", found.total);
-        let e = measure::errors(&mut r, &mut s).unwrap();
+        let e = measure::errors(&mut r, &s).unwrap();
         assert!(e.share() < 0.08, "{analysis}: {}", e.share());
     }
 }
