@@ -6,6 +6,7 @@ mod pcf;
 mod psm;
 pub mod pssm;
 mod rt_hard;
+mod rtw;
 mod sdsm;
 mod shadow_map;
 mod tsm;
@@ -55,6 +56,7 @@ pub static ALL: &[&Info] = &[
     &lispsm::INFO,
     &tsm::INFO,
     &psm::INFO,
+    &rtw::INFO,
     &notw::INFO,
     &rt_hard::INFO,
 ];

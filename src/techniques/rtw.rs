@@ -1,0 +1,232 @@
+//! Rectilinear texture warping (Rosen 2012).
+
+use super::{Info, MAPS, Technique};
+use crate::frame::Frame;
+use crate::gpu::{Gpu, Pass, Raster, Resource, Slot, bytes};
+use crate::params::Params;
+use crate::shadow_map::{MapParams, USAGE};
+use crate::view::View;
+use crate::warp::{self, RasterParams, Warped, storage};
+use anyhow::{Result, ensure};
+
+crate::params! {
+    /// What makes a part of the map important, and how the warp follows it.
+    pub struct RtwParams {
+        /// Where importance is found. Backward: at the pixels that the camera sees. Forward: at the texels of a plain map from the light, hidden ones too. Hybrid: the camera's terms at pixels, shadow edges in the light's map.
+        analysis: choice("backward", ["backward", "forward", "hybrid"]),
+        /// Desired view: 1 where the camera looks, else 0. Backward analysis finds nothing else anyway.
+        desired_view: flag(true),
+        /// Distance to the eye: more where the camera is near.
+        distance_to_eye: flag(true),
+        /// Shadow edge: more where depth jumps in the light's map, or, in backward analysis, at edges of the camera's picture.
+        shadow_edge: flag(false),
+        /// Surface normal: more where surfaces face the camera.
+        surface_normal: flag(false),
+        /// How the terms that are on become one importance.
+        combine: choice("product", ["product", "max", "sum"]),
+        /// Falloff of the distance term. Power: 1 - (d / d_max)^p, up to the farthest that can be in view. Inverse: near plane / d.
+        falloff: choice("power", ["power", "inverse"]),
+        /// Exponent of the distance term: 1 falls evenly, 5 only far away.
+        p: float(1.0, 1.0..=5.0, ""),
+        /// How much more an edge counts than what has none.
+        k_e: float(2.0, 0.0..=8.0, "×"),
+        /// Depth step from which there is an edge: in the camera's depth, a spot's distance, or the sun's whole depth range.
+        tau: float(0.01, 0.001..=0.2, "× depth"),
+        /// How much more a surface counts that squarely faces the camera.
+        k_n: float(1.0, 0.0..=4.0, "×"),
+        /// Bins a side of the importance map; never more than the shadow map's texels.
+        importance_resolution: int(512, 64..=8192, "bins"),
+        /// Blur of both profiles. Small: the warp turns abruptly. Large: importance reaches where none is.
+        sigma: float(4.0, 0.0..=32.0, "bins"),
+        /// Importance that every row and column has, as a share of the largest: keeps the warp rising.
+        e: float(0.02, 0.0..=0.5, "× largest"),
+    }
+}
+
+pub static INFO: Info = Info {
+    id: "rtw",
+    title: "Rectilinear texture warping",
+    paper: "Rosen 2012",
+    doc: "Makes each row and each column of one map as wide as the most important thing in it asks. Two things on a \
+          diagonal waste texels on the diagonal's other two corners.",
+    lights: &["directional", "spot"],
+    params: &[RtwParams::GROUP, RasterParams::GROUP, MapParams::GROUP],
+    main: &[("resolution", "256..4096*2"), ("e", "0.005,0.02,0.1"), ("sigma", "0,4,16")],
+    maps: &[
+        MAPS[0],
+        MAPS[1],
+        MAPS[2],
+        MAPS[3],
+        MAPS[4],
+        MAPS[5],
+        MAPS[6],
+        warp::MAPS[0],
+        warp::MAPS[1],
+        warp::MAPS[2],
+        View {
+            id: "importance",
+            title: "Importance map",
+            doc: "Left in the light's image before the warp, right in the map. The brighter yellow, the more important; \
+                  blue: not at all.",
+            truth: false,
+        },
+        View {
+            id: "profiles",
+            title: "Importance profiles",
+            doc: "Left of the columns, right of the rows: the largest importance in each (grey), blurred (orange), and \
+                  the warp that its sums make (blue), steep where texels are many. Thin: no warp.",
+            truth: false,
+        },
+        View {
+            id: "over-dense",
+            title: "Over-dense cells",
+            doc: "Blue: bins without importance that have more texels than they would without the warp, the stronger the \
+                  more; grey: others without importance; yellow: important. Left before the warp, right in the map.",
+            truth: false,
+        },
+    ],
+    make: |gpu| Ok(Box::new(Rtw::new(gpu)?)),
+};
+
+struct Rtw {
+    warped: Warped,
+    tables: Option<Tables>,
+    light_depth: Slot,
+    casters: [Pass; 2],
+    samples: Pass,
+    texels: Pass,
+    collapse: Pass,
+    blur: Pass,
+    sum: Pass,
+}
+
+/// The importance map and what becomes of it, for one number of bins.
+struct Tables {
+    bins: u32,
+    importance: wgpu::Buffer,
+    profiles: wgpu::Buffer,
+    blurred: wgpu::Buffer,
+    warps: wgpu::Buffer,
+}
+
+impl Rtw {
+    fn new(gpu: &Gpu) -> Result<Rtw> {
+        let file = "techniques/rtw.wgsl";
+        let pass = |name, entry| Pass::compute(gpu, name, file, entry, INFO.params);
+        let casters = |fragment| {
+            let raster = Raster {
+                // A view whose depth is linear, as the base of every warp.
+                vertex: "warped_caster",
+                fragment: Some(fragment),
+                depth: Some(wgpu::DepthStencilState {
+                    format: wgpu::TextureFormat::Depth32Float,
+                    depth_write_enabled: Some(true),
+                    depth_compare: Some(wgpu::CompareFunction::Greater),
+                    stencil: Default::default(),
+                    bias: Default::default(),
+                }),
+                ..Raster::default()
+            };
+            Pass::render(gpu, "light's depth", "lib/depth.wgsl", raster, &[])
+        };
+        Ok(Rtw {
+            warped: Warped::new(gpu, file, INFO.params)?,
+            tables: None,
+            light_depth: Slot::default(),
+            casters: [casters("warped")?, casters("warped_masked")?],
+            samples: pass("importance of view samples", "importance_of_samples")?,
+            texels: pass("importance of texels", "importance_of_texels")?,
+            collapse: pass("collapse", "collapse")?,
+            blur: pass("blur", "blur")?,
+            sum: pass("prefix sums", "sum_up")?,
+        })
+    }
+}
+
+impl Tables {
+    fn new(gpu: &Gpu, bins: u32) -> Tables {
+        let side = bins as u64;
+        Tables {
+            bins,
+            importance: storage(gpu, "importance map", side * side * 4),
+            profiles: storage(gpu, "profiles", (2 * side + 1) * 4),
+            blurred: storage(gpu, "blurred profiles", 2 * side * 4),
+            warps: storage(gpu, "warps", 2 * (side + 1) * 4),
+        }
+    }
+
+    fn bytes(&self) -> u64 {
+        [&self.importance, &self.profiles, &self.blurred, &self.warps].map(|b| b.size()).iter().sum()
+    }
+}
+
+impl Technique for Rtw {
+    fn render(&mut self, f: &mut Frame) -> Result<()> {
+        let p = RtwParams::read(f.values);
+        // As `bins` in the shader.
+        let bins = p.importance_resolution.min(MapParams::read(f.values).resolution);
+        let limits = f.gpu.device.limits();
+        ensure!(
+            bins as u64 * bins as u64 * 4 <= limits.max_storage_buffer_binding_size.min(limits.max_buffer_size)
+                && bins <= limits.max_texture_dimension_2d,
+            "{} binds too little memory at once for {bins}² bins; choose a smaller importance_resolution",
+            f.gpu.info.name
+        );
+        if self.tables.as_ref().is_none_or(|t| t.bins != bins) {
+            self.tables = None;
+        }
+        let tables = self.tables.get_or_insert_with(|| Tables::new(f.gpu, bins));
+        f.held(tables.bytes());
+        // The whole scene: what the camera wants weighs, but cuts nothing off.
+        let base = self.warped.base(f, None, false)?;
+        let bound: [(&'static str, Resource); 5] = [
+            ("light_view", (&base.light_view).into()),
+            ("warps", (&tables.warps).into()),
+            ("raw", (&tables.profiles).into()),
+            ("smooth_profiles", (&tables.blurred).into()),
+            ("importance_map", (&tables.importance).into()),
+        ];
+        if p.analysis == "backward" {
+            self.light_depth = Slot::default();
+        }
+        if base.changed {
+            f.clear(&tables.importance);
+            f.clear(&tables.profiles);
+            if p.analysis != "forward" {
+                f.run(&self.samples).bind_all(&bound).bind("importance", &tables.importance).per_pixel();
+            }
+            if p.analysis != "backward" {
+                let format = wgpu::TextureFormat::Depth32Float;
+                let depth = self.light_depth.get(f.gpu, "light's depth", [bins; 2], format, USAGE);
+                let scene = f.scene;
+                let [opaque, masked] = &self.casters;
+                f.run(opaque).bind_all(&bound).draw(&[], Some((&depth, 0.0)), true, |p| scene.draw_opaque(p));
+                if scene.opaque_count < scene.triangle_count {
+                    f.run(masked).bind_all(&bound).draw(&[], Some((&depth, 0.0)), false, |p| scene.draw_masked(p));
+                }
+                let groups = bins.div_ceil(8);
+                f.run(&self.texels)
+                    .bind_all(&bound)
+                    .bind("importance", &tables.importance)
+                    .bind("light_depth", &depth)
+                    .dispatch(groups, groups, 1);
+            }
+            let groups = bins.div_ceil(64);
+            f.run(&self.collapse)
+                .bind_all(&bound)
+                .bind("importance", &tables.importance)
+                .bind("profiles", &tables.profiles)
+                .dispatch(groups, groups, 1);
+            f.run(&self.blur).bind_all(&bound).bind("blurred", &tables.blurred).dispatch(groups, 2, 1);
+            f.run(&self.sum).bind_all(&bound).bind("edges", &tables.warps).dispatch(2, 1, 1);
+        }
+        if let Some(texture) = self.light_depth.texture() {
+            f.held(bytes(texture));
+        }
+        self.warped.draw(f, &base, &bound)?;
+        f.show_labels("importance");
+        f.show_labels("profiles");
+        f.show_labels("over-dense");
+        Ok(())
+    }
+}
