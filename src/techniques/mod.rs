@@ -1,5 +1,7 @@
 //! The techniques: the trait they implement and the registry they stand in.
 
+mod dsm;
+mod fem_grid;
 mod lispsm;
 mod notw;
 mod pcf;
@@ -56,6 +58,8 @@ pub static ALL: &[&Info] = &[
     &tsm::INFO,
     &psm::INFO,
     &notw::INFO,
+    &dsm::INFO,
+    &fem_grid::INFO,
     &rt_hard::INFO,
 ];
 
