@@ -224,15 +224,15 @@ fn step_of(i: u32, rate: f32, smoothing: f32, floor: f32) -> vec2f {
             - share_of_mean(p - y, 1u) * bend(p - y, 0.0) - share_of_mean(p + y, 1u) * bend(p + y, 0.0));
         curvature += smoothing * vec3f(1.25, 0.0, 1.25);
     }
-    var move: vec2f;
+    var way: vec2f;
     if free.x * free.y > 0.0 {
         let det = curvature.x * curvature.z - curvature.y * curvature.y;
-        move = -vec2f(curvature.z * slope.x - curvature.y * slope.y, curvature.x * slope.y - curvature.y * slope.x)
+        way = -vec2f(curvature.z * slope.x - curvature.y * slope.y, curvature.x * slope.y - curvature.y * slope.x)
             / max(det, 1e-20);
     } else {
-        move = -slope / max(curvature.xz, vec2f(1e-20));
+        way = -slope / max(curvature.xz, vec2f(1e-20));
     }
-    move = free * (rate * move + momentum * solver[node_count() + i]);
+    way = free * (rate * way + momentum * solver[node_count() + i]);
     // No triangle may lose more than a third of what it has above the floor to each of its corners.
     var least = 1.0;
     for (var k = 0u; k < 4u; k++) {
@@ -242,13 +242,13 @@ fn step_of(i: u32, rate: f32, smoothing: f32, floor: f32) -> vec2f {
         }
         let c = quadrangle(vec2u(cell), 0.0);
         for (var t = 0u; t < 3u; t++) {
-            let loss = -dot(slope_of(c, k, t), move);
+            let loss = -dot(slope_of(c, k, t), way);
             if loss > 0.0 {
                 least = min(least, 0.3 * (corner_area(c, (k + t + 3u) & 3u) - floor) / loss);
             }
         }
     }
-    return move * least;
+    return way * least;
 }
 
 // `rate`: how far to go of each node's own best step; `floor`: the least area of a triangle, 0.5 at the start. A step
@@ -287,9 +287,9 @@ fn relax(index: u32, steps: u32, rate: f32, smoothing: f32, floor: f32) {
         gone_on = better;
         storageBarrier();
         for (var v = index; v < node_count(); v += relax_threads) {
-            let move = share * solver[node_count() + v];
-            solver[v] += move;
-            solver[node_count() + v] = move;
+            let way = share * solver[node_count() + v];
+            solver[v] += way;
+            solver[node_count() + v] = way;
         }
         storageBarrier();
         taken++;

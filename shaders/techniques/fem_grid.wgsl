@@ -58,10 +58,10 @@ fn solve(@builtin(local_invocation_index) index: u32) {
     }
 }
 
-// The direct stiffness method. Element c pushes its corners with the force (e(A0) - 1) dA/dp and answers a change of its
-// area with the stiffness K, both as they are on the regular grid; its edges are springs after Hooke. The assembled system
-// is solved for the displacements at once, by conjugate gradients. As forces are those of small displacements and these are
-// not small, cells turn over: nothing in a linear system keeps them from it.
+// The direct stiffness method. Element c pushes its corners with the force (e(A0) - 1) dA/dp as it is on the regular grid;
+// its edges are springs after Hooke, F = k x. The assembled system is solved for the displacements at once, by conjugate
+// gradients. Forces are those of small displacements and these are not small: cells turn over, as nothing in a linear
+// system keeps them from it.
 
 // Derivative of a regular cell's area by its corner k.
 fn regular_slope(k: u32) -> vec2f {
@@ -80,9 +80,9 @@ fn force(place: vec2u) -> vec2f {
     return sum * free_of(place);
 }
 
-// Row of the assembled stiffness matrix times the vector number `of` of `solver`.
-fn times_stiffness(place: vec2u, of: u32) -> vec2f {
-    let first = of * node_count();
+// Row of the assembled stiffness matrix times that vector of `solver`.
+fn times_stiffness(place: vec2u, vector: u32) -> vec2f {
+    let first = vector * node_count();
     let own = solver[first + node_at(place)];
     var sum = vec2f(0.0);
     for (var k = 0u; k < 4u; k++) {
@@ -90,11 +90,6 @@ fn times_stiffness(place: vec2u, of: u32) -> vec2f {
         if any(cell < vec2i(0)) || any(cell >= vec2i(i32(grid_side()))) {
             continue;
         }
-        var gained = 0.0;
-        for (var j = 0u; j < 4u; j++) {
-            gained += dot(regular_slope(j), solver[first + node_at(vec2u(cell) + corner_offset(j))]);
-        }
-        sum += weights[u32(cell.y) * grid_side() + u32(cell.x)] * gained * regular_slope(k);
         // Half of each spring to each cell beside it.
         let p = vec2u(cell);
         let beside = solver[first + node_at(p + corner_offset(k ^ 1u))];
@@ -165,7 +160,7 @@ fn stiffness(index: u32) {
 }
 
 // What the curve shows at a step that need not be whole: the potential over that before the first step. The stiffness
-// method: ten-thousandths of the residual, logarithmic.
+// method: the squared residual in ten decades.
 fn curve_at(step: f32) -> f32 {
     let taken = energy_curve[0];
     let before = u32(clamp(floor(step), 0.0, taken));
@@ -191,7 +186,7 @@ fn energy_view(pixel: vec2u) -> f32 {
         return drawn(1u, 1.0);
     }
     let tenth = abs(fract(10.0 * at + 0.5) - 0.5) / 10.0;
-    return drawn(white, select(0.05, 0.25, min(tenth.x, tenth.y) < 0.25 * wide));
+    return drawn(white, select(0.05, 0.2, min(tenth.x, tenth.y) < 0.5 / scale));
 }
 
 fn inspect_warp(s: Surface) -> f32 {
