@@ -97,12 +97,17 @@ pub struct Warped {
     pieces: Option<Pieces>,
     counters: wgpu::Buffer,
     tiles: wgpu::Buffer,
+    image_tiles: wgpu::Buffer,
+    /// Not held for the linear raster.
+    rays: wgpu::Buffer,
     arguments: wgpu::Buffer,
     need: Pass,
+    spread: Pass,
+    trace: Pass,
     start: Pass,
     split: Pass,
     finish: Pass,
-    casters: Option<(String, wgpu::TextureFormat, bool, Pass)>,
+    casters: Option<([String; 2], wgpu::TextureFormat, Pass)>,
     resolve: Pass,
     inspect: Pass,
     analyse: Pass,
@@ -137,8 +142,12 @@ impl Warped {
             pieces: None,
             counters: zero("pieces' counters", 128, Use::STORAGE | Use::COPY_SRC),
             tiles: zero("needed tiles", 512, Use::STORAGE),
+            image_tiles: zero("needed tiles of the image", 512, Use::STORAGE),
+            rays: storage(gpu, "texels' rays", 16),
             arguments: zero("draw of the pieces", 16, Use::STORAGE | Use::INDIRECT),
             need: pass("needed tiles", "need")?,
+            spread: pass("needed tiles", "spread")?,
+            trace: pass("texels' rays", "trace_rays")?,
             start: pass("caster culling", "start")?,
             split: pass("subdivision", "split")?,
             finish: pass("subdivision", "finish")?,
@@ -194,7 +203,8 @@ impl Warped {
         ensure!(p.resolution <= limit, "a map of {}² texels is more than {} takes", p.resolution, f.gpu.info.name);
         let r = RasterParams::read(f.values);
         let exact = r.raster == "exact";
-        self.prepare_casters(f.gpu, &p, exact)?;
+        self.prepare_casters(f.gpu, &p, &r.raster)?;
+        self.prepare_rays(f.gpu, if r.raster == "linear" { 0 } else { p.resolution })?;
         let map = self.depth.get(f.gpu, "shadow map", [p.resolution; 2], format(&p), USAGE);
         let pieces = Pieces::hold(&mut self.pieces, f.gpu, f.scene.triangle_count);
         let mut all: Vec<(&'static str, Resource)> = bound.to_vec();
@@ -202,6 +212,9 @@ impl Warped {
             ("light_view", (&base.light_view).into()),
             ("shadow_map", (&map).into()),
             ("tiles", (&self.tiles).into()),
+            ("image_tiles", (&self.image_tiles).into()),
+            ("rays", (&self.rays).into()),
+            ("drawn_rays", (&self.rays).into()),
             ("counters", (&self.counters).into()),
             ("arguments", (&self.arguments).into()),
             ("work", (&pieces.work).into()),
@@ -212,16 +225,21 @@ impl Warped {
             ("folds", (&pieces.folds).into()),
             ("folded", (&pieces.folds).into()),
         ]);
-        let held = [&self.counters, &self.tiles, &self.arguments, &pieces.work, &pieces.pieces, &pieces.boxes];
-        f.held(held.into_iter().map(|b| b.size()).sum::<u64>() + pieces.folds.size());
+        let own = [&self.counters, &self.tiles, &self.image_tiles, &self.rays, &self.arguments];
+        let held = own.into_iter().chain([&pieces.work, &pieces.pieces, &pieces.boxes]);
+        f.held(held.map(|b| b.size()).sum::<u64>() + pieces.folds.size());
         if let Some(texture) = self.depth.texture() {
             f.held(crate::gpu::bytes(texture));
         }
         if base.changed {
-            for buffer in [&self.counters, &self.tiles, &pieces.folds] {
+            for buffer in [&self.counters, &self.tiles, &self.image_tiles, &pieces.folds] {
                 f.clear(buffer);
             }
             f.run(&self.need).bind_all(&all).per_pixel();
+            if r.raster != "linear" {
+                f.run(&self.spread).bind_all(&all).dispatch(64, 1, 1);
+                f.run(&self.trace).bind_all(&all).dispatch(p.resolution.div_ceil(64), p.resolution, 1);
+            }
             f.run(&self.start).bind_all(&all).bind("level", &pieces.levels[0]).dispatch(256, 1, 1);
             if r.raster != "linear" {
                 for level in &pieces.levels[1..] {
@@ -276,15 +294,36 @@ impl Warped {
         self.counts.clone().unwrap_or_else(|| storage(gpu, "view samples before the warp", size))
     }
 
+    /// Room for the ray of each texel of such a map.
+    fn prepare_rays(&mut self, gpu: &Gpu, resolution: u32) -> Result<()> {
+        let size = (resolution as u64 * resolution as u64 * 8).max(16);
+        if self.rays.size() != size {
+            let limits = gpu.device.limits();
+            ensure!(
+                size <= limits.max_storage_buffer_binding_size.min(limits.max_buffer_size),
+                "{} binds too little memory at once for the rays of a {resolution}² map; choose raster = linear or a smaller \
+                 resolution",
+                gpu.info.name
+            );
+            self.rays = storage(gpu, "texels' rays", size);
+        }
+        Ok(())
+    }
+
     /// Makes the caster pass anew if its pipeline's state changed.
-    fn prepare_casters(&mut self, gpu: &Gpu, p: &MapParams, exact: bool) -> Result<()> {
-        let format = format(p);
-        if self.casters.as_ref().is_some_and(|(c, f, e, _)| (c, f, e) == (&p.cull, &format, &exact)) {
+    fn prepare_casters(&mut self, gpu: &Gpu, p: &MapParams, raster: &str) -> Result<()> {
+        let (format, exact) = (format(p), raster == "exact");
+        let state = [p.cull.clone(), raster.to_string()];
+        if self.casters.as_ref().is_some_and(|(s, f, _)| (s, f) == (&state, &format)) {
             return Ok(());
         }
         let raster = Raster {
             vertex: if exact { "box_caster" } else { "piece_caster" },
-            fragment: Some(if exact { "box" } else { "piece" }),
+            fragment: Some(match raster {
+                "exact" => "box",
+                "subdivide" => "piece",
+                _ => "linear_piece",
+            }),
             depth: Some(wgpu::DepthStencilState {
                 format,
                 depth_write_enabled: Some(true),
@@ -301,7 +340,7 @@ impl Warped {
             ..Raster::default()
         };
         let pass = Pass::render(gpu, "shadow map", self.file, raster, self.groups)?;
-        self.casters = Some((p.cull.clone(), format, exact, pass));
+        self.casters = Some((state, format, pass));
         Ok(())
     }
 }

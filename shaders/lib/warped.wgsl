@@ -5,8 +5,9 @@
 //!include lib/labels.wgsl
 // All passes of a map with a warp (lib/warp.wgsl): casters split where the warp bends them, drawn, and looked up.
 //
-// Three ways to draw: `linear` moves corners only, `subdivide` splits triangles until no edge deviates from its warped
-// image by more than the tolerance, `exact` draws a box around each piece and meets its plane with every texel's ray.
+// Three ways to draw: `linear` moves corners only; `subdivide` splits triangles until no edge deviates from its warped
+// image by more than the tolerance, and takes the depth where every texel's ray meets the triangle's plane; `exact` draws a
+// box around each piece and takes only the texels whose rays meet the triangle itself.
 // Includers write `fn inspect_warp(s: Surface) -> f32` too: their own maps.
 
 @group(1) @binding(40) var<uniform> raster: RasterParams;
@@ -41,8 +42,13 @@ struct Level {
 // A bit a triangle: whether the map holds a part of it with its sides exchanged.
 @group(1) @binding(48) var<storage, read_write> folds: array<atomic<u32>>;
 @group(1) @binding(49) var<storage, read> folded: array<u32>;
-// 64 × 64 tiles of the map, a bit each: whether a view sample needs one of its texels.
+// 64 × 64 tiles of the map, a bit each: whether a view sample needs one of its texels; and tiles of the light's image
+// before the warp: whether the rays of such texels lie in them.
 @group(1) @binding(50) var<storage, read_write> tiles: array<atomic<u32>, 128>;
+@group(1) @binding(53) var<storage, read_write> image_tiles: array<atomic<u32>, 128>;
+// Where the centre of each texel lies before the warp.
+@group(1) @binding(54) var<storage, read_write> rays: array<vec2f>;
+@group(1) @binding(55) var<storage, read> drawn_rays: array<vec2f>;
 // Vertices and instances of the draw, from 0 on.
 @group(1) @binding(51) var<storage, read_write> arguments: array<u32, 4>;
 
@@ -113,27 +119,93 @@ fn need(@builtin(global_invocation_id) id: vec3u) {
     }
 }
 
+// The bits of tiles `first` to `last` of a row that lie in one half of it.
+fn tile_bits(x0: u32, x1: u32, half: u32) -> u32 {
+    let first = max(x0, half * 32u);
+    let last = min(x1, half * 32u + 31u);
+    if first > last {
+        return 0u;
+    }
+    return (0xffffffffu >> (31u - (last - first))) << (first & 31u);
+}
+
+// Marks the tiles of the light's image that the rays of needed texels lie in: a thread a tile of the map.
+@compute @workgroup_size(64)
+fn spread(@builtin(global_invocation_id) id: vec3u) {
+    let tile = vec2u(id.x % 64u, id.x / 64u);
+    if (atomicLoad(&tiles[2u * tile.y + tile.x / 32u]) >> (tile.x & 31u) & 1u) == 0u {
+        return;
+    }
+    // A texel more on each side, as drawn edges lie a little beside their places.
+    let low = vec2f(tile) / 64.0 - 1.0 / map_side();
+    let high = vec2f(tile + 1u) / 64.0 + 1.0 / map_side();
+    let steps = u32(ceil(map_side() / 64.0)) + 2u;
+    var first = vec2f(1.0);
+    var last = vec2f(0.0);
+    for (var i = 0u; i <= steps; i++) {
+        let t = f32(i) / f32(steps);
+        let x = mix(low.x, high.x, t);
+        let y = mix(low.y, high.y, t);
+        var border = array<vec2f, 4>(vec2f(x, low.y), vec2f(x, high.y), vec2f(low.x, y), vec2f(high.x, y));
+        for (var k = 0u; k < 4u; k++) {
+            let u = unwarp(saturate(border[k]));
+            first = min(first, u);
+            last = max(last, u);
+        }
+    }
+    let x0 = u32(clamp(first.x * 64.0, 0.0, 63.0));
+    let x1 = u32(clamp(last.x * 64.0, 0.0, 63.0));
+    for (var half = 0u; half < 2u; half++) {
+        let bits = tile_bits(x0, x1, half);
+        for (var y = u32(clamp(first.y * 64.0, 0.0, 63.0)); bits != 0u && y <= u32(clamp(last.y * 64.0, 0.0, 63.0)); y++) {
+            atomicOr(&image_tiles[2u * y + half], bits);
+        }
+    }
+}
+
+// Whether a view sample needs a ray in a box of the light's image.
+fn image_needed(low: vec2f, high: vec2f) -> bool {
+    if !(all(high >= vec2f(0.0)) && all(low <= vec2f(1.0))) {
+        return false;
+    }
+    let x0 = u32(clamp(low.x * 64.0, 0.0, 63.0));
+    let x1 = u32(clamp(high.x * 64.0, 0.0, 63.0));
+    for (var half = 0u; half < 2u; half++) {
+        let bits = tile_bits(x0, x1, half);
+        for (var y = u32(clamp(low.y * 64.0, 0.0, 63.0)); bits != 0u && y <= u32(clamp(high.y * 64.0, 0.0, 63.0)); y++) {
+            if (atomicLoad(&image_tiles[2u * y + half]) & bits) != 0u {
+                return true;
+            }
+        }
+    }
+    return false;
+}
+
 // Whether a view sample needs a texel in a box of the map, texels.
 fn needed(low: vec2f, high: vec2f) -> bool {
-    if any(high < vec2f(0.0)) || any(low > vec2f(map_side())) {
+    if !(all(high >= vec2f(0.0)) && all(low <= vec2f(map_side()))) {
         return false;
     }
     let x0 = tile_of(low.x);
     let x1 = tile_of(high.x);
     for (var half = 0u; half < 2u; half++) {
-        let first = max(x0, half * 32u);
-        let last = min(x1, half * 32u + 31u);
-        if first > last {
-            continue;
-        }
-        let bits = (0xffffffffu >> (31u - (last - first))) << (first & 31u);
-        for (var y = tile_of(low.y); y <= tile_of(high.y); y++) {
+        let bits = tile_bits(x0, x1, half);
+        for (var y = tile_of(low.y); bits != 0u && y <= tile_of(high.y); y++) {
             if (atomicLoad(&tiles[2u * y + half]) & bits) != 0u {
                 return true;
             }
         }
     }
     return false;
+}
+
+// A thread a texel.
+@compute @workgroup_size(64)
+fn trace_rays(@builtin(global_invocation_id) id: vec3u) {
+    let side = u32(map_side());
+    if id.x < side {
+        rays[id.y * side + id.x] = unwarp((vec2f(id.xy) + 0.5) / map_side());
+    }
 }
 
 // The part of a segment inside the unit square, as shares of its length; y < x: none.
@@ -162,10 +234,11 @@ struct Edge {
     split: bool,
     // Where it is split.
     middle: Corner,
-    // What the warped samples on it cover, shares of the map's sides, and the farthest apart that two in a row are.
+    // Unless it is split: what the warped samples on it cover, shares of the map's sides, and how much the steps between
+    // them differ.
     low: vec2f,
     high: vec2f,
-    step: vec2f,
+    bend: vec2f,
 }
 
 fn between(a: Corner, b: Corner, t: f32) -> Corner {
@@ -175,6 +248,13 @@ fn between(a: Corner, b: Corner, t: f32) -> Corner {
 // Where a place at a share t between two projected points lies between their points in space.
 fn in_space(t: f32, wa: f32, wb: f32) -> f32 {
     return t * wa / ((1.0 - t) * wb + t * wa);
+}
+
+// Distance of a place from a segment.
+fn beside(at: vec2f, start: vec2f, end: vec2f) -> f32 {
+    let d = end - start;
+    let t = saturate(dot(at - start, d) / max(dot(d, d), 1e-20));
+    return distance(at, start + t * d);
 }
 
 fn judge(one: Corner, other: Corner) -> Edge {
@@ -196,185 +276,151 @@ fn judge(one: Corner, other: Corner) -> Edge {
         e.middle = between(first, second, 0.5);
         return e;
     }
+    let middle = clamp(0.5 * (span.x + span.y), 0.02, 0.98);
+    e.middle = between(first, second, in_space(middle, a.z, b.z));
     let exact = raster.raster == raster_exact;
     let length_inside = (span.y - span.x) * length(b.xy - a.xy);
-    // Every bend twice where boxes must hold, else every second one.
-    let number = u32(clamp(ceil(length_inside * warp_bends() * select(0.5, 2.0, exact)), 2.0, select(64.0, 160.0, exact)));
-    var worst = 0.0;
-    var covered = 0.0;
+    let longest = max(length_inside, (span.y - span.x) * distance(start, end)) * map_side();
+    // Boxes are the tighter the smaller the piece.
+    if exact && longest > 32.0 {
+        e.split = true;
+        return e;
+    }
+    // A curve shorter than a texel is not worth a corner.
+    if !exact && longest <= 1.0 {
+        return e;
+    }
+    // Every bend, twice where boxes must hold.
+    let number = u32(clamp(ceil(length_inside * warp_bends() * select(1.0, 2.0, exact)), 2.0, 128.0));
     var last = warped(mix(a.xy, b.xy, span.x));
+    var last_step = vec2f(0.0);
     for (var i = 0u; i <= number; i++) {
         let t = mix(span.x, span.y, f32(i) / f32(number));
         let at = warped(mix(a.xy, b.xy, t));
-        worst = max(worst, distance(at, mix(start, end, t)));
+        if !exact && beside(at, start, end) * map_side() > raster.tolerance {
+            e.split = true;
+            return e;
+        }
         e.low = min(e.low, at);
         e.high = max(e.high, at);
-        e.step = max(e.step, abs(at - last));
-        covered += distance(at, last);
+        let step = at - last;
+        e.bend = max(e.bend, select(vec2f(0.0), abs(step - last_step), i > 1u));
         last = at;
+        last_step = step;
     }
-    let longest = max(covered, length_inside) * map_side();
-    // Boxes are the tighter the smaller the piece; a curve shorter than a texel is not worth a corner.
-    e.split = select(worst * map_side() > raster.tolerance && longest > 1.0, longest > 32.0, exact);
-    let middle = clamp(0.5 * (span.x + span.y), 0.02, 0.98);
-    e.middle = between(first, second, in_space(middle, a.z, b.z));
     return e;
 }
 
-// Where inside a part the warp deviates most from the linear image of its corners; z: by how many texels.
-fn worst_inside(a: vec2f, b: vec2f, c: vec2f) -> vec3f {
-    let low = max(min(min(a, b), c), vec2f(0.0));
-    let high = min(max(max(a, b), c), vec2f(1.0));
-    let ab = b - a;
-    let ac = c - a;
-    let area = ab.x * ac.y - ab.y * ac.x;
-    let size = (high - low) * map_side();
-    if any(size < vec2f(0.0)) || max(size.x, size.y) < 4.0 || area == 0.0 {
-        return vec3f(0.0);
-    }
-    let wa = warped(a);
-    let wab = warped(b) - wa;
-    let wac = warped(c) - wa;
-    let steps = vec2u(clamp(ceil(size / 8.0), vec2f(1.0), vec2f(8.0)));
-    var worst = vec3f(0.0);
-    for (var i = 0u; i < steps.x * steps.y; i++) {
-        let u = mix(low, high, (vec2f(vec2u(i % steps.x, i / steps.x)) + 0.5) / vec2f(steps));
-        let d = u - a;
-        let s = (d.x * ac.y - d.y * ac.x) / area;
-        let t = (ab.x * d.y - ab.y * d.x) / area;
-        if s > 0.0 && t > 0.0 && s + t < 1.0 {
-            let off = distance(warped(u), wa + s * wab + t * wac) * map_side();
-            if off > worst.z {
-                worst = vec3f(s, t, off);
-            }
-        }
-    }
-    return worst;
-}
-
-fn push(t: Part, low: vec2f, high: vec2f) {
+fn push(t: Part) {
     let at = atomicAdd(&counters[of_level + level.number + 1u], 1u);
     if at < level.most {
         work[((level.number + 1u) & 1u) * level.most + at] = packed(t);
     } else {
-        // Too many to split: as it is.
-        draw(t, low, high);
+        atomicAdd(&counters[lost_count], 1u);
     }
+}
+
+// Whether a box of the map holds the centre of a texel.
+fn holds_centre(low: vec2f, high: vec2f) -> bool {
+    return all(ceil(low - 0.5) <= floor(high - 0.5));
 }
 
 fn draw(t: Part, low: vec2f, high: vec2f) {
-    let at = atomicAdd(&counters[drawn_count], 1u);
-    if at >= level.most_drawn {
-        atomicAdd(&counters[lost_count], 1u);
-        return;
+    let exact = raster.raster == raster_exact;
+    var kept = exact && holds_centre(low, high);
+    if !exact {
+        let a = unwarped_place(t.a.position).xy;
+        let b = unwarped_place(t.b.position).xy;
+        let c = unwarped_place(t.c.position).xy;
+        let before = (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
+        let wa = warped(a) * map_side();
+        let wb = warped(b) * map_side();
+        let wc = warped(c) * map_side();
+        let after = (wb.x - wa.x) * (wc.y - wa.y) - (wb.y - wa.y) * (wc.x - wa.x);
+        // Some room for the rasteriser's own rounding.
+        kept = holds_centre(min(min(wa, wb), wc) - 0.01, max(max(wa, wb), wc) + 0.01);
+        // Not slivers that rounding turns over.
+        if kept && before * after < 0.0 && abs(after) > 0.02 {
+            atomicAdd(&counters[fold_count], 1u);
+            atomicOr(&folds[t.triangle / 32u], 1u << (t.triangle & 31u));
+        }
     }
-    pieces[at] = packed(t);
-    if raster.raster == raster_exact {
-        boxes[at] = vec4f(low, high);
-        return;
-    }
-    let a = unwarped_place(t.a.position).xy;
-    let b = unwarped_place(t.b.position).xy;
-    let c = unwarped_place(t.c.position).xy;
-    let wa = warped(a);
-    let before = (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
-    let wb = warped(b) - wa;
-    let wc = warped(c) - wa;
-    let after = wb.x * wc.y - wb.y * wc.x;
-    // Not slivers that rounding turns over.
-    if before * after < 0.0 && abs(after) * map_side() * map_side() > 0.02 {
-        atomicAdd(&counters[fold_count], 1u);
-        atomicOr(&folds[t.triangle / 32u], 1u << (t.triangle & 31u));
+    if kept {
+        let at = atomicAdd(&counters[drawn_count], 1u);
+        if at < level.most_drawn {
+            pieces[at] = packed(t);
+            if exact {
+                boxes[at] = vec4f(low, high);
+            }
+        } else {
+            atomicAdd(&counters[lost_count], 1u);
+        }
     }
 }
 
+// The triangles that a triangle falls into when some of its edges are split, 3 bits each for corners and edges: 0 to 2
+// a, b, c; 3 to 5 the middles of ab, bc, ca. By the mask of split edges; bits 30 and 31: the number of triangles less one.
+const patterns = array<u32, 8>(
+    0u,
+    // ab: a p c, p b c.
+    (1u << 30u) | 0u | (3u << 3u) | (2u << 6u) | (3u << 9u) | (1u << 12u) | (2u << 15u),
+    // bc: a b q, a q c.
+    (1u << 30u) | 0u | (1u << 3u) | (4u << 6u) | (0u << 9u) | (4u << 12u) | (2u << 15u),
+    // ab, bc: p b q, a p q, a q c.
+    (2u << 30u) | 3u | (1u << 3u) | (4u << 6u) | (0u << 9u) | (3u << 12u) | (4u << 15u) | (0u << 18u) | (4u << 21u) | (2u << 24u),
+    // ca: a b r, r b c.
+    (1u << 30u) | 0u | (1u << 3u) | (5u << 6u) | (5u << 9u) | (1u << 12u) | (2u << 15u),
+    // ab, ca: a p r, p b c, r p c.
+    (2u << 30u) | 0u | (3u << 3u) | (5u << 6u) | (3u << 9u) | (1u << 12u) | (2u << 15u) | (5u << 18u) | (3u << 21u) | (2u << 24u),
+    // bc, ca: r q c, a b q, a q r.
+    (2u << 30u) | 5u | (4u << 3u) | (2u << 6u) | (0u << 9u) | (1u << 12u) | (4u << 15u) | (0u << 18u) | (4u << 21u) | (5u << 24u),
+    // All: a p r, p b q, r q c, and p q r last.
+    (3u << 30u) | 0u | (3u << 3u) | (5u << 6u) | (3u << 9u) | (1u << 12u) | (4u << 15u) | (5u << 18u) | (4u << 21u) | (2u << 24u));
+
 // Draws a part, splits it for the next level, or drops it if no view sample needs what it covers. True if it is kept.
 fn handle(t: Part) -> bool {
-    var low: vec2f;
-    var high: vec2f;
+    let ua = unwarped_place(t.a.position);
+    let ub = unwarped_place(t.b.position);
+    let uc = unwarped_place(t.c.position);
     if raster.raster == raster_linear {
-        let a = warped(unwarped_place(t.a.position).xy);
-        let b = warped(unwarped_place(t.b.position).xy);
-        let c = warped(unwarped_place(t.c.position).xy);
-        low = min(min(a, b), c) * map_side();
-        high = max(max(a, b), c) * map_side();
-        if needed(low, high) {
-            draw(t, low, high);
-            return true;
+        let a = warped(ua.xy) * map_side();
+        let b = warped(ub.xy) * map_side();
+        let c = warped(uc.xy) * map_side();
+        if !needed(min(min(a, b), c), max(max(a, b), c)) {
+            return false;
         }
+    } else if !image_needed(min(min(ua.xy, ub.xy), uc.xy), max(max(ua.xy, ub.xy), uc.xy)) {
         return false;
     }
-    let ab = judge(t.a, t.b);
-    let bc = judge(t.b, t.c);
-    let ca = judge(t.c, t.a);
-    // A part's image is bounded by its edges' images; these may bulge between samples by less than the samples' steps.
-    let spare = max(max(ab.step, bc.step), ca.step) * map_side() + 0.01;
-    low = min(min(ab.low, bc.low), ca.low) * map_side() - spare;
-    high = max(max(ab.high, bc.high), ca.high) * map_side() + spare;
-    if !needed(low, high) {
-        return false;
+    var corners = array<Corner, 6>(t.a, t.b, t.c, t.a, t.b, t.c);
+    var mask = 0u;
+    var low = vec2f(1e9);
+    var high = vec2f(-1e9);
+    var bend = vec2f(0.0);
+    if raster.raster != raster_linear {
+        for (var k = 0u; k < 3u; k++) {
+            let e = judge(corners[k], corners[(k + 1u) % 3u]);
+            mask |= u32(e.split) << k;
+            corners[3u + k] = e.middle;
+            low = min(low, e.low);
+            high = max(high, e.high);
+            bend = max(bend, e.bend);
+        }
     }
-    if level.last == 1u {
-        draw(t, low, high);
+    if mask == 0u || level.last == 1u {
+        // A part's image is bounded by its edges' images; these may bulge between samples by less than their steps differ.
+        draw(t, (low - bend) * map_side() - 0.01, (high + bend) * map_side() + 0.01);
         return true;
     }
-    let n = t.triangle;
-    let p = ab.middle;
-    let q = bc.middle;
-    let r = ca.middle;
-    switch u32(ab.split) | (u32(bc.split) << 1u) | (u32(ca.split) << 2u) {
-        case 1u: {
-            push(Part(t.a, p, t.c, n), low, high);
-            push(Part(p, t.b, t.c, n), low, high);
+    let pattern = patterns[mask];
+    let number = (pattern >> 30u) + 1u;
+    for (var k = 0u; k < number; k++) {
+        var bits = pattern >> (9u * k);
+        // The middle triangle of four stands in no pattern.
+        if k == 3u {
+            bits = 3u | (4u << 3u) | (5u << 6u);
         }
-        case 2u: {
-            push(Part(t.b, q, t.a, n), low, high);
-            push(Part(q, t.c, t.a, n), low, high);
-        }
-        case 4u: {
-            push(Part(t.c, r, t.b, n), low, high);
-            push(Part(r, t.a, t.b, n), low, high);
-        }
-        case 3u: {
-            push(Part(p, t.b, q, n), low, high);
-            push(Part(t.a, p, q, n), low, high);
-            push(Part(t.a, q, t.c, n), low, high);
-        }
-        case 6u: {
-            push(Part(q, t.c, r, n), low, high);
-            push(Part(t.b, q, r, n), low, high);
-            push(Part(t.b, r, t.a, n), low, high);
-        }
-        case 5u: {
-            push(Part(r, t.a, p, n), low, high);
-            push(Part(t.c, r, p, n), low, high);
-            push(Part(t.c, p, t.b, n), low, high);
-        }
-        case 7u: {
-            push(Part(t.a, p, r, n), low, high);
-            push(Part(p, t.b, q, n), low, high);
-            push(Part(r, q, t.c, n), low, high);
-            push(Part(p, q, r, n), low, high);
-        }
-        default: {
-            let a = unwarped_place(t.a.position);
-            let b = unwarped_place(t.b.position);
-            let c = unwarped_place(t.c.position);
-            let worst = worst_inside(a.xy, b.xy, c.xy);
-            if raster.raster == raster_exact || worst.z <= raster.tolerance {
-                draw(t, low, high);
-                return true;
-            }
-            // Edges are straight enough, but not what they enclose: a corner where that is worst.
-            var share = vec3f(1.0 - worst.x - worst.y, worst.x, worst.y) / vec3f(a.z, b.z, c.z);
-            share /= share.x + share.y + share.z;
-            let x = Corner(
-                t.a.position * share.x + t.b.position * share.y + t.c.position * share.z,
-                t.a.uv * share.x + t.b.uv * share.y + t.c.uv * share.z);
-            push(Part(t.a, t.b, x, n), low, high);
-            push(Part(t.b, t.c, x, n), low, high);
-            push(Part(t.c, t.a, x, n), low, high);
-        }
+        push(Part(corners[bits & 7u], corners[(bits >> 3u) & 7u], corners[(bits >> 6u) & 7u], t.triangle));
     }
     return true;
 }
@@ -391,28 +437,24 @@ fn start(@builtin(global_invocation_id) id: vec3u) {
             corners[k] = Corner(v.position, v.uv);
             ws[k] = dot(light_view.row_w, vec4f(v.position, 1.0));
         }
-        let least = select(0.0, 1e-3 * light_view.near, light_view.perspective != 0u && any(light_view.row_w.xyz != vec3f(0.0)));
+        let least = select(0.0, 1e-3 * light_view.near, any(light_view.row_w.xyz != vec3f(0.0)));
+        // Cut at the lamp's plane: a triangle or two.
+        var cut: array<Corner, 4>;
+        var number = 0u;
+        for (var k = 0u; k < 3u; k++) {
+            let next = (k + 1u) % 3u;
+            if ws[k] > least {
+                cut[number] = corners[k];
+                number++;
+            }
+            if (ws[k] > least) != (ws[next] > least) {
+                cut[number] = between(corners[k], corners[next], (1.001 * least - ws[k]) / (ws[next] - ws[k]));
+                number++;
+            }
+        }
         var kept = false;
-        if all(ws > vec3f(least)) {
-            kept = handle(Part(corners[0], corners[1], corners[2], i));
-        } else if any(ws > vec3f(least)) {
-            var cut: array<Corner, 4>;
-            var number = 0u;
-            for (var k = 0u; k < 3u; k++) {
-                let next = (k + 1u) % 3u;
-                if ws[k] > least {
-                    cut[number] = corners[k];
-                    number++;
-                }
-                if (ws[k] > least) != (ws[next] > least) {
-                    cut[number] = between(corners[k], corners[next], (1.001 * least - ws[k]) / (ws[next] - ws[k]));
-                    number++;
-                }
-            }
-            kept = handle(Part(cut[0], cut[1], cut[2], i));
-            if number == 4u {
-                kept = handle(Part(cut[0], cut[2], cut[3], i)) || kept;
-            }
+        for (var k = 2u; k < number; k++) {
+            kept = handle(Part(cut[0], cut[k - 1u], cut[k], i)) || kept;
         }
         if kept {
             atomicAdd(&counters[kept_count], 1u);
@@ -438,64 +480,34 @@ fn finish() {
     arguments[3] = 0u;
 }
 
+// A piece as it lies before the warp: edge functions (Olano, Greer 1997), taken relative to `origin` so that small pieces
+// keep their digits.
 struct PieceCaster {
-    @builtin(position) clip: vec4f,
-    @location(0) uv: vec2f,
-    @location(1) @interpolate(flat) material: u32,
-    // Stored depth; linear in space, so that interpolation with perspective is exact.
-    @location(2) depth: f32,
-}
-
-@vertex
-fn piece_caster(@builtin(vertex_index) index: u32) -> PieceCaster {
-    let t = unpacked(drawn_pieces[index / 3u]);
-    var corners = array<Corner, 3>(t.a, t.b, t.c);
-    let corner = corners[index % 3u];
-    let u = unwarped_place(corner.position);
-    let at = warped(u.xy);
-    let clip = vec4f((2.0 * at.x - 1.0) * u.z, (1.0 - 2.0 * at.y) * u.z, 0.5 * u.z, u.z);
-    let depth = stored_depth(light_view, dot(light_view.axis, vec4f(corner.position, 1.0)));
-    return PieceCaster(clip, corner.uv, vertices[triangles[t.triangle].x].material, depth);
-}
-
-@fragment
-fn piece(in: PieceCaster) -> @builtin(frag_depth) f32 {
-    if masked_out(materials[in.material], in.uv) {
-        discard;
-    }
-    return saturate(in.depth);
-}
-
-// A box of the map, with the edge functions of its piece before the warp (Olano, Greer 1997), taken relative to
-// `origin` so that small pieces keep their digits.
-struct BoxCaster {
     @builtin(position) clip: vec4f,
     @location(0) @interpolate(flat) e0: vec3f,
     @location(1) @interpolate(flat) e1: vec3f,
     @location(2) @interpolate(flat) e2: vec3f,
-    @location(3) @interpolate(flat) depth: vec3f,
+    @location(3) @interpolate(flat) depths: vec3f,
     @location(4) @interpolate(flat) uv01: vec4f,
     @location(5) @interpolate(flat) uv2: vec2f,
     @location(6) @interpolate(flat) origin: vec2f,
     @location(7) @interpolate(flat) material: u32,
+    // As corners have them, for the linear raster.
+    @location(8) depth: f32,
+    @location(9) uv: vec2f,
 }
 
-@vertex
-fn box_caster(@builtin(vertex_index) index: u32) -> BoxCaster {
-    let t = unpacked(drawn_pieces[index / 6u]);
-    let box = drawn_boxes[index / 6u];
-    let corner = array<vec2f, 6>(box.xy, box.zy, box.xw, box.xw, box.zy, box.zw)[index % 6u] / map_side();
-    var out: BoxCaster;
-    out.clip = vec4f(2.0 * corner.x - 1.0, 1.0 - 2.0 * corner.y, 0.5, 1.0);
+fn caster_of(t: Part) -> PieceCaster {
+    var out: PieceCaster;
+    let positions = array<vec3f, 3>(t.a.position, t.b.position, t.c.position);
     let middle = (unwarped_place(t.a.position).xy + unwarped_place(t.b.position).xy + unwarped_place(t.c.position).xy) / 3.0;
     out.origin = saturate(middle);
     let ndc = vec2f(2.0 * out.origin.x - 1.0, 1.0 - 2.0 * out.origin.y);
     var corners: array<vec3f, 3>;
-    let positions = array<vec3f, 3>(t.a.position, t.b.position, t.c.position);
     for (var k = 0u; k < 3u; k++) {
         let clip = light_clip(light_view, positions[k]);
         corners[k] = vec3f(clip.xy - ndc * clip.w, clip.w);
-        out.depth[k] = dot(light_view.axis, vec4f(positions[k], 1.0));
+        out.depths[k] = dot(light_view.axis, vec4f(positions[k], 1.0));
     }
     out.e0 = cross(corners[1], corners[2]);
     out.e1 = cross(corners[2], corners[0]);
@@ -506,21 +518,70 @@ fn box_caster(@builtin(vertex_index) index: u32) -> BoxCaster {
     return out;
 }
 
+@vertex
+fn piece_caster(@builtin(vertex_index) index: u32) -> PieceCaster {
+    let t = unpacked(drawn_pieces[index / 3u]);
+    var out = caster_of(t);
+    let corners = array<Corner, 3>(t.a, t.b, t.c);
+    let corner = corners[index % 3u];
+    let u = unwarped_place(corner.position);
+    let at = warped(u.xy);
+    out.clip = vec4f((2.0 * at.x - 1.0) * u.z, (1.0 - 2.0 * at.y) * u.z, 0.5 * u.z, u.z);
+    out.depth = stored_depth(light_view, out.depths[index % 3u]);
+    out.uv = corner.uv;
+    return out;
+}
+
+@vertex
+fn box_caster(@builtin(vertex_index) index: u32) -> PieceCaster {
+    let box = drawn_boxes[index / 6u];
+    var out = caster_of(unpacked(drawn_pieces[index / 6u]));
+    let corner = array<vec2f, 6>(box.xy, box.zy, box.xw, box.xw, box.zy, box.zw)[index % 6u] / map_side();
+    out.clip = vec4f(2.0 * corner.x - 1.0, 1.0 - 2.0 * corner.y, 0.5, 1.0);
+    return out;
+}
+
 @fragment
-fn box(in: BoxCaster) -> @builtin(frag_depth) f32 {
-    let u = unwarp(in.clip.xy / map_side());
+fn linear_piece(in: PieceCaster) -> @builtin(frag_depth) f32 {
+    if masked_out(materials[in.material], in.uv) {
+        discard;
+    }
+    return saturate(in.depth);
+}
+
+// Shares of the corners where the texel's ray meets the piece's plane; w: positive if the piece turns its front to the
+// light.
+fn met(in: PieceCaster) -> vec4f {
+    let u = drawn_rays[u32(in.clip.y) * u32(map_side()) + u32(in.clip.x)];
     let place = vec3f(2.0 * (u.x - in.origin.x), -2.0 * (u.y - in.origin.y), 1.0);
     let e = vec3f(dot(in.e0, place), dot(in.e1, place), dot(in.e2, place));
     let sum = e.x + e.y + e.z;
-    let share = e / sum;
-    let front = sum > 0.0;
-    if !(min(min(share.x, share.y), share.z) >= -1e-6) || (map.cull == cull_front && front) || (map.cull == cull_back && !front) {
-        discard;
-    }
+    return vec4f(e / sum, sum);
+}
+
+fn kept_depth(in: PieceCaster, share: vec3f) -> f32 {
     if masked_out(materials[in.material], share.x * in.uv01.xy + share.y * in.uv01.zw + share.z * in.uv2) {
         discard;
     }
-    return saturate(stored_depth(light_view, dot(share, in.depth)));
+    // Seen edge-on, the plane is met anywhere: no farther than the piece goes.
+    let low = min(min(in.depths.x, in.depths.y), in.depths.z);
+    let high = max(max(in.depths.x, in.depths.y), in.depths.z);
+    return saturate(stored_depth(light_view, clamp(dot(share, in.depths), low, high)));
+}
+
+@fragment
+fn piece(in: PieceCaster) -> @builtin(frag_depth) f32 {
+    return kept_depth(in, met(in).xyz);
+}
+
+@fragment
+fn box(in: PieceCaster) -> @builtin(frag_depth) f32 {
+    let share = met(in);
+    let front = share.w > 0.0;
+    if !(min(min(share.x, share.y), share.z) >= -1e-6) || (map.cull == cull_front && front) || (map.cull == cull_back && !front) {
+        discard;
+    }
+    return kept_depth(in, share.xyz);
 }
 
 // Counts view samples by their texels before the warp.
