@@ -7,9 +7,8 @@
 // The cell in which each place of a raster of table_side()² places over the map lies: where searches start.
 @group(1) @binding(15) var<storage, read> cell_table: array<u32>;
 
-// Twice, so that no sample of an edge steps over a bend.
 fn warp_bends() -> f32 {
-    return 2.0 * f32(grid_side());
+    return f32(grid_side());
 }
 
 fn table_side() -> u32 {
