@@ -450,8 +450,7 @@ fn grids_hold_all_receivers_and_pay() {
 fn spots_work() {
     let light = spot(Vec3::new(3.0, 6.0, 4.0), Vec3::ZERO, 40.0);
     let view = camera(Vec3::new(0.0, 4.0, 10.0), Vec3::ZERO);
-    let (mut r, mut s) =
-        start(scene(vec![mesh(&yard(), 0)], vec![material(Vec3::ONE)], view, light), [128, 128]);
+    let (mut r, mut s) = start(scene(vec![mesh(&yard(), 0)], vec![material(Vec3::ONE)], view, light), [128, 128]);
     let plain = errors(&mut r, &mut s, "shadow-map", &["resolution=256", "fit=scene"]).share();
     for technique in GRIDS {
         let e = errors(&mut r, &mut s, technique, &["resolution=256"]);
@@ -554,5 +553,25 @@ fn nothing_breaks() {
             }
         }
         s.view = "shaded".into();
+    }
+}
+
+// TEMPORARY
+#[test]
+#[ignore]
+fn zz_shares() {
+    let scenes = std::env::var("SCENES").unwrap();
+    let list = std::env::var("LIST").unwrap();
+    let n: u32 = std::env::var("SIDE").unwrap().parse().unwrap();
+    for name in scenes.split(',') {
+        let (mut r, mut s) = built_in(name, [n, n]);
+        for one in list.split(';') {
+            let mut parts = one.split(',');
+            let technique = parts.next().unwrap();
+            let sets: Vec<&str> = parts.collect();
+            let t = std::time::Instant::now();
+            let e = errors(&mut r, &mut s, technique, &sets);
+            println!("{name} {one}: {:.3} %  {:.1} s", 100.0 * e.share(), t.elapsed().as_secs_f64());
+        }
     }
 }
