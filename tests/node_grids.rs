@@ -470,8 +470,9 @@ fn exact_beats_linear_on_long_triangles() {
     for technique in GRIDS {
         let linear = errors(&mut r, &mut s, technique, &["resolution=256", "raster=linear"]).share();
         let exact = errors(&mut r, &mut s, technique, &["resolution=256", "raster=exact"]).share();
-        let split = errors(&mut r, &mut s, technique, &["resolution=256", "raster=subdivide"]).share();
         assert!(exact < 0.7 * linear, "{technique}: exact {exact}, linear {linear}");
+        // A texel is metres wide here: the tolerance must be small for as few errors.
+        let split = errors(&mut r, &mut s, technique, &["resolution=256", "tolerance=0.05"]).share();
         assert!(split < 1.2 * exact + 0.003, "{technique}: subdivide {split}, exact {exact}");
     }
 }
@@ -553,25 +554,5 @@ fn nothing_breaks() {
             }
         }
         s.view = "shaded".into();
-    }
-}
-
-// TEMPORARY
-#[test]
-#[ignore]
-fn zz_shares() {
-    let scenes = std::env::var("SCENES").unwrap();
-    let list = std::env::var("LIST").unwrap();
-    let n: u32 = std::env::var("SIDE").unwrap().parse().unwrap();
-    for name in scenes.split(',') {
-        let (mut r, mut s) = built_in(name, [n, n]);
-        for one in list.split(';') {
-            let mut parts = one.split(',');
-            let technique = parts.next().unwrap();
-            let sets: Vec<&str> = parts.collect();
-            let t = std::time::Instant::now();
-            let e = errors(&mut r, &mut s, technique, &sets);
-            println!("{name} {one}: {:.3} %  {:.1} s", 100.0 * e.share(), t.elapsed().as_secs_f64());
-        }
     }
 }
