@@ -235,6 +235,7 @@ impl Bench {
         let info = techniques::find("fem-grid").unwrap();
         let mut values = Values::new();
         values.insert("grid".into(), Value::Int(side as i64));
+        values.insert("error".into(), Value::Text("sum".into()));
         values.extend(sets.iter().map(|(k, v)| (k.to_string(), v.clone())));
         let words = info.params[0].words(&values);
         let fem = gpu.buffer("fem", bytemuck::cast_slice(&words), wgpu::BufferUsages::UNIFORM);
@@ -490,8 +491,10 @@ fn folds_are_shown() {
     };
     assert_eq!(folds("dsm", &["resolution=256"]), 0);
     assert_eq!(folds("fem-grid", &["resolution=256"]), 0);
-    let seed = folds("fem-grid", &["resolution=256", "variant=seed-stiffness"]);
-    assert!(seed > 50, "{seed} pixels of folded cells");
+    for error in ["error=sum", "error=sqrt"] {
+        let seed = folds("fem-grid", &["resolution=256", "variant=seed-stiffness", error]);
+        assert!(seed > 50, "{error}: {seed} pixels of folded cells");
+    }
 }
 
 /// An edge takes texels from where there is none: importance without edges leaves the grid regular.

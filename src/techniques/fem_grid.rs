@@ -19,8 +19,8 @@ crate::params! {
         grid: int(16, 8..=64, "cells"),
         /// How nodes find their places. Energy: the potential of all cells is made small step by step, and no cell folds. Seed-stiffness: one linear system of springs, as the thesis tried it; the grid folds.
         variant: choice("energy", ["energy", "seed-stiffness"]),
-        /// What a cell holds: the sum of its view samples' aliasing errors, or the sum's square root, which warps less.
-        error: choice("sum", ["sum", "sqrt"]),
+        /// What a cell holds: the sum of its view samples' aliasing errors, or the sum's square root, which warps less and leaves fewer errors.
+        error: choice("sqrt", ["sum", "sqrt"]),
         /// What every cell holds on top, as a share of the mean. Small: empty cells give up nearly all their area, and far steps take long.
         floor: float(0.1, 0.001..=1.0, "× mean"),
         /// Energy: how stiff the grid is against bends (the thesis' springs; μ), where a node lies off its neighbours' mean.
