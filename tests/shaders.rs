@@ -27,7 +27,8 @@ fn every_module_compiles() {
     let mut whole = 0;
     for file in &files {
         // What lib/ lacks is given by the technique that includes it.
-        if ["lib/resolve", "lib/lookup", "lib/analysis"].iter().any(|f| file.starts_with(f)) {
+        let parts = ["resolve", "lookup", "analysis", "nearest", "place", "warp", "node_", "relax"];
+        if parts.iter().any(|f| file.starts_with(&format!("lib/{f}"))) {
             continue;
         }
         let program = Shaders::default().load(file, groups(file)).unwrap_or_else(|e| panic!("{e:#}"));

@@ -44,24 +44,32 @@ fn counted(p: Place) -> bool {
     return true;
 }
 
+// How the rays of this pixel's neighbours to the right and below differ, scaled to a depth of 1 along the camera's axis.
+fn pixel_rays() -> mat2x3f {
+    let m = frame.view_proj;
+    let row_x = vec3f(m[0].x, m[1].x, m[2].x);
+    let row_y = vec3f(m[0].y, m[1].y, m[2].y);
+    return mat2x3f(row_x * (2.0 / (f32(frame.size.x) * dot(row_x, row_x))),
+                   row_y * (-2.0 / (f32(frame.size.y) * dot(row_y, row_y))));
+}
+
+// How far it is on the surface's plane to where those rays meet it, metres.
+fn pixel_steps(s: Surface) -> mat2x3f {
+    let rays = pixel_rays();
+    let ray = (s.position - frame.eye) / s.depth;
+    let slope = dot(s.normal, ray);
+    let along_normal = select(slope, select(-1e-7, 1e-7, slope >= 0.0), abs(slope) < 1e-7);
+    return s.depth * mat2x3f(rays[0] - ray * (dot(s.normal, rays[0]) / along_normal),
+                             rays[1] - ray * (dot(s.normal, rays[1]) / along_normal));
+}
+
 fn analysed(s: Surface) -> vec4f {
     let light = light_at(s.position);
     if !s.valid || !light.reached || dot(s.normal, light.to_light) <= 0.0 {
         return vec4f(-1.0);
     }
-    // The rays of this pixel and its neighbours meet the surface's plane; scaled to a depth of 1 along the camera's
-    // axis, they change by `right` and `down` from pixel to pixel.
-    let m = frame.view_proj;
-    let row_x = vec3f(m[0].x, m[1].x, m[2].x);
-    let row_y = vec3f(m[0].y, m[1].y, m[2].y);
-    let right = row_x * (2.0 / (f32(frame.size.x) * dot(row_x, row_x)));
-    let down = row_y * (-2.0 / (f32(frame.size.y) * dot(row_y, row_y)));
-    let ray = (s.position - frame.eye) / s.depth;
-    let slope = dot(s.normal, ray);
-    let along_normal = select(slope, select(-1e-7, 1e-7, slope >= 0.0), abs(slope) < 1e-7);
-    let dx = s.depth * (right - ray * (dot(s.normal, right) / along_normal));
-    let dy = s.depth * (down - ray * (dot(s.normal, down) / along_normal));
-    let p = place(s, dx, dy);
+    let steps = pixel_steps(s);
+    let p = place(s, steps[0], steps[1]);
     if !counted(p) {
         return vec4f(-1.0);
     }
@@ -69,7 +77,7 @@ fn analysed(s: Surface) -> vec4f {
     let to_light = normalize(light.to_light);
     let other = select(vec3f(1.0, 0.0, 0.0), vec3f(0.0, 1.0, 0.0), abs(to_light.x) > 0.5);
     let u = normalize(cross(to_light, other));
-    let pixel = s.depth * length(down);
+    let pixel = s.depth * length(pixel_rays()[1]);
     let facing = place(s, u * pixel, cross(to_light, u) * pixel);
     let whole = footprint(p);
     let perspective = footprint(facing).x;

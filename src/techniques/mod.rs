@@ -1,5 +1,7 @@
 //! The techniques: the trait they implement and the registry they stand in.
 
+mod dsm;
+mod fem_grid;
 mod lispsm;
 mod notw;
 mod pcf;
@@ -58,6 +60,8 @@ pub static ALL: &[&Info] = &[
     &psm::INFO,
     &rtw::INFO,
     &notw::INFO,
+    &dsm::INFO,
+    &fem_grid::INFO,
     &rt_hard::INFO,
 ];
 

@@ -1,0 +1,128 @@
+//! Distorted shadow mapping (Jia, Luo, Zhang 2013), in our reading.
+
+use super::{Info, MAPS, Technique};
+use crate::frame::Frame;
+use crate::gpu::{Gpu, Pass, Raster, Slot};
+use crate::node_grid::{self, NodeGrid};
+use crate::params::Params;
+use crate::shadow_map::{MapParams, USAGE};
+use crate::view::View;
+use crate::warp::{self, RasterParams, Warped};
+use anyhow::{Result, ensure};
+
+crate::params! {
+    /// How the grid follows the silhouettes.
+    pub struct DsmParams {
+        /// Cells along a side of the warp's grid. Many: the warp follows thin silhouettes, and triangles cross more bends.
+        grid: int(32, 8..=128, "cells"),
+        /// Smallest jump in depth between neighbouring texels that counts as an edge, as a share of the map's depth range. Small: slopes that the light grazes are edges too. Large: low casters are missed.
+        depth_threshold: float(0.01, 0.001..=0.1, "× depth range"),
+        /// Importance of a cell without an edge; one with nothing but edges has 1 on top. Small: edges get nearly the whole map.
+        floor: float(0.1, 0.01..=1.0, ""),
+        /// Steps that the nodes take. Wide moves need many.
+        iterations: int(50, 10..=200, "steps"),
+        /// How much of its own best step a node takes at a time. A step that helps not is halved.
+        relaxation: float(0.3, 0.05..=1.0, ""),
+    }
+}
+
+pub static INFO: Info = Info {
+    id: "dsm",
+    title: "Distorted shadow mapping",
+    paper: "Jia, Luo, Zhang 2013",
+    doc: "Draws a plain map, finds the jumps in its depth, and distorts a grid over the map so that these silhouettes get \
+          more texels. It knows nothing of the camera: edges that nobody sees get as much.",
+    lights: &["directional", "spot"],
+    params: &[DsmParams::GROUP, RasterParams::GROUP, MapParams::GROUP],
+    main: &[("resolution", "256..4096*2"), ("grid", "16,32,64"), ("iterations", "50,200")],
+    maps: &[
+        MAPS[0],
+        MAPS[1],
+        MAPS[2],
+        MAPS[3],
+        MAPS[4],
+        MAPS[5],
+        MAPS[6],
+        warp::MAPS[0],
+        warp::MAPS[1],
+        warp::MAPS[2],
+        View {
+            id: "edges",
+            title: "Edge mask",
+            doc: "The plain map that comes first, with the texels in red between which depth jumps.",
+            truth: false,
+        },
+        node_grid::MAPS[0],
+        node_grid::MAPS[1],
+    ],
+    make: |gpu| Ok(Box::new(Dsm::new(gpu)?)),
+};
+
+struct Dsm {
+    warped: Warped,
+    grid: NodeGrid,
+    plain: Slot,
+    casters: [Pass; 2],
+    importance: Pass,
+}
+
+impl Dsm {
+    fn new(gpu: &Gpu) -> Result<Dsm> {
+        let file = "techniques/dsm.wgsl";
+        let caster = |name, fragment| {
+            let raster = Raster {
+                // Linear depth, as the look-up has it.
+                vertex: "warped_caster",
+                fragment: Some(fragment),
+                depth: Some(wgpu::DepthStencilState {
+                    format: wgpu::TextureFormat::Depth32Float,
+                    depth_write_enabled: Some(true),
+                    depth_compare: Some(wgpu::CompareFunction::Greater),
+                    stencil: Default::default(),
+                    bias: Default::default(),
+                }),
+                ..Raster::default()
+            };
+            Pass::render(gpu, name, "lib/depth.wgsl", raster, &[])
+        };
+        Ok(Dsm {
+            warped: Warped::new(gpu, file, INFO.params)?,
+            grid: NodeGrid::new(gpu, file, INFO.params)?,
+            plain: Slot::default(),
+            casters: [caster("plain map", "warped")?, caster("plain map (masked)", "warped_masked")?],
+            importance: Pass::compute(gpu, "importance", file, "importance", INFO.params)?,
+        })
+    }
+}
+
+impl Technique for Dsm {
+    fn render(&mut self, f: &mut Frame) -> Result<()> {
+        let p = DsmParams::read(f.values);
+        let resolution = MapParams::read(f.values).resolution;
+        let limit = f.gpu.device.limits().max_texture_dimension_2d;
+        ensure!(resolution <= limit, "a map of {resolution}² texels is more than {} takes", f.gpu.info.name);
+        let base = self.warped.base(f, None, false)?;
+        let plain = self.plain.get(f.gpu, "plain map", [resolution; 2], wgpu::TextureFormat::Depth32Float, USAGE);
+        if let Some(texture) = self.plain.texture() {
+            f.held(crate::gpu::bytes(texture));
+        }
+        let mut bound = self.grid.bound(f, p.grid);
+        bound.extend([("light_view", (&base.light_view).into()), ("plain_map", (&plain).into())]);
+        if base.changed {
+            let (scene, depth) = (f.scene, Some((&plain, 0.0)));
+            let [opaque, masked] = &self.casters;
+            f.run(opaque).bind_all(&bound).draw(&[], depth, true, |p| scene.draw_opaque(p));
+            if scene.opaque_count < scene.triangle_count {
+                f.run(masked).bind_all(&bound).draw(&[], depth, false, |p| scene.draw_masked(p));
+            }
+            f.run(&self.importance).bind_all(&bound).dispatch(p.grid, p.grid, 1);
+            self.grid.solve(f, &bound);
+        }
+        self.grid.draw(f, &bound);
+        self.warped.draw(f, &base, &bound)?;
+        for id in ["edges", "nodes", "cells"] {
+            f.show_labels(id);
+        }
+        Ok(())
+    }
+}

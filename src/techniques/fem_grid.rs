@@ -1,0 +1,110 @@
+//! A warp grid of finite elements (Navratil 2015, section 5.4.3): his direct stiffness method, and the potential that he left
+//! open.
+
+use super::{Info, MAPS, Technique};
+use crate::frame::Frame;
+use crate::gpu::{Gpu, Pass};
+use crate::node_grid::{self, NodeGrid};
+use crate::params::Params;
+use crate::view::View;
+use crate::warp::{self, RasterParams, Warped, storage};
+use anyhow::Result;
+
+crate::params! {
+    /// How the grid follows the aliasing error.
+    pub struct FemGridParams {
+        /// What the map covers before the warp. None: the whole scene. Dv: the view samples that face the light.
+        crop: choice("dv", ["none", "dv"]),
+        /// Cells along a side of the warp's grid.
+        grid: int(16, 8..=64, "cells"),
+        /// How nodes find their places. Energy: the potential of all cells is made small step by step, and no cell folds. Seed-stiffness: one linear system of springs, as the thesis tried it; the grid folds.
+        variant: choice("energy", ["energy", "seed-stiffness"]),
+        /// What a cell holds: the sum of its view samples' aliasing errors, or the sum's square root, which warps less and leaves fewer errors.
+        error: choice("sqrt", ["sum", "sqrt"]),
+        /// What every cell holds on top, as a share of the mean. Small: empty cells give up nearly all their area, and far steps take long.
+        floor: float(0.1, 0.001..=1.0, "× mean"),
+        /// Energy: how stiff the grid is against bends (the thesis' springs; μ), where a node lies off its neighbours' mean.
+        smoothing: float(0.05, 0.0..=1.0, ""),
+        /// Energy: the most steps that the nodes take; 0 leaves the grid regular.
+        steps: int(100, 0..=500, "steps"),
+    }
+}
+
+pub static INFO: Info = Info {
+    id: "fem-grid",
+    title: "Finite-element warp grid",
+    paper: "Navratil 2015",
+    doc: "Adds up the aliasing errors of all pixels in the cells of a coarse grid, and lets the cells press against each \
+          other until their areas follow the errors. Its seed, a system of springs solved at once, folds the grid.",
+    lights: &["directional", "spot"],
+    params: &[FemGridParams::GROUP, RasterParams::GROUP, crate::shadow_map::MapParams::GROUP],
+    main: &[("resolution", "256..4096*2"), ("grid", "8,16,32"), ("steps", "0,100,300")],
+    maps: &[
+        MAPS[0],
+        MAPS[1],
+        MAPS[2],
+        MAPS[3],
+        MAPS[4],
+        MAPS[5],
+        MAPS[6],
+        warp::MAPS[0],
+        warp::MAPS[1],
+        warp::MAPS[2],
+        View {
+            id: "energy",
+            title: "Energy",
+            doc: "The potential after each step, over that of the regular grid; a line each tenth. Seed-stiffness: the \
+                  linear solver's squared residual, from 1 at the top down to 10⁻¹⁰.",
+            truth: false,
+        },
+        node_grid::MAPS[0],
+        node_grid::MAPS[1],
+    ],
+    make: |gpu| Ok(Box::new(FemGrid::new(gpu)?)),
+};
+
+struct FemGrid {
+    warped: Warped,
+    grid: NodeGrid,
+    cell_errors: Pass,
+    errors: Option<wgpu::Buffer>,
+}
+
+impl FemGrid {
+    fn new(gpu: &Gpu) -> Result<FemGrid> {
+        let file = "techniques/fem_grid.wgsl";
+        Ok(FemGrid {
+            warped: Warped::new(gpu, file, INFO.params)?,
+            grid: NodeGrid::new(gpu, file, INFO.params)?,
+            cell_errors: Pass::compute(gpu, "cell errors", file, "cell_errors", INFO.params)?,
+            errors: None,
+        })
+    }
+}
+
+impl Technique for FemGrid {
+    fn render(&mut self, f: &mut Frame) -> Result<()> {
+        let p = FemGridParams::read(f.values);
+        let base = self.warped.base(f, None, p.crop == "dv")?;
+        let size = p.grid as u64 * p.grid as u64 * 8;
+        let errors = match self.errors.take().filter(|e| e.size() == size) {
+            Some(errors) => errors,
+            None => storage(f.gpu, "cell errors", size),
+        };
+        f.held(size);
+        let mut bound = self.grid.bound(f, p.grid);
+        bound.extend([("light_view", (&base.light_view).into()), ("error_sums", (&errors).into())]);
+        if base.changed {
+            f.clear(&errors);
+            f.run(&self.cell_errors).bind_all(&bound).bind("errors_found", &errors).per_pixel();
+            self.grid.solve(f, &bound);
+        }
+        self.errors = Some(errors);
+        self.grid.draw(f, &bound);
+        self.warped.draw(f, &base, &bound)?;
+        for id in ["energy", "nodes", "cells"] {
+            f.show_labels(id);
+        }
+        Ok(())
+    }
+}
