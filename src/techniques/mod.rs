@@ -1,6 +1,7 @@
 //! The techniques: the trait they implement and the registry they stand in.
 
 mod lispsm;
+mod logpsm;
 mod notw;
 mod pcf;
 mod psm;
@@ -55,6 +56,7 @@ pub static ALL: &[&Info] = &[
     &lispsm::INFO,
     &tsm::INFO,
     &psm::INFO,
+    &logpsm::INFO,
     &notw::INFO,
     &rt_hard::INFO,
 ];
