@@ -85,7 +85,6 @@ fn shape_of_view() {
     }
     v.row_x /= 1.0 + 2.0 * share;
     v.row_y = (v.row_y - 0.5 * (low + high) * v.row_w) * (2.0 / (high - low));
-    v.texel = 2.0 / (v.resolution * min(length(v.row_x.xyz), length(v.row_y.xyz)));
     v.margin = margin;
     made_view = v;
     let k = exp_m1(tight * (1.0 + 2.0 * share));

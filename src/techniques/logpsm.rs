@@ -6,7 +6,7 @@ use crate::fit::lispsm::Lispsm;
 use crate::fit::{Kept, Scope, logpsm};
 use crate::frame::Frame;
 use crate::gpu::{Gpu, Pass};
-use crate::light::LightView;
+use crate::light::{Light, LightView};
 use crate::params::Params;
 use crate::shadow_map::{MapParams, scope};
 use crate::view::View;
@@ -91,8 +91,24 @@ fn fitted(scope: &Scope, p: &LogpsmParams) -> Option<Fitted> {
     let points: Vec<DVec2> = body.iter().map(|p| image.at(*p)).collect();
     // Texels are left free after the logarithm, on the GPU.
     let tight = Scope { margin: 0.0, ..*scope };
-    let view = tight.view(&image, &lispsm.warp, &points, scope.deepest(&image, &body));
+    let mut view = tight.view(&image, &lispsm.warp, &points, scope.deepest(&image, &body));
+    if let (Some(v), Light::Directional { .. }) = (&mut view, scope.light) {
+        positive_near(v);
+    }
     Some(Fitted { lispsm, points, view })
+}
+
+/// Moves the origin of the sun's depth so that `near` is positive, and w at the body's near face is as much: triangles are
+/// cut where w is a thousandth of `near`, as behind a lamp.
+fn positive_near(v: &mut LightView) {
+    let near = 0.01 * (v.far - v.near);
+    let by = near - v.near;
+    v.near += by;
+    v.far += by;
+    v.axis.w += by;
+    for row in [&mut v.row_x, &mut v.row_y, &mut v.row_w] {
+        *row *= near;
+    }
 }
 
 impl Logarithmic {
