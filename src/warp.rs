@@ -97,8 +97,13 @@ pub struct Warped {
     pieces: Option<Pieces>,
     counters: wgpu::Buffer,
     tiles: wgpu::Buffer,
+    image_tiles: wgpu::Buffer,
+    /// Held for exact drawing only.
+    rays: wgpu::Buffer,
     arguments: wgpu::Buffer,
     need: Pass,
+    spread: Pass,
+    trace: Pass,
     start: Pass,
     split: Pass,
     finish: Pass,
@@ -137,8 +142,12 @@ impl Warped {
             pieces: None,
             counters: zero("pieces' counters", 128, Use::STORAGE | Use::COPY_SRC),
             tiles: zero("needed tiles", 512, Use::STORAGE),
+            image_tiles: zero("needed tiles of the image", 512, Use::STORAGE),
+            rays: storage(gpu, "texels' rays", 16),
             arguments: zero("draw of the pieces", 16, Use::STORAGE | Use::INDIRECT),
             need: pass("needed tiles", "need")?,
+            spread: pass("needed tiles", "spread")?,
+            trace: pass("texels' rays", "trace_rays")?,
             start: pass("caster culling", "start")?,
             split: pass("subdivision", "split")?,
             finish: pass("subdivision", "finish")?,
@@ -195,6 +204,7 @@ impl Warped {
         let r = RasterParams::read(f.values);
         let exact = r.raster == "exact";
         self.prepare_casters(f.gpu, &p, exact)?;
+        self.prepare_rays(f.gpu, if exact { p.resolution } else { 0 })?;
         let map = self.depth.get(f.gpu, "shadow map", [p.resolution; 2], format(&p), USAGE);
         let pieces = Pieces::hold(&mut self.pieces, f.gpu, f.scene.triangle_count);
         let mut all: Vec<(&'static str, Resource)> = bound.to_vec();
@@ -202,6 +212,9 @@ impl Warped {
             ("light_view", (&base.light_view).into()),
             ("shadow_map", (&map).into()),
             ("tiles", (&self.tiles).into()),
+            ("image_tiles", (&self.image_tiles).into()),
+            ("rays", (&self.rays).into()),
+            ("drawn_rays", (&self.rays).into()),
             ("counters", (&self.counters).into()),
             ("arguments", (&self.arguments).into()),
             ("work", (&pieces.work).into()),
@@ -212,16 +225,23 @@ impl Warped {
             ("folds", (&pieces.folds).into()),
             ("folded", (&pieces.folds).into()),
         ]);
-        let held = [&self.counters, &self.tiles, &self.arguments, &pieces.work, &pieces.pieces, &pieces.boxes];
-        f.held(held.into_iter().map(|b| b.size()).sum::<u64>() + pieces.folds.size());
+        let own = [&self.counters, &self.tiles, &self.image_tiles, &self.rays, &self.arguments];
+        let held = own.into_iter().chain([&pieces.work, &pieces.pieces, &pieces.boxes]);
+        f.held(held.map(|b| b.size()).sum::<u64>() + pieces.folds.size());
         if let Some(texture) = self.depth.texture() {
             f.held(crate::gpu::bytes(texture));
         }
         if base.changed {
-            for buffer in [&self.counters, &self.tiles, &pieces.folds] {
+            for buffer in [&self.counters, &self.tiles, &self.image_tiles, &pieces.folds] {
                 f.clear(buffer);
             }
             f.run(&self.need).bind_all(&all).per_pixel();
+            if r.raster != "linear" {
+                f.run(&self.spread).bind_all(&all).dispatch(64, 1, 1);
+            }
+            if exact {
+                f.run(&self.trace).bind_all(&all).dispatch(p.resolution.div_ceil(64), p.resolution, 1);
+            }
             f.run(&self.start).bind_all(&all).bind("level", &pieces.levels[0]).dispatch(256, 1, 1);
             if r.raster != "linear" {
                 for level in &pieces.levels[1..] {
@@ -274,6 +294,22 @@ impl Warped {
             self.counts = Some(storage(gpu, "view samples before the warp", size));
         }
         self.counts.clone().unwrap_or_else(|| storage(gpu, "view samples before the warp", size))
+    }
+
+    /// Room for the ray of each texel of such a map.
+    fn prepare_rays(&mut self, gpu: &Gpu, resolution: u32) -> Result<()> {
+        let size = (resolution as u64 * resolution as u64 * 8).max(16);
+        if self.rays.size() != size {
+            let limits = gpu.device.limits();
+            ensure!(
+                size <= limits.max_storage_buffer_binding_size.min(limits.max_buffer_size),
+                "{} binds too little memory at once to draw a {resolution}² map exactly; choose raster = subdivide or a \
+                 smaller resolution",
+                gpu.info.name
+            );
+            self.rays = storage(gpu, "texels' rays", size);
+        }
+        Ok(())
     }
 
     /// Makes the caster pass anew if its pipeline's state changed.

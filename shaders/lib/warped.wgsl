@@ -41,8 +41,13 @@ struct Level {
 // A bit a triangle: whether the map holds a part of it with its sides exchanged.
 @group(1) @binding(48) var<storage, read_write> folds: array<atomic<u32>>;
 @group(1) @binding(49) var<storage, read> folded: array<u32>;
-// 64 × 64 tiles of the map, a bit each: whether a view sample needs one of its texels.
+// 64 × 64 tiles of the map, a bit each: whether a view sample needs one of its texels; and tiles of the light's image
+// before the warp: whether the rays of such texels lie in them.
 @group(1) @binding(50) var<storage, read_write> tiles: array<atomic<u32>, 128>;
+@group(1) @binding(53) var<storage, read_write> image_tiles: array<atomic<u32>, 128>;
+// Where the centre of each texel lies before the warp.
+@group(1) @binding(54) var<storage, read_write> rays: array<vec2f>;
+@group(1) @binding(55) var<storage, read> drawn_rays: array<vec2f>;
 // Vertices and instances of the draw, from 0 on.
 @group(1) @binding(51) var<storage, read_write> arguments: array<u32, 4>;
 
@@ -113,27 +118,93 @@ fn need(@builtin(global_invocation_id) id: vec3u) {
     }
 }
 
+// The bits of tiles `first` to `last` of a row that lie in one half of it.
+fn tile_bits(x0: u32, x1: u32, half: u32) -> u32 {
+    let first = max(x0, half * 32u);
+    let last = min(x1, half * 32u + 31u);
+    if first > last {
+        return 0u;
+    }
+    return (0xffffffffu >> (31u - (last - first))) << (first & 31u);
+}
+
+// Marks the tiles of the light's image that the rays of needed texels lie in: a thread a tile of the map.
+@compute @workgroup_size(64)
+fn spread(@builtin(global_invocation_id) id: vec3u) {
+    let tile = vec2u(id.x % 64u, id.x / 64u);
+    if (atomicLoad(&tiles[2u * tile.y + tile.x / 32u]) >> (tile.x & 31u) & 1u) == 0u {
+        return;
+    }
+    // A texel more on each side, as drawn edges lie a little beside their places.
+    let low = vec2f(tile) / 64.0 - 1.0 / map_side();
+    let high = vec2f(tile + 1u) / 64.0 + 1.0 / map_side();
+    let steps = u32(ceil(map_side() / 64.0)) + 2u;
+    var first = vec2f(1.0);
+    var last = vec2f(0.0);
+    for (var i = 0u; i <= steps; i++) {
+        let t = f32(i) / f32(steps);
+        let x = mix(low.x, high.x, t);
+        let y = mix(low.y, high.y, t);
+        var border = array<vec2f, 4>(vec2f(x, low.y), vec2f(x, high.y), vec2f(low.x, y), vec2f(high.x, y));
+        for (var k = 0u; k < 4u; k++) {
+            let u = unwarp(saturate(border[k]));
+            first = min(first, u);
+            last = max(last, u);
+        }
+    }
+    let x0 = u32(clamp(first.x * 64.0, 0.0, 63.0));
+    let x1 = u32(clamp(last.x * 64.0, 0.0, 63.0));
+    for (var half = 0u; half < 2u; half++) {
+        let bits = tile_bits(x0, x1, half);
+        for (var y = u32(clamp(first.y * 64.0, 0.0, 63.0)); bits != 0u && y <= u32(clamp(last.y * 64.0, 0.0, 63.0)); y++) {
+            atomicOr(&image_tiles[2u * y + half], bits);
+        }
+    }
+}
+
+// Whether a view sample needs a ray in a box of the light's image.
+fn image_needed(low: vec2f, high: vec2f) -> bool {
+    if !(all(high >= vec2f(0.0)) && all(low <= vec2f(1.0))) {
+        return false;
+    }
+    let x0 = u32(clamp(low.x * 64.0, 0.0, 63.0));
+    let x1 = u32(clamp(high.x * 64.0, 0.0, 63.0));
+    for (var half = 0u; half < 2u; half++) {
+        let bits = tile_bits(x0, x1, half);
+        for (var y = u32(clamp(low.y * 64.0, 0.0, 63.0)); bits != 0u && y <= u32(clamp(high.y * 64.0, 0.0, 63.0)); y++) {
+            if (atomicLoad(&image_tiles[2u * y + half]) & bits) != 0u {
+                return true;
+            }
+        }
+    }
+    return false;
+}
+
 // Whether a view sample needs a texel in a box of the map, texels.
 fn needed(low: vec2f, high: vec2f) -> bool {
-    if any(high < vec2f(0.0)) || any(low > vec2f(map_side())) {
+    if !(all(high >= vec2f(0.0)) && all(low <= vec2f(map_side()))) {
         return false;
     }
     let x0 = tile_of(low.x);
     let x1 = tile_of(high.x);
     for (var half = 0u; half < 2u; half++) {
-        let first = max(x0, half * 32u);
-        let last = min(x1, half * 32u + 31u);
-        if first > last {
-            continue;
-        }
-        let bits = (0xffffffffu >> (31u - (last - first))) << (first & 31u);
-        for (var y = tile_of(low.y); y <= tile_of(high.y); y++) {
+        let bits = tile_bits(x0, x1, half);
+        for (var y = tile_of(low.y); bits != 0u && y <= tile_of(high.y); y++) {
             if (atomicLoad(&tiles[2u * y + half]) & bits) != 0u {
                 return true;
             }
         }
     }
     return false;
+}
+
+// A thread a texel.
+@compute @workgroup_size(64)
+fn trace_rays(@builtin(global_invocation_id) id: vec3u) {
+    let side = u32(map_side());
+    if id.x < side {
+        rays[id.y * side + id.x] = unwarp((vec2f(id.xy) + 0.5) / map_side());
+    }
 }
 
 // The part of a segment inside the unit square, as shares of its length; y < x: none.
@@ -162,7 +233,8 @@ struct Edge {
     split: bool,
     // Where it is split.
     middle: Corner,
-    // What the warped samples on it cover, shares of the map's sides, and the farthest apart that two in a row are.
+    // Unless it is split: what the warped samples on it cover, shares of the map's sides, and the farthest apart that two
+    // in a row are.
     low: vec2f,
     high: vec2f,
     step: vec2f,
@@ -196,33 +268,43 @@ fn judge(one: Corner, other: Corner) -> Edge {
         e.middle = between(first, second, 0.5);
         return e;
     }
+    let middle = clamp(0.5 * (span.x + span.y), 0.02, 0.98);
+    e.middle = between(first, second, in_space(middle, a.z, b.z));
     let exact = raster.raster == raster_exact;
     let length_inside = (span.y - span.x) * length(b.xy - a.xy);
-    // Every bend twice where boxes must hold, else every second one.
-    let number = u32(clamp(ceil(length_inside * warp_bends() * select(0.5, 2.0, exact)), 2.0, select(64.0, 160.0, exact)));
-    var worst = 0.0;
-    var covered = 0.0;
+    let longest = max(length_inside, (span.y - span.x) * distance(start, end)) * map_side();
+    // Boxes are the tighter the smaller the piece.
+    if exact && longest > 32.0 {
+        e.split = true;
+        return e;
+    }
+    // A curve shorter than a texel is not worth a corner.
+    if !exact && longest <= 1.0 {
+        return e;
+    }
+    // Every bend, twice where boxes must hold.
+    let number = u32(clamp(ceil(length_inside * warp_bends() * select(1.0, 2.0, exact)), 2.0, 128.0));
     var last = warped(mix(a.xy, b.xy, span.x));
     for (var i = 0u; i <= number; i++) {
         let t = mix(span.x, span.y, f32(i) / f32(number));
         let at = warped(mix(a.xy, b.xy, t));
-        worst = max(worst, distance(at, mix(start, end, t)));
+        if !exact && distance(at, mix(start, end, t)) * map_side() > raster.tolerance {
+            e.split = true;
+            return e;
+        }
         e.low = min(e.low, at);
         e.high = max(e.high, at);
         e.step = max(e.step, abs(at - last));
-        covered += distance(at, last);
         last = at;
     }
-    let longest = max(covered, length_inside) * map_side();
-    // Boxes are the tighter the smaller the piece; a curve shorter than a texel is not worth a corner.
-    e.split = select(worst * map_side() > raster.tolerance && longest > 1.0, longest > 32.0, exact);
-    let middle = clamp(0.5 * (span.x + span.y), 0.02, 0.98);
-    e.middle = between(first, second, in_space(middle, a.z, b.z));
     return e;
 }
 
 // Where inside a part the warp deviates most from the linear image of its corners; z: by how many texels.
 fn worst_inside(a: vec2f, b: vec2f, c: vec2f) -> vec3f {
+    if raster.raster == raster_exact {
+        return vec3f(0.0);
+    }
     let low = max(min(min(a, b), c), vec2f(0.0));
     let high = min(max(max(a, b), c), vec2f(1.0));
     let ab = b - a;
@@ -252,13 +334,12 @@ fn worst_inside(a: vec2f, b: vec2f, c: vec2f) -> vec3f {
     return worst;
 }
 
-fn push(t: Part, low: vec2f, high: vec2f) {
+fn push(t: Part) {
     let at = atomicAdd(&counters[of_level + level.number + 1u], 1u);
     if at < level.most {
         work[((level.number + 1u) & 1u) * level.most + at] = packed(t);
     } else {
-        // Too many to split: as it is.
-        draw(t, low, high);
+        atomicAdd(&counters[lost_count], 1u);
     }
 }
 
@@ -288,93 +369,84 @@ fn draw(t: Part, low: vec2f, high: vec2f) {
     }
 }
 
+// The triangles that a triangle falls into when some of its edges are split, 3 bits each for corners and edges: 0 to 2
+// a, b, c; 3 to 5 the middles of ab, bc, ca, and 3 where a corner lies inside. The same for every mask of edges, with the
+// triangles' number in bits 30 and 31 less one.
+const patterns = array<u32, 8>(
+    // Inside: abx bcx cax.
+    (2u << 30u) | 0u | (1u << 3u) | (3u << 6u) | (1u << 9u) | (2u << 12u) | (3u << 15u) | (2u << 18u) | (0u << 21u) | (3u << 24u),
+    // ab: a p c, p b c.
+    (1u << 30u) | 0u | (3u << 3u) | (2u << 6u) | (3u << 9u) | (1u << 12u) | (2u << 15u),
+    // bc: a b q, a q c.
+    (1u << 30u) | 0u | (1u << 3u) | (4u << 6u) | (0u << 9u) | (4u << 12u) | (2u << 15u),
+    // ab, bc: p b q, a p q, a q c.
+    (2u << 30u) | 3u | (1u << 3u) | (4u << 6u) | (0u << 9u) | (3u << 12u) | (4u << 15u) | (0u << 18u) | (4u << 21u) | (2u << 24u),
+    // ca: a b r, r b c.
+    (1u << 30u) | 0u | (1u << 3u) | (5u << 6u) | (5u << 9u) | (1u << 12u) | (2u << 15u),
+    // ab, ca: a p r, p b c, r p c.
+    (2u << 30u) | 0u | (3u << 3u) | (5u << 6u) | (3u << 9u) | (1u << 12u) | (2u << 15u) | (5u << 18u) | (3u << 21u) | (2u << 24u),
+    // bc, ca: r q c, a b q, a q r.
+    (2u << 30u) | 5u | (4u << 3u) | (2u << 6u) | (0u << 9u) | (1u << 12u) | (4u << 15u) | (0u << 18u) | (4u << 21u) | (5u << 24u),
+    // All: a p r, p b q, r q c, and p q r last.
+    (3u << 30u) | 0u | (3u << 3u) | (5u << 6u) | (3u << 9u) | (1u << 12u) | (4u << 15u) | (5u << 18u) | (4u << 21u) | (2u << 24u));
+
 // Draws a part, splits it for the next level, or drops it if no view sample needs what it covers. True if it is kept.
 fn handle(t: Part) -> bool {
-    var low: vec2f;
-    var high: vec2f;
+    let ua = unwarped_place(t.a.position);
+    let ub = unwarped_place(t.b.position);
+    let uc = unwarped_place(t.c.position);
     if raster.raster == raster_linear {
-        let a = warped(unwarped_place(t.a.position).xy);
-        let b = warped(unwarped_place(t.b.position).xy);
-        let c = warped(unwarped_place(t.c.position).xy);
-        low = min(min(a, b), c) * map_side();
-        high = max(max(a, b), c) * map_side();
-        if needed(low, high) {
-            draw(t, low, high);
-            return true;
+        let a = warped(ua.xy) * map_side();
+        let b = warped(ub.xy) * map_side();
+        let c = warped(uc.xy) * map_side();
+        if !needed(min(min(a, b), c), max(max(a, b), c)) {
+            return false;
         }
+    } else if !image_needed(min(min(ua.xy, ub.xy), uc.xy), max(max(ua.xy, ub.xy), uc.xy)) {
         return false;
     }
-    let ab = judge(t.a, t.b);
-    let bc = judge(t.b, t.c);
-    let ca = judge(t.c, t.a);
-    // A part's image is bounded by its edges' images; these may bulge between samples by less than the samples' steps.
-    let spare = max(max(ab.step, bc.step), ca.step) * map_side() + 0.01;
-    low = min(min(ab.low, bc.low), ca.low) * map_side() - spare;
-    high = max(max(ab.high, bc.high), ca.high) * map_side() + spare;
-    if !needed(low, high) {
-        return false;
+    var corners = array<Corner, 6>(t.a, t.b, t.c, t.a, t.b, t.c);
+    var mask = 0u;
+    var low = vec2f(1e9);
+    var high = vec2f(-1e9);
+    var step = vec2f(0.0);
+    if raster.raster != raster_linear {
+        for (var k = 0u; k < 3u; k++) {
+            let e = judge(corners[k], corners[(k + 1u) % 3u]);
+            mask |= u32(e.split) << k;
+            corners[3u + k] = e.middle;
+            low = min(low, e.low);
+            high = max(high, e.high);
+            step = max(step, e.step);
+        }
     }
-    if level.last == 1u {
-        draw(t, low, high);
-        return true;
-    }
-    let n = t.triangle;
-    let p = ab.middle;
-    let q = bc.middle;
-    let r = ca.middle;
-    switch u32(ab.split) | (u32(bc.split) << 1u) | (u32(ca.split) << 2u) {
-        case 1u: {
-            push(Part(t.a, p, t.c, n), low, high);
-            push(Part(p, t.b, t.c, n), low, high);
-        }
-        case 2u: {
-            push(Part(t.b, q, t.a, n), low, high);
-            push(Part(q, t.c, t.a, n), low, high);
-        }
-        case 4u: {
-            push(Part(t.c, r, t.b, n), low, high);
-            push(Part(r, t.a, t.b, n), low, high);
-        }
-        case 3u: {
-            push(Part(p, t.b, q, n), low, high);
-            push(Part(t.a, p, q, n), low, high);
-            push(Part(t.a, q, t.c, n), low, high);
-        }
-        case 6u: {
-            push(Part(q, t.c, r, n), low, high);
-            push(Part(t.b, q, r, n), low, high);
-            push(Part(t.b, r, t.a, n), low, high);
-        }
-        case 5u: {
-            push(Part(r, t.a, p, n), low, high);
-            push(Part(t.c, r, p, n), low, high);
-            push(Part(t.c, p, t.b, n), low, high);
-        }
-        case 7u: {
-            push(Part(t.a, p, r, n), low, high);
-            push(Part(p, t.b, q, n), low, high);
-            push(Part(r, q, t.c, n), low, high);
-            push(Part(p, q, r, n), low, high);
-        }
-        default: {
-            let a = unwarped_place(t.a.position);
-            let b = unwarped_place(t.b.position);
-            let c = unwarped_place(t.c.position);
-            let worst = worst_inside(a.xy, b.xy, c.xy);
-            if raster.raster == raster_exact || worst.z <= raster.tolerance {
-                draw(t, low, high);
-                return true;
-            }
-            // Edges are straight enough, but not what they enclose: a corner where that is worst.
-            var share = vec3f(1.0 - worst.x - worst.y, worst.x, worst.y) / vec3f(a.z, b.z, c.z);
-            share /= share.x + share.y + share.z;
-            let x = Corner(
+    var whole = level.last == 1u || raster.raster == raster_linear;
+    if !whole && mask == 0u {
+        let worst = worst_inside(ua.xy, ub.xy, uc.xy);
+        whole = worst.z <= raster.tolerance;
+        // Edges are straight enough, but not what they enclose: a corner where that is worst.
+        var share = vec3f(1.0 - worst.x - worst.y, worst.x, worst.y) / vec3f(ua.z, ub.z, uc.z);
+        share /= share.x + share.y + share.z;
+        if !whole {
+            corners[3] = Corner(
                 t.a.position * share.x + t.b.position * share.y + t.c.position * share.z,
                 t.a.uv * share.x + t.b.uv * share.y + t.c.uv * share.z);
-            push(Part(t.a, t.b, x, n), low, high);
-            push(Part(t.b, t.c, x, n), low, high);
-            push(Part(t.c, t.a, x, n), low, high);
         }
+    }
+    if whole {
+        // A part's image is bounded by its edges' images; these may bulge between samples by less than the samples' steps.
+        draw(t, (low - step) * map_side() - 0.01, (high + step) * map_side() + 0.01);
+        return true;
+    }
+    let pattern = patterns[mask];
+    let number = (pattern >> 30u) + 1u;
+    for (var k = 0u; k < number; k++) {
+        var bits = pattern >> (9u * k);
+        // The middle triangle of four stands in no pattern.
+        if k == 3u {
+            bits = 3u | (4u << 3u) | (5u << 6u);
+        }
+        push(Part(corners[bits & 7u], corners[(bits >> 3u) & 7u], corners[(bits >> 6u) & 7u], t.triangle));
     }
     return true;
 }
@@ -391,28 +463,24 @@ fn start(@builtin(global_invocation_id) id: vec3u) {
             corners[k] = Corner(v.position, v.uv);
             ws[k] = dot(light_view.row_w, vec4f(v.position, 1.0));
         }
-        let least = select(0.0, 1e-3 * light_view.near, light_view.perspective != 0u && any(light_view.row_w.xyz != vec3f(0.0)));
+        let least = select(0.0, 1e-3 * light_view.near, any(light_view.row_w.xyz != vec3f(0.0)));
+        // Cut at the lamp's plane: a triangle or two.
+        var cut: array<Corner, 4>;
+        var number = 0u;
+        for (var k = 0u; k < 3u; k++) {
+            let next = (k + 1u) % 3u;
+            if ws[k] > least {
+                cut[number] = corners[k];
+                number++;
+            }
+            if (ws[k] > least) != (ws[next] > least) {
+                cut[number] = between(corners[k], corners[next], (1.001 * least - ws[k]) / (ws[next] - ws[k]));
+                number++;
+            }
+        }
         var kept = false;
-        if all(ws > vec3f(least)) {
-            kept = handle(Part(corners[0], corners[1], corners[2], i));
-        } else if any(ws > vec3f(least)) {
-            var cut: array<Corner, 4>;
-            var number = 0u;
-            for (var k = 0u; k < 3u; k++) {
-                let next = (k + 1u) % 3u;
-                if ws[k] > least {
-                    cut[number] = corners[k];
-                    number++;
-                }
-                if (ws[k] > least) != (ws[next] > least) {
-                    cut[number] = between(corners[k], corners[next], (1.001 * least - ws[k]) / (ws[next] - ws[k]));
-                    number++;
-                }
-            }
-            kept = handle(Part(cut[0], cut[1], cut[2], i));
-            if number == 4u {
-                kept = handle(Part(cut[0], cut[2], cut[3], i)) || kept;
-            }
+        for (var k = 2u; k < number; k++) {
+            kept = handle(Part(cut[0], cut[k - 1u], cut[k], i)) || kept;
         }
         if kept {
             atomicAdd(&counters[kept_count], 1u);
@@ -508,7 +576,7 @@ fn box_caster(@builtin(vertex_index) index: u32) -> BoxCaster {
 
 @fragment
 fn box(in: BoxCaster) -> @builtin(frag_depth) f32 {
-    let u = unwarp(in.clip.xy / map_side());
+    let u = drawn_rays[u32(in.clip.y) * u32(map_side()) + u32(in.clip.x)];
     let place = vec3f(2.0 * (u.x - in.origin.x), -2.0 * (u.y - in.origin.y), 1.0);
     let e = vec3f(dot(in.e0, place), dot(in.e1, place), dot(in.e2, place));
     let sum = e.x + e.y + e.z;

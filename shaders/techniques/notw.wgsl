@@ -324,8 +324,8 @@ fn smooth_along(@builtin(global_invocation_id) id: vec3u) {
 @group(1) @binding(37) var<storage, read> row_sums: array<f32>;
 @group(1) @binding(38) var<storage, read> row_weights: array<f32>;
 @group(1) @binding(39) var<storage, read> column_sums: array<f32>;
-@group(1) @binding(53) var<storage, read> column_weights: array<f32>;
-@group(1) @binding(54) var<storage, read> moved_counts: array<u32>;
+@group(1) @binding(60) var<storage, read> column_weights: array<f32>;
+@group(1) @binding(61) var<storage, read> moved_counts: array<u32>;
 
 // Offsets: yellow to the right or down, blue to the left or up; strongest at a quarter of the map. Left before smoothing,
 // right after.

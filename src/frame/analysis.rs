@@ -186,6 +186,7 @@ impl Analysis {
     /// What a warped map's casters were split into; None of techniques without a warp.
     pub fn pieces(&self, gpu: &Gpu) -> Result<Option<PieceCount>> {
         let Some((counters, boxes)) = &self.pieces else { return Ok(None) };
+        { let w: Vec<u32> = bytemuck::pod_collect_to_vec(&gpu.read_range(counters, 0, 128)?); eprintln!("DBG {w:?}"); }
         let words: [u32; 4] = bytemuck::pod_read_unaligned(&gpu.read_range(counters, 0, 16)?);
         let [drawn, lost, kept, folded] = words.map(u64::from);
         // A box is two triangles.

@@ -54,7 +54,10 @@ fn floor(b: &mut Bench, technique: &str, sets: &[&str]) -> Result<Vec<[f64; 2]>>
     for set in sets {
         setup.set(set, &[technique.into()])?;
     }
-    renderer.render(&setup, Ask { size: SIZE, truth: Truth::Off, analysis: true, timed: false, picture: false })?;
+    renderer.render(
+        &setup,
+        Ask { size: SIZE, truth: Truth::Off, analysis: true, timed: false, picture: false, fresh: false },
+    )?;
     let m = renderer.analysis().aliasing(&renderer.gpu)?.with_context(|| format!("{technique} has no maps"))?;
     let places = renderer.read_position()?;
     Ok(places.iter().zip(m).filter(|(_, m)| m[0] > 0.0).map(|(p, m)| [p[3] as f64, m[1] as f64]).collect())

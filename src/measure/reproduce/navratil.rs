@@ -194,7 +194,10 @@ fn details(renderer: &mut Renderer, all: &[(&Method, Setup)]) -> Result<image::R
     let mut sheet = image::RgbaImage::from_pixel(size[0], size[1], image::Rgba([255; 4]));
     for (i, (_, setup)) in (0..).zip(all) {
         let shown = Setup { view: "error".into(), ..setup.clone() };
-        renderer.render(&shown, Ask { size: SIZE, truth: Truth::All, analysis: false, timed: false, picture: true })?;
+        renderer.render(
+            &shown,
+            Ask { size: SIZE, truth: Truth::All, analysis: false, timed: false, picture: true, fresh: false },
+        )?;
         let corner = match corner {
             Some(corner) => corner,
             None => *corner.insert(worst_detail(&renderer.read_visibility()?, &renderer.read_truth()?)),
