@@ -64,7 +64,8 @@ pub struct Fit {
 
 impl Fit {
     pub fn new(gpu: &Gpu) -> Result<Fit> {
-        let zero = |label, size| gpu.buffer(label, &vec![0; size], wgpu::BufferUsages::STORAGE);
+        let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC;
+        let zero = |label, size| gpu.buffer(label, &vec![0; size], usage);
         Ok(Fit {
             whole: zero("whole light view", size_of::<LightView>()),
             fitted: zero("fitted light view", size_of::<LightView>()),

@@ -18,9 +18,9 @@ crate::params! {
     /// How casters are drawn into a warped map.
     pub struct RasterParams {
         /// Linear: corners are moved, edges stay straight, so that large triangles miss their places. Subdivide: triangles are split where an edge would deviate by more than `tolerance`. Exact: every texel's ray meets the triangles themselves.
-        raster: choice("subdivide", ["linear", "subdivide", "exact"]),
+        raster: choice("exact", ["linear", "subdivide", "exact"]),
         /// Subdivide: how far an edge may lie beside its warped image.
-        tolerance: float(0.25, 0.05..=16.0, "texels"),
+        tolerance: float(0.5, 0.05..=16.0, "texels"),
     }
 }
 
@@ -98,7 +98,7 @@ pub struct Warped {
     counters: wgpu::Buffer,
     tiles: wgpu::Buffer,
     image_tiles: wgpu::Buffer,
-    /// Held for exact drawing only.
+    /// Not held for the linear raster.
     rays: wgpu::Buffer,
     arguments: wgpu::Buffer,
     need: Pass,
@@ -107,7 +107,7 @@ pub struct Warped {
     start: Pass,
     split: Pass,
     finish: Pass,
-    casters: Option<(String, wgpu::TextureFormat, bool, Pass)>,
+    casters: Option<([String; 2], wgpu::TextureFormat, Pass)>,
     resolve: Pass,
     inspect: Pass,
     analyse: Pass,
@@ -203,8 +203,8 @@ impl Warped {
         ensure!(p.resolution <= limit, "a map of {}² texels is more than {} takes", p.resolution, f.gpu.info.name);
         let r = RasterParams::read(f.values);
         let exact = r.raster == "exact";
-        self.prepare_casters(f.gpu, &p, exact)?;
-        self.prepare_rays(f.gpu, if exact { p.resolution } else { 0 })?;
+        self.prepare_casters(f.gpu, &p, &r.raster)?;
+        self.prepare_rays(f.gpu, if r.raster == "linear" { 0 } else { p.resolution })?;
         let map = self.depth.get(f.gpu, "shadow map", [p.resolution; 2], format(&p), USAGE);
         let pieces = Pieces::hold(&mut self.pieces, f.gpu, f.scene.triangle_count);
         let mut all: Vec<(&'static str, Resource)> = bound.to_vec();
@@ -238,8 +238,6 @@ impl Warped {
             f.run(&self.need).bind_all(&all).per_pixel();
             if r.raster != "linear" {
                 f.run(&self.spread).bind_all(&all).dispatch(64, 1, 1);
-            }
-            if exact {
                 f.run(&self.trace).bind_all(&all).dispatch(p.resolution.div_ceil(64), p.resolution, 1);
             }
             f.run(&self.start).bind_all(&all).bind("level", &pieces.levels[0]).dispatch(256, 1, 1);
@@ -255,6 +253,12 @@ impl Warped {
             }
         }
         f.count_pieces(&self.counters, exact);
+        f.keep_table("light_view", &base.light_view);
+        for (name, resource) in bound {
+            if let Resource::Buffer(buffer) = resource {
+                f.keep_table(name, buffer);
+            }
+        }
         f.run(&self.resolve).bind_all(&all).per_pixel();
         if f.wants_any_map() {
             f.run(&self.inspect).bind_all(&all).per_pixel();
@@ -303,8 +307,8 @@ impl Warped {
             let limits = gpu.device.limits();
             ensure!(
                 size <= limits.max_storage_buffer_binding_size.min(limits.max_buffer_size),
-                "{} binds too little memory at once to draw a {resolution}² map exactly; choose raster = subdivide or a \
-                 smaller resolution",
+                "{} binds too little memory at once for the rays of a {resolution}² map; choose raster = linear or a smaller \
+                 resolution",
                 gpu.info.name
             );
             self.rays = storage(gpu, "texels' rays", size);
@@ -313,14 +317,19 @@ impl Warped {
     }
 
     /// Makes the caster pass anew if its pipeline's state changed.
-    fn prepare_casters(&mut self, gpu: &Gpu, p: &MapParams, exact: bool) -> Result<()> {
-        let format = format(p);
-        if self.casters.as_ref().is_some_and(|(c, f, e, _)| (c, f, e) == (&p.cull, &format, &exact)) {
+    fn prepare_casters(&mut self, gpu: &Gpu, p: &MapParams, raster: &str) -> Result<()> {
+        let (format, exact) = (format(p), raster == "exact");
+        let state = [p.cull.clone(), raster.to_string()];
+        if self.casters.as_ref().is_some_and(|(s, f, _)| (s, f) == (&state, &format)) {
             return Ok(());
         }
         let raster = Raster {
             vertex: if exact { "box_caster" } else { "piece_caster" },
-            fragment: Some(if exact { "box" } else { "piece" }),
+            fragment: Some(match raster {
+                "exact" => "box",
+                "subdivide" => "piece",
+                _ => "linear_piece",
+            }),
             depth: Some(wgpu::DepthStencilState {
                 format,
                 depth_write_enabled: Some(true),
@@ -337,7 +346,7 @@ impl Warped {
             ..Raster::default()
         };
         let pass = Pass::render(gpu, "shadow map", self.file, raster, self.groups)?;
-        self.casters = Some((p.cull.clone(), format, exact, pass));
+        self.casters = Some((state, format, pass));
         Ok(())
     }
 }

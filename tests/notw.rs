@@ -24,6 +24,7 @@ fn probe() {
     for _ in 0..2 {
         r.render(&s, Ask { analysis: true, timed: true, ..ask(&s) }).unwrap();
     }
+    println!("{:?}", r.analysis().pieces(&r.gpu));
     println!("{:?}", shadowscope::measure::errors(&mut r, &s).unwrap().share() * 100.0);
     println!("{:?}", r.analysis().pieces(&r.gpu));
     for (n, ms) in &r.timer.latest {

@@ -5,8 +5,9 @@
 //!include lib/labels.wgsl
 // All passes of a map with a warp (lib/warp.wgsl): casters split where the warp bends them, drawn, and looked up.
 //
-// Three ways to draw: `linear` moves corners only, `subdivide` splits triangles until no edge deviates from its warped
-// image by more than the tolerance, `exact` draws a box around each piece and meets its plane with every texel's ray.
+// Three ways to draw: `linear` moves corners only; `subdivide` splits triangles until no edge deviates from its warped
+// image by more than the tolerance, and takes the depth where every texel's ray meets the triangle's plane; `exact` draws a
+// box around each piece and takes only the texels whose rays meet the triangle itself.
 // Includers write `fn inspect_warp(s: Surface) -> f32` too: their own maps.
 
 @group(1) @binding(40) var<uniform> raster: RasterParams;
@@ -233,11 +234,11 @@ struct Edge {
     split: bool,
     // Where it is split.
     middle: Corner,
-    // Unless it is split: what the warped samples on it cover, shares of the map's sides, and the farthest apart that two
-    // in a row are.
+    // Unless it is split: what the warped samples on it cover, shares of the map's sides, and how much the steps between
+    // them differ.
     low: vec2f,
     high: vec2f,
-    step: vec2f,
+    bend: vec2f,
 }
 
 fn between(a: Corner, b: Corner, t: f32) -> Corner {
@@ -247,6 +248,13 @@ fn between(a: Corner, b: Corner, t: f32) -> Corner {
 // Where a place at a share t between two projected points lies between their points in space.
 fn in_space(t: f32, wa: f32, wb: f32) -> f32 {
     return t * wa / ((1.0 - t) * wb + t * wa);
+}
+
+// Distance of a place from a segment.
+fn beside(at: vec2f, start: vec2f, end: vec2f) -> f32 {
+    let d = end - start;
+    let t = saturate(dot(at - start, d) / max(dot(d, d), 1e-20));
+    return distance(at, start + t * d);
 }
 
 fn judge(one: Corner, other: Corner) -> Edge {
@@ -285,53 +293,22 @@ fn judge(one: Corner, other: Corner) -> Edge {
     // Every bend, twice where boxes must hold.
     let number = u32(clamp(ceil(length_inside * warp_bends() * select(1.0, 2.0, exact)), 2.0, 128.0));
     var last = warped(mix(a.xy, b.xy, span.x));
+    var last_step = vec2f(0.0);
     for (var i = 0u; i <= number; i++) {
         let t = mix(span.x, span.y, f32(i) / f32(number));
         let at = warped(mix(a.xy, b.xy, t));
-        if !exact && distance(at, mix(start, end, t)) * map_side() > raster.tolerance {
+        if !exact && beside(at, start, end) * map_side() > raster.tolerance {
             e.split = true;
             return e;
         }
         e.low = min(e.low, at);
         e.high = max(e.high, at);
-        e.step = max(e.step, abs(at - last));
+        let step = at - last;
+        e.bend = max(e.bend, select(vec2f(0.0), abs(step - last_step), i > 1u));
         last = at;
+        last_step = step;
     }
     return e;
-}
-
-// Where inside a part the warp deviates most from the linear image of its corners; z: by how many texels.
-fn worst_inside(a: vec2f, b: vec2f, c: vec2f) -> vec3f {
-    if raster.raster == raster_exact {
-        return vec3f(0.0);
-    }
-    let low = max(min(min(a, b), c), vec2f(0.0));
-    let high = min(max(max(a, b), c), vec2f(1.0));
-    let ab = b - a;
-    let ac = c - a;
-    let area = ab.x * ac.y - ab.y * ac.x;
-    let size = (high - low) * map_side();
-    if any(size < vec2f(0.0)) || max(size.x, size.y) < 4.0 || area == 0.0 {
-        return vec3f(0.0);
-    }
-    let wa = warped(a);
-    let wab = warped(b) - wa;
-    let wac = warped(c) - wa;
-    let steps = vec2u(clamp(ceil(size / 8.0), vec2f(1.0), vec2f(8.0)));
-    var worst = vec3f(0.0);
-    for (var i = 0u; i < steps.x * steps.y; i++) {
-        let u = mix(low, high, (vec2f(vec2u(i % steps.x, i / steps.x)) + 0.5) / vec2f(steps));
-        let d = u - a;
-        let s = (d.x * ac.y - d.y * ac.x) / area;
-        let t = (ab.x * d.y - ab.y * d.x) / area;
-        if s > 0.0 && t > 0.0 && s + t < 1.0 {
-            let off = distance(warped(u), wa + s * wab + t * wac) * map_side();
-            if off > worst.z {
-                worst = vec3f(s, t, off);
-            }
-        }
-    }
-    return worst;
 }
 
 fn push(t: Part) {
@@ -343,38 +320,48 @@ fn push(t: Part) {
     }
 }
 
+// Whether a box of the map holds the centre of a texel.
+fn holds_centre(low: vec2f, high: vec2f) -> bool {
+    return all(ceil(low - 0.5) <= floor(high - 0.5));
+}
+
 fn draw(t: Part, low: vec2f, high: vec2f) {
-    let at = atomicAdd(&counters[drawn_count], 1u);
-    if at >= level.most_drawn {
-        atomicAdd(&counters[lost_count], 1u);
-        return;
+    let exact = raster.raster == raster_exact;
+    var kept = exact && holds_centre(low, high);
+    if !exact {
+        let a = unwarped_place(t.a.position).xy;
+        let b = unwarped_place(t.b.position).xy;
+        let c = unwarped_place(t.c.position).xy;
+        let before = (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
+        let wa = warped(a) * map_side();
+        let wb = warped(b) * map_side();
+        let wc = warped(c) * map_side();
+        let after = (wb.x - wa.x) * (wc.y - wa.y) - (wb.y - wa.y) * (wc.x - wa.x);
+        // Some room for the rasteriser's own rounding.
+        kept = holds_centre(min(min(wa, wb), wc) - 0.01, max(max(wa, wb), wc) + 0.01);
+        // Not slivers that rounding turns over.
+        if kept && before * after < 0.0 && abs(after) > 0.02 {
+            atomicAdd(&counters[fold_count], 1u);
+            atomicOr(&folds[t.triangle / 32u], 1u << (t.triangle & 31u));
+        }
     }
-    pieces[at] = packed(t);
-    if raster.raster == raster_exact {
-        boxes[at] = vec4f(low, high);
-        return;
-    }
-    let a = unwarped_place(t.a.position).xy;
-    let b = unwarped_place(t.b.position).xy;
-    let c = unwarped_place(t.c.position).xy;
-    let wa = warped(a);
-    let before = (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
-    let wb = warped(b) - wa;
-    let wc = warped(c) - wa;
-    let after = wb.x * wc.y - wb.y * wc.x;
-    // Not slivers that rounding turns over.
-    if before * after < 0.0 && abs(after) * map_side() * map_side() > 0.02 {
-        atomicAdd(&counters[fold_count], 1u);
-        atomicOr(&folds[t.triangle / 32u], 1u << (t.triangle & 31u));
+    if kept {
+        let at = atomicAdd(&counters[drawn_count], 1u);
+        if at < level.most_drawn {
+            pieces[at] = packed(t);
+            if exact {
+                boxes[at] = vec4f(low, high);
+            }
+        } else {
+            atomicAdd(&counters[lost_count], 1u);
+        }
     }
 }
 
 // The triangles that a triangle falls into when some of its edges are split, 3 bits each for corners and edges: 0 to 2
-// a, b, c; 3 to 5 the middles of ab, bc, ca, and 3 where a corner lies inside. The same for every mask of edges, with the
-// triangles' number in bits 30 and 31 less one.
+// a, b, c; 3 to 5 the middles of ab, bc, ca. By the mask of split edges; bits 30 and 31: the number of triangles less one.
 const patterns = array<u32, 8>(
-    // Inside: abx bcx cax.
-    (2u << 30u) | 0u | (1u << 3u) | (3u << 6u) | (1u << 9u) | (2u << 12u) | (3u << 15u) | (2u << 18u) | (0u << 21u) | (3u << 24u),
+    0u,
     // ab: a p c, p b c.
     (1u << 30u) | 0u | (3u << 3u) | (2u << 6u) | (3u << 9u) | (1u << 12u) | (2u << 15u),
     // bc: a b q, a q c.
@@ -409,7 +396,7 @@ fn handle(t: Part) -> bool {
     var mask = 0u;
     var low = vec2f(1e9);
     var high = vec2f(-1e9);
-    var step = vec2f(0.0);
+    var bend = vec2f(0.0);
     if raster.raster != raster_linear {
         for (var k = 0u; k < 3u; k++) {
             let e = judge(corners[k], corners[(k + 1u) % 3u]);
@@ -417,25 +404,12 @@ fn handle(t: Part) -> bool {
             corners[3u + k] = e.middle;
             low = min(low, e.low);
             high = max(high, e.high);
-            step = max(step, e.step);
+            bend = max(bend, e.bend);
         }
     }
-    var whole = level.last == 1u || raster.raster == raster_linear;
-    if !whole && mask == 0u {
-        let worst = worst_inside(ua.xy, ub.xy, uc.xy);
-        whole = worst.z <= raster.tolerance;
-        // Edges are straight enough, but not what they enclose: a corner where that is worst.
-        var share = vec3f(1.0 - worst.x - worst.y, worst.x, worst.y) / vec3f(ua.z, ub.z, uc.z);
-        share /= share.x + share.y + share.z;
-        if !whole {
-            corners[3] = Corner(
-                t.a.position * share.x + t.b.position * share.y + t.c.position * share.z,
-                t.a.uv * share.x + t.b.uv * share.y + t.c.uv * share.z);
-        }
-    }
-    if whole {
-        // A part's image is bounded by its edges' images; these may bulge between samples by less than the samples' steps.
-        draw(t, (low - step) * map_side() - 0.01, (high + step) * map_side() + 0.01);
+    if mask == 0u || level.last == 1u {
+        // A part's image is bounded by its edges' images; these may bulge between samples by less than their steps differ.
+        draw(t, (low - bend) * map_side() - 0.01, (high + bend) * map_side() + 0.01);
         return true;
     }
     let pattern = patterns[mask];
@@ -506,64 +480,34 @@ fn finish() {
     arguments[3] = 0u;
 }
 
+// A piece as it lies before the warp: edge functions (Olano, Greer 1997), taken relative to `origin` so that small pieces
+// keep their digits.
 struct PieceCaster {
-    @builtin(position) clip: vec4f,
-    @location(0) uv: vec2f,
-    @location(1) @interpolate(flat) material: u32,
-    // Stored depth; linear in space, so that interpolation with perspective is exact.
-    @location(2) depth: f32,
-}
-
-@vertex
-fn piece_caster(@builtin(vertex_index) index: u32) -> PieceCaster {
-    let t = unpacked(drawn_pieces[index / 3u]);
-    var corners = array<Corner, 3>(t.a, t.b, t.c);
-    let corner = corners[index % 3u];
-    let u = unwarped_place(corner.position);
-    let at = warped(u.xy);
-    let clip = vec4f((2.0 * at.x - 1.0) * u.z, (1.0 - 2.0 * at.y) * u.z, 0.5 * u.z, u.z);
-    let depth = stored_depth(light_view, dot(light_view.axis, vec4f(corner.position, 1.0)));
-    return PieceCaster(clip, corner.uv, vertices[triangles[t.triangle].x].material, depth);
-}
-
-@fragment
-fn piece(in: PieceCaster) -> @builtin(frag_depth) f32 {
-    if masked_out(materials[in.material], in.uv) {
-        discard;
-    }
-    return saturate(in.depth);
-}
-
-// A box of the map, with the edge functions of its piece before the warp (Olano, Greer 1997), taken relative to
-// `origin` so that small pieces keep their digits.
-struct BoxCaster {
     @builtin(position) clip: vec4f,
     @location(0) @interpolate(flat) e0: vec3f,
     @location(1) @interpolate(flat) e1: vec3f,
     @location(2) @interpolate(flat) e2: vec3f,
-    @location(3) @interpolate(flat) depth: vec3f,
+    @location(3) @interpolate(flat) depths: vec3f,
     @location(4) @interpolate(flat) uv01: vec4f,
     @location(5) @interpolate(flat) uv2: vec2f,
     @location(6) @interpolate(flat) origin: vec2f,
     @location(7) @interpolate(flat) material: u32,
+    // As corners have them, for the linear raster.
+    @location(8) depth: f32,
+    @location(9) uv: vec2f,
 }
 
-@vertex
-fn box_caster(@builtin(vertex_index) index: u32) -> BoxCaster {
-    let t = unpacked(drawn_pieces[index / 6u]);
-    let box = drawn_boxes[index / 6u];
-    let corner = array<vec2f, 6>(box.xy, box.zy, box.xw, box.xw, box.zy, box.zw)[index % 6u] / map_side();
-    var out: BoxCaster;
-    out.clip = vec4f(2.0 * corner.x - 1.0, 1.0 - 2.0 * corner.y, 0.5, 1.0);
+fn caster_of(t: Part) -> PieceCaster {
+    var out: PieceCaster;
+    let positions = array<vec3f, 3>(t.a.position, t.b.position, t.c.position);
     let middle = (unwarped_place(t.a.position).xy + unwarped_place(t.b.position).xy + unwarped_place(t.c.position).xy) / 3.0;
     out.origin = saturate(middle);
     let ndc = vec2f(2.0 * out.origin.x - 1.0, 1.0 - 2.0 * out.origin.y);
     var corners: array<vec3f, 3>;
-    let positions = array<vec3f, 3>(t.a.position, t.b.position, t.c.position);
     for (var k = 0u; k < 3u; k++) {
         let clip = light_clip(light_view, positions[k]);
         corners[k] = vec3f(clip.xy - ndc * clip.w, clip.w);
-        out.depth[k] = dot(light_view.axis, vec4f(positions[k], 1.0));
+        out.depths[k] = dot(light_view.axis, vec4f(positions[k], 1.0));
     }
     out.e0 = cross(corners[1], corners[2]);
     out.e1 = cross(corners[2], corners[0]);
@@ -574,21 +518,70 @@ fn box_caster(@builtin(vertex_index) index: u32) -> BoxCaster {
     return out;
 }
 
+@vertex
+fn piece_caster(@builtin(vertex_index) index: u32) -> PieceCaster {
+    let t = unpacked(drawn_pieces[index / 3u]);
+    var out = caster_of(t);
+    let corners = array<Corner, 3>(t.a, t.b, t.c);
+    let corner = corners[index % 3u];
+    let u = unwarped_place(corner.position);
+    let at = warped(u.xy);
+    out.clip = vec4f((2.0 * at.x - 1.0) * u.z, (1.0 - 2.0 * at.y) * u.z, 0.5 * u.z, u.z);
+    out.depth = stored_depth(light_view, out.depths[index % 3u]);
+    out.uv = corner.uv;
+    return out;
+}
+
+@vertex
+fn box_caster(@builtin(vertex_index) index: u32) -> PieceCaster {
+    let box = drawn_boxes[index / 6u];
+    var out = caster_of(unpacked(drawn_pieces[index / 6u]));
+    let corner = array<vec2f, 6>(box.xy, box.zy, box.xw, box.xw, box.zy, box.zw)[index % 6u] / map_side();
+    out.clip = vec4f(2.0 * corner.x - 1.0, 1.0 - 2.0 * corner.y, 0.5, 1.0);
+    return out;
+}
+
 @fragment
-fn box(in: BoxCaster) -> @builtin(frag_depth) f32 {
+fn linear_piece(in: PieceCaster) -> @builtin(frag_depth) f32 {
+    if masked_out(materials[in.material], in.uv) {
+        discard;
+    }
+    return saturate(in.depth);
+}
+
+// Shares of the corners where the texel's ray meets the piece's plane; w: positive if the piece turns its front to the
+// light.
+fn met(in: PieceCaster) -> vec4f {
     let u = drawn_rays[u32(in.clip.y) * u32(map_side()) + u32(in.clip.x)];
     let place = vec3f(2.0 * (u.x - in.origin.x), -2.0 * (u.y - in.origin.y), 1.0);
     let e = vec3f(dot(in.e0, place), dot(in.e1, place), dot(in.e2, place));
     let sum = e.x + e.y + e.z;
-    let share = e / sum;
-    let front = sum > 0.0;
-    if !(min(min(share.x, share.y), share.z) >= -1e-6) || (map.cull == cull_front && front) || (map.cull == cull_back && !front) {
-        discard;
-    }
+    return vec4f(e / sum, sum);
+}
+
+fn kept_depth(in: PieceCaster, share: vec3f) -> f32 {
     if masked_out(materials[in.material], share.x * in.uv01.xy + share.y * in.uv01.zw + share.z * in.uv2) {
         discard;
     }
-    return saturate(stored_depth(light_view, dot(share, in.depth)));
+    // Seen edge-on, the plane is met anywhere: no farther than the piece goes.
+    let low = min(min(in.depths.x, in.depths.y), in.depths.z);
+    let high = max(max(in.depths.x, in.depths.y), in.depths.z);
+    return saturate(stored_depth(light_view, clamp(dot(share, in.depths), low, high)));
+}
+
+@fragment
+fn piece(in: PieceCaster) -> @builtin(frag_depth) f32 {
+    return kept_depth(in, met(in).xyz);
+}
+
+@fragment
+fn box(in: PieceCaster) -> @builtin(frag_depth) f32 {
+    let share = met(in);
+    let front = share.w > 0.0;
+    if !(min(min(share.x, share.y), share.z) >= -1e-6) || (map.cull == cull_front && front) || (map.cull == cull_back && !front) {
+        discard;
+    }
+    return kept_depth(in, share.xyz);
 }
 
 // Counts view samples by their texels before the warp.

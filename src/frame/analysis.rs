@@ -48,6 +48,8 @@ pub struct Analysis {
     bands: Vec<Band>,
     pub(super) triangles: Option<TriangleCount>,
     pieces: Option<(wgpu::Buffer, bool)>,
+    /// Buffers that a warped map is made of, by their names in WGSL.
+    tables: Vec<(&'static str, wgpu::Buffer)>,
     draw_counts: Pass,
 }
 
@@ -77,6 +79,7 @@ impl Analysis {
             bands: Vec::new(),
             triangles: None,
             pieces: None,
+            tables: Vec::new(),
             draw_counts: Pass::compute(gpu, "count map", "counts.wgsl", "draw_counts", &[])?,
         })
     }
@@ -85,6 +88,7 @@ impl Analysis {
     pub(super) fn start(&mut self, gpu: &Gpu, wanted: bool) {
         self.maps = None;
         self.pieces = None;
+        self.tables.clear();
         if !wanted {
             self.aliasing = Slot::default();
             self.bands.clear();
@@ -186,12 +190,18 @@ impl Analysis {
     /// What a warped map's casters were split into; None of techniques without a warp.
     pub fn pieces(&self, gpu: &Gpu) -> Result<Option<PieceCount>> {
         let Some((counters, boxes)) = &self.pieces else { return Ok(None) };
-        { let w: Vec<u32> = bytemuck::pod_collect_to_vec(&gpu.read_range(counters, 0, 128)?); eprintln!("DBG {w:?}"); }
         let words: [u32; 4] = bytemuck::pod_read_unaligned(&gpu.read_range(counters, 0, 16)?);
         let [drawn, lost, kept, folded] = words.map(u64::from);
         // A box is two triangles.
         let drawn = (drawn - lost) * if *boxes { 2 } else { 1 };
         Ok(Some(PieceCount { kept, drawn, lost, folded }))
+    }
+
+    /// A buffer that a warped map is made of, by its name in WGSL: `light_view`, and what the technique's warp reads. None
+    /// if there is none of that name.
+    pub fn table(&self, gpu: &Gpu, name: &str) -> Result<Option<Vec<u8>>> {
+        let found = self.tables.iter().find(|(n, _)| *n == name);
+        found.map(|(_, buffer)| gpu.read_buffer(buffer)).transpose()
     }
 
     /// Triangles of the technique's draws: sent, and left after clipping. None where the adapter cannot count them.
@@ -212,6 +222,13 @@ impl Frame<'_> {
     pub(crate) fn count_pieces(&mut self, counters: &wgpu::Buffer, boxes: bool) {
         if let Some(analysis) = self.analysis.as_deref_mut() {
             analysis.pieces = Some((counters.clone(), boxes));
+        }
+    }
+
+    /// Keeps a buffer of a warped map for [`Analysis::table`].
+    pub(crate) fn keep_table(&mut self, name: &'static str, buffer: &wgpu::Buffer) {
+        if let Some(analysis) = self.analysis.as_deref_mut() {
+            analysis.tables.push((name, buffer.clone()));
         }
     }
 

@@ -51,8 +51,12 @@ pub fn accuracy(renderer: &mut Renderer, setup: &Setup, index: u64) -> Result<Re
     })?;
     let counts = maps.filter(|_| counted).map(|m| Counts::of(m.texels(), filled));
     let triangles = analysis.triangles(gpu)?;
+    let pieces = analysis.pieces(gpu)?;
     let [own, truth] = renderer.read_gave_up()?;
     let mut notes = Vec::new();
+    if let Some(lost) = pieces.map(|p| p.lost).filter(|n| *n > 0) {
+        notes.push(format!("{lost} pieces of split triangles found no room and are missing from the map."));
+    }
     for (rays, whose) in [(own, "the technique's"), (truth, "the truth's")] {
         if rays > 0 {
             notes.push(format!("{rays} of {whose} rays passed max_visits and count as lit."));
@@ -106,6 +110,8 @@ pub fn accuracy(renderer: &mut Renderer, setup: &Setup, index: u64) -> Result<Re
         views_needed: counts.map(|_| needed.iter().filter(|n| **n).count() as u64),
         triangles_submitted: triangles.map(|t| t[0]),
         triangles_drawn: triangles.map(|t| t[1]),
+        triangles_needed: pieces.map(|p| p.kept),
+        triangles_added: pieces.map(|p| p.drawn as i64 - p.kept as i64),
         rays: renderer.read_rays()? as u64,
         gpu_bytes: told.gpu_bytes,
         adapter: renderer.gpu.info.name.clone(),

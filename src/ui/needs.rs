@@ -31,6 +31,16 @@ pub fn rows(r: &Record) -> Vec<Row> {
             "Triangles left after culling, of those sent to the light's views.",
         ));
     }
+    if let (Some(needed), Some(added)) = (r.triangles_needed, r.triangles_added) {
+        let sign = if added < 0 { "-" } else { "+" };
+        let value = format!("{} {sign} {}", grouped(needed as usize), grouped(added.unsigned_abs() as usize));
+        out.push((
+            "triangles, warped",
+            value,
+            "Triangles that some pixel needs, and how many more are drawn for the warp: split, or two for each box. Fewer \
+             where they are too small for any texel.",
+        ));
+    }
     if r.rays > 0 {
         let tip = "Shadow rays traced in one frame, of the pixels that face the light.";
         out.push(("rays", of(r.rays, r.facing as u64), tip));
