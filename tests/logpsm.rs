@@ -198,15 +198,13 @@ fn m_is_even_along_the_view() {
     let ground = floor(Vec2::splat(-60.0), Vec2::splat(60.0), 0.0);
     let mut view = camera(Vec3::new(0.0, 1.5, 55.0), Vec3::new(0.0, 1.5, 0.0));
     view.near = 2.0;
-    let (mut r, mut s) =
-        start(scene(vec![mesh(&ground, 0)], vec![material(Vec3::ONE)], view, sun(Vec3::Y)), [96, 256]);
+    let (mut r, mut s) = start(scene(vec![mesh(&ground, 0)], vec![material(Vec3::ONE)], view, sun(Vec3::Y)), [96, 256]);
     let mut spread = |technique: &str, sets: &[&str]| {
         select(&mut s, technique, sets);
         r.render(&s, Ask { analysis: true, ..ask(&s) }).unwrap();
         let m = r.analysis().aliasing(&r.gpu).unwrap().unwrap();
         // The perspective part, of the middle column.
-        let column: Vec<f64> =
-            m.iter().skip(48).step_by(96).filter(|m| m[0] > 0.0).map(|m| m[1] as f64).collect();
+        let column: Vec<f64> = m.iter().skip(48).step_by(96).filter(|m| m[0] > 0.0).map(|m| m[1] as f64).collect();
         assert!(column.len() > 80, "{}", column.len());
         let [low, high] = column.iter().fold([f64::MAX, 0f64], |[a, b], m| [a.min(*m), b.max(*m)]);
         (high, high / low)
@@ -227,7 +225,10 @@ fn large_triangles_need_more_than_corners() {
     let mut share = |raster: &str| errors(&mut r, &mut s, "logpsm", &["resolution=256", raster]).share();
     let [linear, subdivide, exact] = ["raster=linear", "raster=subdivide", "raster=exact"].map(&mut share);
     assert!(linear > 3.0 * exact, "linear {linear}, exact {exact}");
-    assert!(linear > 2.0 * subdivide && subdivide < 1.5 * exact + 0.005, "linear {linear}, subdivide {subdivide}, exact {exact}");
+    assert!(
+        linear > 2.0 * subdivide && subdivide < 1.5 * exact + 0.005,
+        "linear {linear}, subdivide {subdivide}, exact {exact}"
+    );
 }
 
 /// A lit plane stays lit under every sun, with the default bias.

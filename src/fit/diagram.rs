@@ -124,7 +124,13 @@ impl Diagram {
 
     /// An empty drawing of two planes, both shown around `middle` up to half a `side` away.
     pub fn blank(middle: DVec2, side: f64) -> Diagram {
-        Diagram { strokes: Vec::new(), h: DMat3::IDENTITY, before: (middle, side), after: (middle, DVec2::splat(side)), logarithm: None }
+        Diagram {
+            strokes: Vec::new(),
+            h: DMat3::IDENTITY,
+            before: (middle, side),
+            after: (middle, DVec2::splat(side)),
+            logarithm: None,
+        }
     }
 
     /// A line in the left (0) or right (1) plane.
