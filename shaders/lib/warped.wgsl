@@ -429,7 +429,7 @@ fn handle(t: Part) -> bool {
     return true;
 }
 
-// Level 0: the scene's triangles, without what lies beside or behind a lamp.
+// Level 0: the scene's triangles, without what the projection takes to infinity and beyond.
 @compute @workgroup_size(64)
 fn start(@builtin(global_invocation_id) id: vec3u) {
     for (var i = id.x; i < arrayLength(&triangles); i += stride) {
@@ -441,8 +441,8 @@ fn start(@builtin(global_invocation_id) id: vec3u) {
             corners[k] = Corner(v.position, v.uv);
             ws[k] = dot(light_view.row_w, vec4f(v.position, 1.0));
         }
-        let least = select(0.0, 1e-3 * light_view.near, any(light_view.row_w.xyz != vec3f(0.0)));
-        // Cut at the lamp's plane: a triangle or two.
+        let least = select(0.0, max(1e-3 * light_view.near, 1e-6), any(light_view.row_w.xyz != vec3f(0.0)));
+        // What is left of it: a triangle or two.
         var cut: array<Corner, 4>;
         var number = 0u;
         for (var k = 0u; k < 3u; k++) {

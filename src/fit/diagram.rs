@@ -1,5 +1,6 @@
 //! Line drawings of a warp: the light's image before it on the left, the map after it on the right.
 
+use super::lispsm::Lispsm;
 use super::{hull, warped};
 use crate::frame::Frame;
 use crate::gpu::{Gpu, Pass};
@@ -37,6 +38,30 @@ pub struct Diagram {
     /// Shown of the light's image, and of the plane after the warp: middle and side.
     before: (DVec2, f64),
     after: (DVec2, DVec2),
+    /// After `h`, a logarithm along y.
+    logarithm: Option<Logarithm>,
+}
+
+/// ln(s/n) / ln(f/n) along y after a perspective, as shares of the map; from the far end on, as there places crowd.
+#[derive(Clone, Copy)]
+struct Logarithm {
+    /// f/n - 1.
+    k: f64,
+    /// The map's extent along y.
+    low: f64,
+    high: f64,
+}
+
+impl Logarithm {
+    fn after(&self, y: f64) -> f64 {
+        let share = (self.high - y) / (self.high - self.low);
+        self.high - (self.high - self.low) * (self.k * share).ln_1p() / self.k.ln_1p()
+    }
+
+    fn before(&self, y: f64) -> f64 {
+        let share = (self.high - y) / (self.high - self.low);
+        self.high - (self.high - self.low) * (share * self.k.ln_1p()).exp_m1() / self.k
+    }
 }
 
 /// Most strokes of a drawing.
@@ -46,15 +71,42 @@ impl Diagram {
     /// Draws the hull of the points that the map covers, the map's border and its grid, before and after the warp `h`.
     /// `also`: more points that the left half shall hold.
     pub fn new(h: &DMat3, points: &[DVec2], also: &[DVec2]) -> Diagram {
+        Diagram::covering(h, points, also, false)
+    }
+
+    /// The perspective of a light space perspective map over `points`, with n and γ; `logarithm`: under a logarithm.
+    pub fn of_perspective(l: &Lispsm, points: &[DVec2], logarithm: bool) -> Diagram {
+        // On the middle line, at the near face and n before it.
+        let face = l.middle + l.direction * (l.near - l.middle.dot(l.direction));
+        let center = if l.n.is_finite() { face - l.direction * l.n } else { face };
+        let far = face + l.direction * (l.far - l.near);
+        let shown = if (face - center).length() < 3.0 * (far - face).length() { center } else { face };
+        let mut d = Diagram::covering(&l.warp, points, &[shown, face], logarithm);
+        d.line(face, far, MARK);
+        d.place(0, shown, face, MARK);
+        d.cross(shown, MARK);
+        d.number(0, l.n);
+        d.number(1, l.gamma.to_degrees());
+        d
+    }
+
+    fn covering(h: &DMat3, points: &[DVec2], also: &[DVec2], bent: bool) -> Diagram {
         let frame = |[low, high]: [DVec2; 2]| ((low + high) / 2.0, 1.15 * (high - low).max_element().max(1e-9));
         let covered = hull::extent(points.iter().map(|p| warped(h, *p).0));
         let after = ((covered[0] + covered[1]) / 2.0, 1.15 * (covered[1] - covered[0]));
         let inverse = h.inverse();
         let corner = |x: f64, y: f64| covered[0] + (covered[1] - covered[0]) * DVec2::new(x, y);
-        let back = |x: f64, y: f64| warped(&inverse, corner(x, y)).0;
+        // w is proportional to the distance from the perspective's centre.
+        let [least, most] = hull::extent(points.iter().map(|p| DVec2::splat(warped(h, *p).1))).map(|w| w.x);
+        let logarithm = Logarithm { k: most / least - 1.0, low: covered[0].y, high: covered[1].y };
+        let logarithm = Some(logarithm).filter(|l| bent && l.k > 1e-9 && l.k.is_finite());
+        let back = |x: f64, y: f64| {
+            let p = corner(x, y);
+            warped(&inverse, DVec2::new(p.x, logarithm.map_or(p.y, |l| l.before(p.y)))).0
+        };
         let border = [back(0.0, 0.0), back(1.0, 0.0), back(1.0, 1.0), back(0.0, 1.0)];
         let shown = points.iter().chain(also).chain(&border).copied();
-        let mut out = Diagram { strokes: Vec::new(), h: *h, before: frame(hull::extent(shown)), after };
+        let mut out = Diagram { strokes: Vec::new(), h: *h, before: frame(hull::extent(shown)), after, logarithm };
         for i in 1..16 {
             let t = i as f64 / 16.0;
             out.place(0, back(t, 0.0), back(t, 1.0), GRID);
@@ -72,7 +124,13 @@ impl Diagram {
 
     /// An empty drawing of two planes, both shown around `middle` up to half a `side` away.
     pub fn blank(middle: DVec2, side: f64) -> Diagram {
-        Diagram { strokes: Vec::new(), h: DMat3::IDENTITY, before: (middle, side), after: (middle, DVec2::splat(side)) }
+        Diagram {
+            strokes: Vec::new(),
+            h: DMat3::IDENTITY,
+            before: (middle, side),
+            after: (middle, DVec2::splat(side)),
+            logarithm: None,
+        }
     }
 
     /// A line in the left (0) or right (1) plane.
@@ -91,9 +149,23 @@ impl Diagram {
     /// A line in the light's image, and what the warp makes of it where both ends have a place.
     pub fn line(&mut self, a: DVec2, b: DVec2, value: f32) {
         self.place(0, a, b, value);
-        let ((p, u), (q, v)) = (warped(&self.h, a), warped(&self.h, b));
-        if u > 0.0 && v > 0.0 {
-            self.place(1, p, q, value);
+        let after = |p: DVec2| {
+            let (at, w) = warped(&self.h, p);
+            (w > 0.0).then(|| DVec2::new(at.x, self.logarithm.map_or(at.y, |l| l.after(at.y))))
+        };
+        // What is straight before a logarithm is a curve after it: in parts between which w grows evenly many times.
+        let (start, end) = (warped(&self.h, a).1, warped(&self.h, b).1);
+        let grows = self.logarithm.is_some() && start > 0.0 && end > 0.0 && (end / start).ln().abs() > 1e-6;
+        let parts = if grows { 8 } else { 1 };
+        let share = |i: i32| match i as f64 / parts as f64 {
+            t if grows => ((end / start).powf(t) - 1.0) / (end / start - 1.0),
+            t => t,
+        };
+        let places: Vec<_> = (0..=parts).map(|i| after(a.lerp(b, share(i)))).collect();
+        for part in places.windows(2) {
+            if let [Some(p), Some(q)] = part {
+                self.place(1, *p, *q, value);
+            }
         }
     }
 

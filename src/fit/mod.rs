@@ -7,6 +7,7 @@ pub mod diagram;
 pub mod flatland;
 pub mod hull;
 pub mod lispsm;
+pub mod logpsm;
 pub mod msf;
 pub mod psm;
 pub mod tsm;

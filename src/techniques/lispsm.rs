@@ -2,7 +2,7 @@
 
 use super::shadow_map::{Comparison, MAPS};
 use super::{Info, Technique};
-use crate::fit::diagram::{self, Diagram, Drawing, MARK};
+use crate::fit::diagram::{self, Diagram, Drawing};
 use crate::fit::lispsm::{self, Lispsm, Strength};
 use crate::fit::{Kept, Scope};
 use crate::frame::Frame;
@@ -91,23 +91,7 @@ impl Technique for LightSpacePerspective {
         let made = self.fit.get(scope(f, 0.0), f.values, |s| fitted(s, &p));
         let drawn = self.map.render_view(f, made.as_ref().and_then(|m| m.view), 0.0, p.focus)?;
         self.comparison.look_up(f, &drawn);
-        self.drawing.show(f, "warp", || made.as_ref().map(draw));
+        self.drawing.show(f, "warp", || made.as_ref().map(|m| Diagram::of_perspective(&m.lispsm, &m.points, false)));
         Ok(())
     }
-}
-
-fn draw(made: &Fitted) -> Diagram {
-    let l = &made.lispsm;
-    // On the middle line, at the near face and n before it.
-    let face = l.middle + l.direction * (l.near - l.middle.dot(l.direction));
-    let center = if l.n.is_finite() { face - l.direction * l.n } else { face };
-    let far = face + l.direction * (l.far - l.near);
-    let shown = if (face - center).length() < 3.0 * (far - face).length() { center } else { face };
-    let mut d = Diagram::new(&l.warp, &made.points, &[shown, face]);
-    d.line(face, far, MARK);
-    d.place(0, shown, face, MARK);
-    d.cross(shown, MARK);
-    d.number(0, l.n);
-    d.number(1, l.gamma.to_degrees());
-    d
 }

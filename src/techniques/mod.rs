@@ -3,6 +3,7 @@
 mod dsm;
 mod fem_grid;
 mod lispsm;
+mod logpsm;
 mod notw;
 mod pcf;
 mod psm;
@@ -58,6 +59,7 @@ pub static ALL: &[&Info] = &[
     &lispsm::INFO,
     &tsm::INFO,
     &psm::INFO,
+    &logpsm::INFO,
     &rtw::INFO,
     &notw::INFO,
     &dsm::INFO,

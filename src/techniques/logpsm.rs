@@ -1,0 +1,147 @@
+//! Logarithmic perspective shadow map (Lloyd, Govindaraju, Quammen, Molnar, Manocha 2008).
+
+use super::{Info, MAPS, Technique};
+use crate::fit::diagram::{self, Diagram, Drawing};
+use crate::fit::lispsm::Lispsm;
+use crate::fit::{Kept, Scope, logpsm};
+use crate::frame::Frame;
+use crate::gpu::{Gpu, Pass};
+use crate::light::{Light, LightView};
+use crate::params::Params;
+use crate::shadow_map::{MapParams, scope};
+use crate::view::View;
+use crate::warp::{self, Base, RasterParams, Warped, storage};
+use anyhow::Result;
+use glam::DVec2;
+
+crate::params! {
+    /// How strongly the map is warped, and over what.
+    pub struct LogpsmParams {
+        /// 0: not at all, a plain map. 0.5: the perspective of n_opt, under a logarithm. 1: the perspective of the view itself; with the logarithm the aliasing error is then the same all along the view.
+        strength: float(1.0, 0.0..=1.0, ""),
+        /// The |cos γ| from which the warp fades out, γ being the angle between gaze and light.
+        fade: float(0.9, 0.8..=0.99, ""),
+        /// Fit the map to what the camera sees: first to the scene's box cut by its frustum, then to the receivers themselves. Off: to the whole scene.
+        focus: flag(true),
+    }
+}
+
+pub static INFO: Info = Info {
+    id: "logpsm",
+    title: "Logarithmic perspective shadow map",
+    paper: "Lloyd, Govindaraju, Quammen, Molnar, Manocha 2008",
+    doc: "A perspective along the view, then a logarithm along it: texels grow in proportion to the distance, as pixels do. \
+          The best that one map warped along the view can do, but straight edges become curves: large triangles must be \
+          split, or drawn exactly.",
+    lights: &["directional", "spot"],
+    params: &[LogpsmParams::GROUP, RasterParams::GROUP, MapParams::GROUP],
+    main: &[("resolution", "256..4096*2"), ("strength", "0.5,0.75,1")],
+    maps: &[
+        MAPS[0],
+        MAPS[1],
+        MAPS[2],
+        MAPS[3],
+        MAPS[4],
+        MAPS[5],
+        MAPS[6],
+        warp::MAPS[0],
+        warp::MAPS[1],
+        warp::MAPS[2],
+        View {
+            id: "gain",
+            title: "Gain of the logarithm",
+            doc: "Against the perspective alone: where the logarithm makes texels shorter (green) and longer (red); full \
+                  colour at a quarter and at four times the length.",
+            truth: false,
+        },
+        diagram::view(
+            "Before the map is narrowed to the receivers. Left the light's image, right the map: what the camera sees (green), \
+             the map's border (yellow) and every sixteenth of its texels. The cross is the perspective's centre, the line the \
+             gaze. Figures: n_w in metres (under a lamp at 1 m from it) and γ in degrees.",
+        ),
+    ],
+    make: |gpu| Ok(Box::new(Logarithmic::new(gpu)?)),
+};
+
+struct Logarithmic {
+    warped: Warped,
+    range: Pass,
+    /// f_w/n_w and its logarithm, as `Shape` in the shader.
+    shape: wgpu::Buffer,
+    light_view: wgpu::Buffer,
+    drawing: Drawing,
+    fit: Kept<Option<Fitted>>,
+}
+
+/// A fit and what it was made of.
+struct Fitted {
+    lispsm: Lispsm,
+    points: Vec<DVec2>,
+    view: Option<LightView>,
+}
+
+/// None if the camera sees nothing.
+fn fitted(scope: &Scope, p: &LogpsmParams) -> Option<Fitted> {
+    let body = if p.focus { scope.seen() } else { scope.lit() };
+    if body.is_empty() {
+        return None;
+    }
+    let image = scope.image();
+    let lispsm = logpsm::fit(scope, &image, &body, p.strength as f64, p.fade as f64);
+    let points: Vec<DVec2> = body.iter().map(|p| image.at(*p)).collect();
+    // Texels are left free after the logarithm, on the GPU.
+    let tight = Scope { margin: 0.0, ..*scope };
+    let mut view = tight.view(&image, &lispsm.warp, &points, scope.deepest(&image, &body));
+    if let (Some(v), Light::Directional { .. }) = (&mut view, scope.light) {
+        positive_near(v);
+    }
+    Some(Fitted { lispsm, points, view })
+}
+
+/// Moves the origin of the sun's depth so that `near` is positive, and w at the body's near face is as much: triangles are
+/// cut where w is a thousandth of `near`, as behind a lamp.
+fn positive_near(v: &mut LightView) {
+    let near = 0.01 * (v.far - v.near);
+    let by = near - v.near;
+    v.near += by;
+    v.far += by;
+    v.axis.w += by;
+    for row in [&mut v.row_x, &mut v.row_y, &mut v.row_w] {
+        *row *= near;
+    }
+}
+
+impl Logarithmic {
+    fn new(gpu: &Gpu) -> Result<Logarithmic> {
+        let file = "techniques/logpsm.wgsl";
+        Ok(Logarithmic {
+            warped: Warped::new(gpu, file, INFO.params)?,
+            range: Pass::compute(gpu, "fit: logarithm", file, "shape_of_view", INFO.params)?,
+            shape: storage(gpu, "the logarithm's shape", 16),
+            light_view: storage(gpu, "light view with margins", size_of::<LightView>() as u64),
+            drawing: Drawing::new(gpu)?,
+            fit: Kept::default(),
+        })
+    }
+}
+
+impl Technique for Logarithmic {
+    fn render(&mut self, f: &mut Frame) -> Result<()> {
+        let p = LogpsmParams::read(f.values);
+        let made = self.fit.get(scope(f, 0.0), f.values, |s| fitted(s, &p));
+        let tight = self.warped.base(f, made.as_ref().and_then(|m| m.view), p.focus)?;
+        f.held(self.shape.size() + self.light_view.size());
+        if tight.changed {
+            f.run(&self.range)
+                .bind("light_view", &tight.light_view)
+                .bind("made_view", &self.light_view)
+                .bind("made_shape", &self.shape)
+                .dispatch(1, 1, 1);
+        }
+        let base = Base { light_view: self.light_view.clone(), changed: tight.changed };
+        self.warped.draw(f, &base, &[("shape", (&self.shape).into())])?;
+        f.show_labels("gain");
+        self.drawing.show(f, "warp", || made.as_ref().map(|m| Diagram::of_perspective(&m.lispsm, &m.points, true)));
+        Ok(())
+    }
+}

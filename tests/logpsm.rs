@@ -1,0 +1,292 @@
+//! The logarithmic perspective shadow map against closed forms and the truth.
+
+mod common;
+
+use common::*;
+use glam::{DVec2, Vec2, Vec3};
+use shadowscope::fit::{Scope, lispsm, logpsm, warped};
+use shadowscope::frame::{Ask, Renderer};
+use shadowscope::measure::metrics::{Errors, FACING};
+use shadowscope::measure::{self, stability};
+use shadowscope::scene::Camera;
+use shadowscope::setup::Setup;
+use std::sync::Arc;
+
+fn select(s: &mut Setup, technique: &str, sets: &[&str]) {
+    s.params.clear();
+    s.select(technique).unwrap();
+    for set in sets {
+        s.set(set, &[technique.into()]).unwrap();
+    }
+}
+
+fn errors(r: &mut Renderer, s: &mut Setup, technique: &str, sets: &[&str]) -> Errors {
+    select(s, technique, sets);
+    measure::errors(r, s).unwrap()
+}
+
+fn built_in(name: &str, size: [u32; 2]) -> (Renderer, Setup) {
+    let (mut setup, scene) = Setup::open(name).unwrap();
+    setup.size = size;
+    (Renderer::new(gpu(), Arc::new(scene)).unwrap(), setup)
+}
+
+/// A level view between two depths under a sun straight above, whose body is that part of the frustum.
+fn level(near: f32, far: f32) -> Scope {
+    let view = Camera { position: Vec3::new(0.0, 1.0, 0.0), target: Vec3::new(0.0, 1.0, -1.0), fov: 60.0, near, far };
+    let bounds = [Vec3::new(-1.0, -1.0, -1.0) * 4.0 * far, Vec3::new(1.0, 1.0, 1.0) * 4.0 * far];
+    Scope { camera: view, light: sun(Vec3::Y), bounds, aspect: 1.0, resolution: 512, margin: 1.0 }
+}
+
+/// Texels that a map needs along and across the view so that m is 1 at most, per pixel of the picture, and the largest and
+/// smallest share of them that a depth needs along the view.
+fn needed(s: &Scope, n: f64, logarithm: bool) -> (DVec2, [f64; 2]) {
+    let (image, body) = (s.image(), s.seen());
+    let l = lispsm::fit(s, &image, &body, lispsm::Strength { strength: 1.0, fade: 0.9 });
+    let h = lispsm::warp(l.direction, l.middle, l.near, n);
+    let eye = s.eye();
+    let across = image.along(eye.right);
+    let place = |z: f64, x: f64| {
+        let (p, w) = warped(&h, image.at(eye.position + eye.forward * z) + across * x);
+        DVec2::new(p.x, if logarithm { w.ln() } else { p.y })
+    };
+    let (near, far) = (eye.near, eye.far);
+    let whole = place(far, 0.0).y - place(near, 0.0).y;
+    // As wide as the widest face of the body's image.
+    let wide = [near, far].map(|z| 2.0 * place(z, z * eye.tangent.x).x.abs()).into_iter().fold(0.0, f64::max);
+    let (mut most, mut least) = (DVec2::ZERO, f64::MAX);
+    for i in 0..=2000 {
+        let z = near * (far / near).powf(i as f64 / 2000.0);
+        // A pixel's share of the picture's side is 2 z tan(fov/2).
+        let (pixel, e) = (2.0 * z * eye.tangent.y, 1e-6 * z);
+        let along = whole / ((place(z + e, 0.0).y - place(z - e, 0.0).y) / (2.0 * e) * pixel);
+        let beside = wide / ((place(z, e).x - place(z, -e).x).abs() / (2.0 * e) * pixel);
+        most = most.max(DVec2::new(along, beside));
+        least = least.min(along);
+    }
+    (most, [least, most.x])
+}
+
+/// Under a sun at right angles the full perspective with a logarithm has the same m all along the view; and the texels
+/// needed for m = 1 grow as ln(f/n), those of a perspective as f/n, of a plain map as (f/n)².
+#[test]
+fn texels_needed_grow_as_the_logarithm() {
+    let mut last: Option<[f64; 3]> = None;
+    for far in [10.0, 100.0, 1000.0] {
+        let s = level(1.0, far);
+        let (image, body) = (s.image(), s.seen());
+        let full = logpsm::fit(&s, &image, &body, 1.0, 0.9).n;
+        assert!((full - 1.0).abs() < 1e-3, "n_w = {full} is not the near plane's distance");
+        let half = logpsm::fit(&s, &image, &body, 0.5, 0.9).n;
+        let optimal = lispsm::fit(&s, &image, &body, lispsm::Strength { strength: 1.0, fade: 0.9 }).n;
+        assert!((half / optimal - 1.0).abs() < 1e-9, "{half}, n_opt = {optimal}");
+        assert_eq!(logpsm::fit(&s, &image, &body, 0.0, 0.9).n, f64::INFINITY);
+
+        let (most, [low, high]) = needed(&s, full, true);
+        assert!(high / low < 1.0 + 1e-3, "m goes from {low} to {high}");
+        let texels = [most.x * most.y, needed(&s, full, false).0.element_product(), {
+            let plain = needed(&s, 1e12, false).0;
+            plain.x * plain.y
+        }];
+        let ratio = far as f64;
+        let law = [ratio.ln(), ratio - 1.0, (ratio - 1.0) * ratio];
+        if let Some(last) = last {
+            for ((now, then), (name, grows)) in texels.iter().zip(last).zip([
+                ("logarithm", law[0] / (ratio / 10.0).ln()),
+                ("perspective", law[1] / (ratio / 10.0 - 1.0)),
+                ("plain", law[2] / ((ratio / 10.0 - 1.0) * ratio / 10.0)),
+            ]) {
+                assert!((now / then / grows - 1.0).abs() < 0.01, "{name}: {} times, not {grows}", now / then);
+            }
+        }
+        // Any weaker perspective is worse under the logarithm.
+        for strength in [0.25, 0.5, 0.75] {
+            let n = logpsm::fit(&s, &image, &body, strength, 0.9).n;
+            assert!(needed(&s, n, true).0.element_product() > texels[0], "strength {strength}");
+        }
+        last = Some(texels);
+    }
+}
+
+/// Where gaze and light are parallel the warp is gone, and on the way there it fades steadily.
+#[test]
+fn the_warp_fades_steadily() {
+    let s = level(1.0, 50.0);
+    let strength = |degrees: f32| {
+        let (sin, cos) = degrees.to_radians().sin_cos();
+        let s = Scope { light: sun(Vec3::new(0.0, sin, cos)), ..s };
+        let body = s.seen();
+        let l = logpsm::fit(&s, &s.image(), &body, 1.0, 0.9);
+        assert!(body.iter().all(|p| warped(&l.warp, s.image().at(*p)).1 > 0.0), "{degrees}°: a corner has no place");
+        ((l.far - l.near) / l.n).ln_1p()
+    };
+    assert!(strength(90.0) > 3.0 && strength(0.0) == 0.0);
+    let mut last = strength(0.0);
+    for i in 1..=900 {
+        let now = strength(i as f32 * 0.1);
+        assert!((now - last).abs() < 0.06, "at {}° ln(f/n) goes from {last} to {now}", i as f32 * 0.1);
+        last = now;
+    }
+}
+
+/// The warp as the shader says it, in 32 bits: it rises strictly, keeps the ends, and its inverse is one to a thousandth
+/// of a texel; and it is what it is in 64 bits.
+#[test]
+fn the_logarithm_is_exact() {
+    let ln_1p = |x: f32| {
+        if x > 1.0 {
+            return (1.0 + x).ln();
+        }
+        let z = x / (2.0 + x);
+        let q = z * z;
+        2.0 * z * (1.0 + q * (1.0 / 3.0 + q * (1.0 / 5.0 + q * (1.0 / 7.0 + q * (1.0 / 9.0 + q * (1.0 / 11.0))))))
+    };
+    let exp_m1 = |x: f32| {
+        if x.abs() > 0.5 {
+            return x.exp() - 1.0;
+        }
+        let last = x / 6.0 * (1.0 + x / 7.0);
+        x * (1.0 + x / 2.0 * (1.0 + x / 3.0 * (1.0 + x / 4.0 * (1.0 + x / 5.0 * (1.0 + last)))))
+    };
+    for ratio in [1.00001, 1.1, 2.0, 30.0, 1e3, 1e5] {
+        let k = (ratio - 1.0) as f32;
+        let ln = ln_1p(k);
+        let warp = |y: f32| (ln_1p(k * y) / ln).min(1.0);
+        let unwarp = |t: f32| exp_m1(t * ln) / k;
+        assert_eq!((warp(0.0), warp(1.0)), (0.0, 1.0));
+        let mut last = -1.0;
+        for i in 0..=4096 {
+            let t = i as f64 / 4096.0;
+            let y = (t * (k as f64).ln_1p()).exp_m1() / k as f64;
+            let at = warp(y as f32);
+            assert!(at > last, "f/n = {ratio}: {at} follows {last}");
+            last = at;
+            let texels = 1024.0;
+            assert!((at as f64 - t).abs() * texels < 1e-3, "f/n = {ratio}: {at}, not {t}");
+            assert!((warp(unwarp(t as f32)) as f64 - t).abs() * texels < 1e-3, "f/n = {ratio}: inverse at {t}");
+        }
+    }
+}
+
+/// View samples counted in the map's texels, and pixels that face the light.
+fn counted(r: &mut Renderer, s: &Setup) -> [u64; 2] {
+    r.render(s, Ask { analysis: true, ..ask(s) }).unwrap();
+    let mut all = 0;
+    r.analysis().counts(&r.gpu, |_, part| all += part.iter().map(|c| *c as u64).sum::<u64>()).unwrap();
+    [all, r.read_mask().unwrap().iter().filter(|m| **m == FACING).count() as u64]
+}
+
+/// Every pixel that faces the sun has a texel; the map errs less than a plain one of the whole scene, and its typical m
+/// is no longer than light space perspective's.
+#[test]
+fn it_holds_all_receivers_and_pays() {
+    for name in ["bench", "arches"] {
+        let (mut r, mut s) = built_in(name, [160, 160]);
+        let whole = errors(&mut r, &mut s, "shadow-map", &["resolution=256", "fit=scene"]).share();
+        for raster in ["raster=subdivide", "raster=exact"] {
+            let e = errors(&mut r, &mut s, "logpsm", &["resolution=256", raster]);
+            assert!(e.share() < 0.8 * whole, "{name} {raster}: {} against {whole}", e.share());
+            let [all, facing] = counted(&mut r, &s);
+            assert_eq!(all, facing, "{name} {raster}");
+        }
+    }
+}
+
+/// The largest m on a floor under a sun in the zenith, along a level view.
+#[test]
+fn m_is_even_along_the_view() {
+    let ground = floor(Vec2::splat(-60.0), Vec2::splat(60.0), 0.0);
+    let mut view = camera(Vec3::new(0.0, 1.5, 55.0), Vec3::new(0.0, 1.5, 0.0));
+    view.near = 2.0;
+    let (mut r, mut s) = start(scene(vec![mesh(&ground, 0)], vec![material(Vec3::ONE)], view, sun(Vec3::Y)), [96, 256]);
+    let mut spread = |technique: &str, sets: &[&str]| {
+        select(&mut s, technique, sets);
+        r.render(&s, Ask { analysis: true, ..ask(&s) }).unwrap();
+        let m = r.analysis().aliasing(&r.gpu).unwrap().unwrap();
+        // The perspective part, of the middle column.
+        let column: Vec<f64> = m.iter().skip(48).step_by(96).filter(|m| m[0] > 0.0).map(|m| m[1] as f64).collect();
+        assert!(column.len() > 80, "{}", column.len());
+        let [low, high] = column.iter().fold([f64::MAX, 0f64], |[a, b], m| [a.min(*m), b.max(*m)]);
+        (high, high / low)
+    };
+    let (worst, even) = spread("logpsm", &["resolution=512"]);
+    let (others, uneven) = spread("lispsm", &["resolution=512"]);
+    assert!(even < 1.02, "m differs {even} times");
+    assert!(uneven > 2.0 && others > 1.3 * worst, "lispsm: {others}, {uneven} times; logpsm: {worst}");
+    let (plain, _) = spread("logpsm", &["resolution=512", "strength=0"]);
+    let (again, _) = spread("shadow-map", &["resolution=512"]);
+    assert!((plain / again - 1.0).abs() < 0.05, "without strength {plain}, a plain map {again}");
+}
+
+/// Edges that stay straight miss their places; drawn exactly they do not.
+#[test]
+fn large_triangles_need_more_than_corners() {
+    let (mut r, mut s) = built_in("st-longtri", [128, 128]);
+    let mut share = |raster: &str| errors(&mut r, &mut s, "logpsm", &["resolution=256", raster]).share();
+    let [linear, subdivide, exact] = ["raster=linear", "raster=subdivide", "raster=exact"].map(&mut share);
+    assert!(linear > 3.0 * exact, "linear {linear}, exact {exact}");
+    assert!(
+        linear > 2.0 * subdivide && subdivide < 1.5 * exact + 0.005,
+        "linear {linear}, subdivide {subdivide}, exact {exact}"
+    );
+}
+
+/// A lit plane stays lit under every sun, with the default bias.
+#[test]
+fn a_plane_casts_nothing_on_itself() {
+    let ground = floor(Vec2::splat(-40.0), Vec2::splat(40.0), 0.0);
+    for to_light in [Vec3::new(0.9, 1.0, 0.3), Vec3::new(0.0, 0.6, 1.0), Vec3::new(0.3, 0.5, -1.0)] {
+        let view = camera(Vec3::new(0.0, 1.5, 20.0), Vec3::new(0.0, 0.0, 8.0));
+        let (mut r, mut s) =
+            start(scene(vec![mesh(&ground, 0)], vec![material(Vec3::ONE)], view, sun(to_light)), [120, 90]);
+        for raster in ["raster=subdivide", "raster=exact"] {
+            for sets in [["resolution=64", "receiver_plane=false"], ["resolution=256", "receiver_plane=true"]] {
+                let e = errors(&mut r, &mut s, "logpsm", &[sets[0], sets[1], raster]);
+                assert_eq!(e.rmse, 0.0, "{to_light} {raster} {sets:?}: {e:?}");
+            }
+        }
+    }
+}
+
+/// Under a lamp every facing pixel in the cone has a texel, and the map errs less than one of the whole cone.
+#[test]
+fn a_lamp_is_served() {
+    let view = camera(Vec3::new(0.0, 2.0, 18.0), Vec3::new(0.0, 0.5, 8.0));
+    let lamp = spot(Vec3::new(3.0, 12.0, 6.0), Vec3::new(0.0, 0.0, 4.0), 60.0);
+    let (mut r, mut s) = start(scene(vec![mesh(&yard(), 0)], vec![material(Vec3::ONE)], view, lamp), [128, 96]);
+    let whole = errors(&mut r, &mut s, "shadow-map", &["resolution=256", "fit=scene"]).share();
+    for raster in ["raster=subdivide", "raster=exact"] {
+        let e = errors(&mut r, &mut s, "logpsm", &["resolution=256", raster]);
+        assert!(e.share() < 0.8 * whole, "{raster}: {} against {whole}", e.share());
+        let [all, _] = counted(&mut r, &s);
+        let [surely, most] = in_cone(&mut r, &lamp);
+        assert!(surely > 1000 && (surely..=most).contains(&all), "{raster}: {all} of {surely} to {most}");
+    }
+}
+
+/// What breaks fits leaves a finite picture.
+#[test]
+fn nothing_breaks() {
+    let finite = |r: &mut Renderer, s: &mut Setup, at: &str| {
+        for sets in ["strength=1", "strength=0", "raster=exact", "focus=false"] {
+            let e = errors(r, s, "logpsm", &["resolution=64", sets]);
+            assert!(e.rmse.is_finite(), "{at} {sets}");
+            assert!(r.read_visibility().unwrap().iter().all(|v| (0.0..=1.0).contains(v)), "{at} {sets}");
+        }
+    };
+    for id in ["st-duel", "st-degenerate", "st-depthrange"] {
+        let (mut r, mut s) = built_in(id, [48, 48]);
+        let case = stability::find(id).unwrap();
+        for t in [0.0, 1.0] {
+            (case.place)(&mut s, t);
+            finite(&mut r, &mut s, &format!("{id} at {t}"));
+        }
+    }
+    for (name, view, lamp) in awkward_spots() {
+        let (mut r, mut s) = start(scene(vec![mesh(&yard(), 0)], vec![material(Vec3::ONE)], view, lamp), [48, 48]);
+        finite(&mut r, &mut s, name);
+    }
+    let (mut r, mut s) = built_in("bench", [48, 48]);
+    s.camera = camera(Vec3::new(0.0, 500.0, 0.0), Vec3::new(1.0, 900.0, 0.0));
+    finite(&mut r, &mut s, "empty view");
+}
