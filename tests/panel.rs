@@ -40,6 +40,9 @@ fn harness(what: &str, height: f32) -> Harness<'static, State> {
 
 /// Clicks what has this label; the upper one of two, as a technique and its map may share a name.
 fn click(harness: &mut Harness<'static, State>, label: &str) {
+    // It may lie farther down in a list.
+    harness.get_all_by_label(label).next().unwrap().scroll_to_me();
+    harness.run_steps(8);
     harness.get_all_by_label(label).next().unwrap().click();
     harness.run_steps(3);
 }

@@ -215,7 +215,8 @@ fn advice_meets_its_budget_or_says_what_comes_closest() {
     let advise = |more: &[&str]| {
         shadowscope(folder, &[&["advise", "cubes", "--size", "96x54", "--set", "bias=0.001", "--json"], more].concat())
     };
-    let out = advise(&["--max-error", "0.5%", "-o", "tried.csv"]);
+    let some = "shadow-map,pcf,sdsm,lispsm,notw,rt-hard";
+    let out = advise(&["--techniques", some, "--max-error", "0.5%", "-o", "tried.csv"]);
     assert_eq!(out.status.code(), Some(0), "{}", String::from_utf8_lossy(&out.stderr));
     let advice: Value = serde_json::from_slice(&out.stdout).unwrap();
     assert!(advice["answer"]["error_share"].as_f64().unwrap() <= 0.005);
@@ -229,7 +230,7 @@ fn advice_meets_its_budget_or_says_what_comes_closest() {
     let cheaper = tried.iter().filter(|r| r.error_share <= 0.005).map(|r| r.cost.unwrap());
     assert_eq!(advice["answer"]["cost"].as_f64(), cheaper.min_by(f64::total_cmp));
 
-    let out = advise(&["--max-error", "0", "--max-ratio", "0.01"]);
+    let out = advise(&["--techniques", "shadow-map,rt-hard", "--max-error", "0", "--max-ratio", "0.01"]);
     assert_eq!(out.status.code(), Some(3), "nothing costs a hundredth of a shadow map");
     let advice: Value = serde_json::from_slice(&out.stdout).unwrap();
     assert!(advice["answer"].is_null() && advice["closest"]["technique"].is_string());

@@ -198,12 +198,12 @@ fn the_window_opens_follows_a_click_and_closes() {
     let folder = desktop.folder.path().to_path_buf();
     let mapped = settled(&folder, middle, |p| colours(p) > 50, "the picture");
 
-    desktop.click(button(&layout, "Ray-traced hard shadow"));
+    desktop.click(button(&layout, "Percentage-closer filtering"));
     let differing = |p: &[u32]| p.iter().zip(&mapped).filter(|(a, b)| a != b).count();
-    let traced = settled(&folder, middle, |p| differing(p) > 20, "another technique's picture");
-    assert!(colours(&traced) > 50);
+    let filtered = settled(&folder, middle, |p| differing(p) > 20, "another technique's picture");
+    assert!(colours(&filtered) > 50);
     // The same scene: only shadow edges differ.
-    let share = differing(&traced) as f32 / traced.len() as f32;
+    let share = differing(&filtered) as f32 / filtered.len() as f32;
     assert!(share < 0.2, "{} % of the picture changed", share * 100.0);
 
     desktop.key("ctrl+q");

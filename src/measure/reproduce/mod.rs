@@ -99,6 +99,12 @@ pub static ALL: &[Reproduction] = &[
         deviation: "The claim holds: n_opt has the smallest maximum, with equal errors at both ends.",
     },
     Reproduction {
+        id: "navratil-4.11-4.12",
+        title: "Navratil 2015, figures 4.11 and 4.12: view samples before, between and after the warps of NoTW",
+        run: navratil::steps,
+        deviation: "He shows pictures without numbers.",
+    },
+    Reproduction {
         id: "navratil-5.2-5.4",
         title: "Navratil 2015, figures 5.2 to 5.4: wrong pixels of the warping techniques",
         run: navratil::quality,
@@ -121,6 +127,19 @@ pub static ALL: &[Reproduction] = &[
         title: "Navratil 2015, figure 5.6: shares of the passes",
         run: navratil::shares,
         deviation: "His figure is a chart without numbers; the text gives 15 % of NoTW's time for the DV crop.",
+    },
+    Reproduction {
+        id: "navratil-5.11",
+        title: "Navratil 2015, figure 5.11: the shadow maps of four approaches",
+        run: navratil::maps,
+        deviation: "He shows pictures without numbers.",
+    },
+    Reproduction {
+        id: "navratil-5.12",
+        title: "Navratil 2015, figure 5.12: the malformed grid of finite elements",
+        run: navratil::grids,
+        deviation: "He gives no stiffness matrix; ours are springs between nodes whose rest lengths follow the error. The \
+                    grid of least energy, which he left open, is ours.",
     },
     Reproduction {
         id: "chong-psm",
