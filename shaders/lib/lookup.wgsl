@@ -43,9 +43,11 @@ fn receive(s: Surface, radius: f32, tap: f32) -> Receiver {
     let reach = tap + select(2.0 * radius, 0.0, followed);
     // Half a texel's diagonal farther a warp's plane has grown steeper than it is here.
     let grown = 1.0 - min(0.7072 * reach * length(plane.bend), 0.9);
-    let slope = map.slope_bias * min(steepness, steepest) * reach / grown;
     var r: Receiver;
     r.texel = map_texel(v, clip);
+    // A bias of half a texel's diagonal, 0.7071, holds on a plane; under a warp that turns it takes what the ray asks.
+    let turned = 1.4143 * abs(dot(gradient, map_spread(v, clip, r.texel)));
+    let slope = map.slope_bias * max(min(steepness, steepest) * reach / grown, turned);
     // Cleared texels hold 0: what lies beyond the far plane is compared as if on it.
     r.depth = max(stored_depth(v, z - map.bias) + slope, 0.0);
     r.gradient = select(vec2f(0.0), gradient, followed);

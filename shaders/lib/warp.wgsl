@@ -34,3 +34,11 @@ fn map_texel_size(v: LightView, position: vec3f, to_light: vec3f) -> f32 {
     let clip = light_clip(v, position);
     return longest_extent(map_along(v, t, clip).xy, map_along(v, cross(to_light, t), clip).xy);
 }
+
+// From a place in the map to the ray of its texel's centre, texels as the warp has them at the place: where the warp turns
+// within the texel, it lies farther than half a texel's diagonal.
+fn map_spread(v: LightView, clip: vec4f, texel: vec2f) -> vec2f {
+    let u = saturate(light_texel(v, clip) / v.resolution);
+    let centre = unwarp(saturate((floor(texel) + 0.5) / v.resolution));
+    return warp_slope(u) * (centre - u) * v.resolution;
+}

@@ -91,19 +91,23 @@ fn map_side() -> f32 {
     return light_view.resolution;
 }
 
+// The surface at a pixel, valid only if its visibility is looked up: where it faces the light and is reached by it.
+fn view_sample(pixel: vec2u) -> Surface {
+    var s = load_surface(min(pixel, frame.size - 1u));
+    let light = light_at(s.position);
+    s.valid = s.valid && all(pixel < frame.size) && light.reached && dot(s.normal, light.to_light) > 0.0;
+    return s;
+}
+
 // Marks the tiles that view samples look into.
 @compute @workgroup_size(8, 8)
 fn need(@builtin(global_invocation_id) id: vec3u) {
-    if id.x >= frame.size.x || id.y >= frame.size.y {
-        return;
-    }
-    let s = load_surface(id.xy);
-    let light = light_at(s.position);
-    if !s.valid || !light.reached || dot(s.normal, light.to_light) <= 0.0 {
+    let s = view_sample(id.xy);
+    if !s.valid {
         return;
     }
     // With the normal offset the look-up may lie elsewhere.
-    let to_light = normalize(light.to_light);
+    let to_light = normalize(light_at(s.position).to_light);
     var position = s.position;
     if map.normal_offset > 0.0 {
         let cosine = dot(s.normal, to_light);
@@ -593,12 +597,8 @@ fn box(in: PieceCaster) -> @builtin(frag_depth) f32 {
 
 @compute @workgroup_size(8, 8)
 fn count_before(@builtin(global_invocation_id) id: vec3u) {
-    if id.x >= frame.size.x || id.y >= frame.size.y {
-        return;
-    }
-    let s = load_surface(id.xy);
-    let light = light_at(s.position);
-    if !s.valid || !light.reached || dot(s.normal, light.to_light) <= 0.0 {
+    let s = view_sample(id.xy);
+    if !s.valid {
         return;
     }
     let u = unwarped_place(s.position).xy;

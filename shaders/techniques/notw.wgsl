@@ -122,12 +122,8 @@ fn unwarp(at: vec2f) -> vec2f {
 // Counts view samples by where the rows' warps take them, column after column.
 @compute @workgroup_size(8, 8)
 fn count_moved(@builtin(global_invocation_id) id: vec3u) {
-    if id.x >= frame.size.x || id.y >= frame.size.y {
-        return;
-    }
-    let s = load_surface(id.xy);
-    let light = light_at(s.position);
-    if !s.valid || !light.reached || dot(s.normal, light.to_light) <= 0.0 {
+    let s = view_sample(id.xy);
+    if !s.valid {
         return;
     }
     let u = unwarped_place(s.position).xy;
@@ -385,12 +381,8 @@ const occupancy_bins = 20u;
 // Counts view samples by their texels after both warps.
 @compute @workgroup_size(8, 8)
 fn count_after(@builtin(global_invocation_id) id: vec3u) {
-    if id.x >= frame.size.x || id.y >= frame.size.y {
-        return;
-    }
-    let s = load_surface(id.xy);
-    let light = light_at(s.position);
-    if !s.valid || !light.reached || dot(s.normal, light.to_light) <= 0.0 {
+    let s = view_sample(id.xy);
+    if !s.valid {
         return;
     }
     let texel = map_texel(light_view, light_clip(light_view, s.position));

@@ -383,6 +383,87 @@ pub fn post_perspective(b: &mut Bench) -> Result<String> {
     Ok(out)
 }
 
+/// A picture of one of a technique's views on a scene, beside measures of it.
+struct Shot {
+    name: &'static str,
+    says: &'static str,
+    technique: &'static str,
+    sets: &'static [&'static str],
+    view: &'static str,
+}
+
+/// Captures views of a scene, 512² pixels and texels, and what their maps use.
+fn shots(b: &mut Bench, scene: &str, all: &[Shot]) -> Result<[String; 2]> {
+    let head =
+        ["", "texels with view samples, %", "view samples a texel, largest", "inequality (Gini)"];
+    let mut lines = vec![head.map(String::from).to_vec()];
+    let mut shown = String::new();
+    for (i, shot) in all.iter().enumerate() {
+        b.done(i, all.len());
+        let (renderer, start) = b.open(scene)?;
+        let mut setup = Setup { size: [RESOLUTION; 2], view: shot.view.into(), ..start };
+        setup.select(shot.technique)?;
+        let selected = [shot.technique.to_string()];
+        for set in [&[&*format!("resolution={RESOLUTION}")][..], shot.sets].concat() {
+            setup.set(set, &selected)?;
+        }
+        let measured = measure::accuracy(renderer, &setup, 0)?;
+        let percent = measured.covered_share.map(|x| 100.0 * x);
+        lines.push(vec![
+            shot.says.to_string(),
+            percent.map_or("-".into(), short),
+            measured.count_max.map_or("-".into(), |n| n.to_string()),
+            measured.count_gini.map_or("-".into(), short),
+        ]);
+        shown += &b.capture(&format!("{}.png", shot.name), shot.says, &setup)?;
+    }
+    Ok([table::markdown(&lines), shown])
+}
+
+const fn shot(
+    name: &'static str,
+    says: &'static str,
+    technique: &'static str,
+    sets: &'static [&'static str],
+    view: &'static str,
+) -> Shot {
+    Shot { name, says, technique, sets, view }
+}
+
+/// Figures 4.11 and 4.12: the samples before, between and after the warps.
+pub fn steps(b: &mut Bench) -> Result<String> {
+    let all = [
+        shot("navratil-4.12-before", "Samples before the warps", "notw", &[], "counts-before"),
+        shot("navratil-4.11", "Row offsets before and after smoothing", "notw", &[], "row-offsets"),
+        shot("navratil-4.12-between", "Samples after the rows' warps", "notw", &[], "counts-between"),
+        shot("navratil-4.12-after", "Samples after both warps", "notw", &[], "counts"),
+    ];
+    let [_, shown] = shots(b, "observatory", &all)?;
+    Ok(shown)
+}
+
+/// Figure 5.11: the maps themselves.
+pub fn maps(b: &mut Bench) -> Result<String> {
+    let all = [
+        shot("navratil-5.11-sm", "Shadow map of the whole scene", "shadow-map", &["fit=scene"], "shadow-map"),
+        shot("navratil-5.11-dv", "NoTW, cropped only", "notw", &["strength=0"], "shadow-map"),
+        shot("navratil-5.11-rtw", "RTW", "rtw", &[], "shadow-map"),
+        shot("navratil-5.11-notw", "NoTW", "notw", &[], "shadow-map"),
+    ];
+    Ok(shots(b, "observatory", &all)?.join("\n"))
+}
+
+/// Figure 5.12: the grid of springs that folds, and the one of least energy that does not.
+pub fn grids(b: &mut Bench) -> Result<String> {
+    const SEED: &[&str] = &["variant=seed-stiffness", "raster=subdivide"];
+    const ENERGY: &[&str] = &["variant=energy", "raster=subdivide"];
+    let all = [
+        shot("navratil-5.12-seed", "Springs, solved at once", "fem-grid", SEED, "nodes"),
+        shot("navratil-5.12-energy", "Least energy", "fem-grid", ENERGY, "nodes"),
+    ];
+    Ok(shots(b, "bench", &all)?.join("\n"))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -411,86 +492,4 @@ mod tests {
         let [x, y] = worst_detail(&visibility, &truth);
         assert!(x <= 500 && x + DETAIL >= 600 && y <= 700 && y + DETAIL > 700, "{x} {y}");
     }
-}
-
-/// A picture of one of a technique's views on a scene, beside measures of it.
-struct Shot {
-    name: &'static str,
-    says: &'static str,
-    technique: &'static str,
-    sets: &'static [&'static str],
-    view: &'static str,
-}
-
-/// Captures views of a scene, 512² pixels and texels, and what their maps use.
-fn shots(b: &mut Bench, scene: &str, all: &[Shot]) -> Result<String> {
-    let head =
-        ["", "texels with view samples, %", "view samples a texel, largest", "inequality (Gini)", "folded pieces"];
-    let mut lines = vec![head.map(String::from).to_vec()];
-    let mut shown = String::new();
-    for (i, shot) in all.iter().enumerate() {
-        b.done(i, all.len());
-        let (renderer, start) = b.open(scene)?;
-        let mut setup = Setup { size: [RESOLUTION; 2], view: shot.view.into(), ..start };
-        setup.select(shot.technique)?;
-        let selected = [shot.technique.to_string()];
-        for set in [&[&*format!("resolution={RESOLUTION}")][..], shot.sets].concat() {
-            setup.set(set, &selected)?;
-        }
-        let measured = measure::accuracy(renderer, &setup, 0)?;
-        let folded = renderer.analysis().pieces(&renderer.gpu)?.map(|p| p.folded);
-        let percent = measured.covered_share.map(|x| 100.0 * x);
-        lines.push(vec![
-            shot.says.to_string(),
-            percent.map_or("-".into(), short),
-            measured.count_max.map_or("-".into(), |n| n.to_string()),
-            measured.count_gini.map_or("-".into(), short),
-            folded.map_or("-".into(), |n| n.to_string()),
-        ]);
-        shown += &b.capture(&format!("{}.png", shot.name), shot.says, &setup)?;
-    }
-    Ok(format!("{}\n{shown}", table::markdown(&lines)))
-}
-
-const fn shot(
-    name: &'static str,
-    says: &'static str,
-    technique: &'static str,
-    sets: &'static [&'static str],
-    view: &'static str,
-) -> Shot {
-    Shot { name, says, technique, sets, view }
-}
-
-/// Figures 4.11 and 4.12: the samples before, between and after the warps.
-pub fn steps(b: &mut Bench) -> Result<String> {
-    let all = [
-        shot("navratil-4.12-before", "Samples before the warps", "notw", &[], "counts-before"),
-        shot("navratil-4.11", "Row offsets before and after smoothing", "notw", &[], "row-offsets"),
-        shot("navratil-4.12-between", "Samples after the rows' warps", "notw", &[], "counts-between"),
-        shot("navratil-4.12-after", "Samples after both warps", "notw", &[], "counts"),
-    ];
-    Ok(shots(b, "observatory", &all)? + "\nThe table measures the whole technique in each row.\n")
-}
-
-/// Figure 5.11: the maps themselves.
-pub fn maps(b: &mut Bench) -> Result<String> {
-    let all = [
-        shot("navratil-5.11-sm", "Shadow map of the whole scene", "shadow-map", &["fit=scene"], "shadow-map"),
-        shot("navratil-5.11-dv", "NoTW, cropped only", "notw", &["strength=0"], "shadow-map"),
-        shot("navratil-5.11-rtw", "RTW", "rtw", &[], "shadow-map"),
-        shot("navratil-5.11-notw", "NoTW", "notw", &[], "shadow-map"),
-    ];
-    shots(b, "observatory", &all)
-}
-
-/// Figure 5.12: the grid of springs that folds, and the one of least energy that does not.
-pub fn grids(b: &mut Bench) -> Result<String> {
-    const SEED: &[&str] = &["variant=seed-stiffness", "raster=linear"];
-    const ENERGY: &[&str] = &["variant=energy", "raster=linear"];
-    let all = [
-        shot("navratil-5.12-seed", "Springs, solved at once", "fem-grid", SEED, "nodes"),
-        shot("navratil-5.12-energy", "Least energy", "fem-grid", ENERGY, "nodes"),
-    ];
-    shots(b, "bench", &all)
 }
