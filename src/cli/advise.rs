@@ -116,6 +116,9 @@ fn text(advice: &Advice, budget: Budget) -> String {
             if !margin.is_empty() {
                 out += &format!("margin:    {} allowed is left\n", margin.join(" and "));
             }
+            if let Some(more) = plain(advice, r, budget) {
+                out += &more;
+            }
             match advice.halved.map(row) {
                 Some(h) => {
                     let more = Advice::cost(h) / Advice::cost(r);
@@ -155,4 +158,20 @@ fn text(advice: &Advice, budget: Budget) -> String {
         }
     }
     out
+}
+
+/// What a plain shadow map in place of the answer `r` would cost; None if it is one, or none was measured.
+fn plain(advice: &Advice, r: &Record, budget: Budget) -> Option<String> {
+    let maps: Vec<&Record> = advice.tried.iter().filter(|t| t.technique == "shadow-map").collect();
+    if r.technique == "shadow-map" || maps.is_empty() {
+        return None;
+    }
+    let meets = maps.iter().filter(|t| t.error_share <= budget.max_error);
+    Some(match meets.min_by(|a, b| Advice::cost(a).total_cmp(&Advice::cost(b))) {
+        Some(map) => {
+            let factor = Advice::cost(map) / Advice::cost(r);
+            format!("a plain shadow map that meets it costs {factor:.2} times as much: {}\n", name(map))
+        }
+        None => "no plain shadow map measured meets it\n".into(),
+    })
 }
