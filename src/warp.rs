@@ -50,7 +50,7 @@ pub const MAPS: [View; 3] = [
 ];
 
 /// How often a triangle is split: each time edges are halved.
-const LEVELS: u32 = 12;
+const LEVELS: u32 = 14;
 /// Bytes of a piece, and of its box.
 const PIECE: u64 = 64;
 const BOX: u64 = 16;

@@ -286,7 +286,7 @@ fn judge(one: Corner, other: Corner) -> Edge {
     let length_inside = (span.y - span.x) * length(b.xy - a.xy);
     let longest = max(length_inside, (span.y - span.x) * distance(start, end)) * map_side();
     // Boxes are the tighter the smaller the piece.
-    if exact && longest > 32.0 {
+    if exact && longest > 32.0 && level.last == 0u {
         e.split = true;
         return e;
     }
