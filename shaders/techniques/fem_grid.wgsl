@@ -18,12 +18,8 @@ fn grid_side() -> u32 {
 // Adds each view sample's aliasing error, as it is without the warp, to its cell.
 @compute @workgroup_size(8, 8)
 fn cell_errors(@builtin(global_invocation_id) id: vec3u) {
-    if id.x >= frame.size.x || id.y >= frame.size.y {
-        return;
-    }
-    let s = load_surface(id.xy);
-    let light = light_at(s.position);
-    if !s.valid || !light.reached || dot(s.normal, light.to_light) <= 0.0 {
+    let s = view_sample(id.xy);
+    if !s.valid {
         return;
     }
     let clip = light_clip(light_view, s.position);

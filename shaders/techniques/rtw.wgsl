@@ -147,12 +147,8 @@ fn pixel_edge(s: Surface) -> bool {
 // Backward analysis, and the camera's side of hybrid: each view sample puts its importance into its bin.
 @compute @workgroup_size(8, 8)
 fn importance_of_samples(@builtin(global_invocation_id) id: vec3u) {
-    if id.x >= frame.size.x || id.y >= frame.size.y {
-        return;
-    }
-    let s = load_surface(id.xy);
-    let light = light_at(s.position);
-    if has_no_term() || !s.valid || !light.reached || dot(s.normal, light.to_light) <= 0.0 {
+    let s = view_sample(id.xy);
+    if has_no_term() || !s.valid {
         return;
     }
     let u = unwarped_place(s.position).xy;
