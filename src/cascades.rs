@@ -313,19 +313,9 @@ impl Cascades {
                 vertex: if unclipped_depth { "caster" } else { "clamped_caster" },
                 unclipped_depth,
                 fragment,
-                targets: &[],
-                depth: Some(wgpu::DepthStencilState {
-                    format: FORMAT,
-                    depth_write_enabled: Some(true),
-                    depth_compare: Some(wgpu::CompareFunction::Greater),
-                    stencil: Default::default(),
-                    bias: Default::default(),
-                }),
-                cull: match p.cull.as_str() {
-                    "front" => Some(wgpu::Face::Front),
-                    "back" => Some(wgpu::Face::Back),
-                    _ => None,
-                },
+                depth: Raster::nearest(FORMAT),
+                cull: Raster::culled(&p.cull),
+                ..Raster::default()
             };
             Pass::render(gpu, name, "lib/depth.wgsl", raster, &[])
         };

@@ -341,13 +341,7 @@ impl Renderer {
             vertex: "vertex",
             fragment: Some("fragment"),
             targets: &[Format::Rgba32Float, Format::Rgba32Uint],
-            depth: Some(wgpu::DepthStencilState {
-                format: Format::Depth32Float,
-                depth_write_enabled: Some(true),
-                depth_compare: Some(wgpu::CompareFunction::Greater),
-                stencil: Default::default(),
-                bias: Default::default(),
-            }),
+            depth: Raster::nearest(Format::Depth32Float),
             ..Raster::default()
         };
         let made = Renderer {

@@ -189,24 +189,17 @@ impl ShadowMap {
                 },
                 unclipped_depth,
                 fragment,
-                targets: &[],
-                depth: Some(wgpu::DepthStencilState {
-                    format: *format,
-                    depth_write_enabled: Some(true),
-                    depth_compare: Some(wgpu::CompareFunction::Greater),
-                    stencil: Default::default(),
+                depth: Raster::nearest(*format).map(|state| wgpu::DepthStencilState {
                     // Reversed depth: away from the light is down.
                     bias: wgpu::DepthBiasState {
                         constant: -(hardware.hardware_bias as i32),
                         slope_scale: -hardware.hardware_slope,
                         clamp: -hardware.hardware_clamp,
                     },
+                    ..state
                 }),
-                cull: match cull.as_str() {
-                    "front" => Some(wgpu::Face::Front),
-                    "back" => Some(wgpu::Face::Back),
-                    _ => None,
-                },
+                cull: Raster::culled(cull),
+                ..Raster::default()
             };
             Pass::render(gpu, name, "lib/depth.wgsl", raster, &[])
         };

@@ -149,8 +149,16 @@ fn offsets_match_a_reference() {
         }
         // The inverse, which the raster takes each texel's ray from.
         let (rows, columns): (Vec<f32>, Vec<f32>) = (table(&r, "rows"), table(&r, "columns"));
-        for (k, ray) in table::<[f32; 2]>(&r, "rays").iter().enumerate() {
-            let [x, y] = warp(&rows, &columns, side, ray.map(f64::from)).map(|v| v * side as f64);
+        s.view = "shadow-map".into();
+        analysed(&mut r, &s);
+        s.view = "error".into();
+        let mut rays: Vec<[u32; 4]> = table(&r, "rays");
+        rays.sort_by_key(|ray| ray[2]);
+        assert_eq!(rays.len(), side * side);
+        for (k, ray) in rays.iter().enumerate() {
+            assert_eq!(ray[2] as usize, k, "{sets:?}: a texel has no ray");
+            let place = [ray[0], ray[1]].map(|bits| f32::from_bits(bits) as f64);
+            let [x, y] = warp(&rows, &columns, side, place).map(|v| v * side as f64);
             let [cx, cy] = [(k % side) as f64 + 0.5, (k / side) as f64 + 0.5];
             assert!((x - cx).abs().max((y - cy).abs()) < 1e-3, "{sets:?}: the ray of {cx}, {cy} lands at {x}, {y}");
         }
@@ -216,7 +224,7 @@ fn long_triangles_need_more_than_corners() {
     let [(linear, plain), (split, parts), (exact, boxes)] = found[..] else { unreachable!() };
     assert!(linear > 3.0 * split && split < 2.0 * exact + 0.002, "{linear} {split} {exact}");
     assert!(plain.folded > 0 && boxes.folded == 0 && parts.drawn > plain.drawn, "{plain:?} {parts:?} {boxes:?}");
-    assert!(plain.lost + parts.lost + boxes.lost == 0);
+    assert!(plain.unserved + boxes.unserved == 0 && parts.unserved < parts.drawn / 20);
 }
 
 /// No light falls through the seams of a plate of unequal triangles.
@@ -314,8 +322,7 @@ fn degenerate_scenes_hold() {
         }
         for raster in ["raster=linear", "raster=subdivide", "raster=exact"] {
             select(&mut s, "notw", &["resolution=64", raster]);
-            let pieces = analysed(&mut r, &s);
-            assert_eq!(pieces.lost, 0);
+            analysed(&mut r, &s);
             assert!(r.read_visibility().unwrap().iter().all(|v| v.is_finite()), "{name} {raster}");
             let lines: Vec<f32> = table(&r, "rows");
             assert!(lines.iter().all(|x| (0.0..=1.0).contains(x)), "{name} {raster}");

@@ -47,7 +47,7 @@ pub struct Analysis {
     maps: Option<Maps>,
     bands: Vec<Band>,
     pub(super) triangles: Option<TriangleCount>,
-    pieces: Option<(wgpu::Buffer, bool)>,
+    pieces: Option<wgpu::Buffer>,
     /// Buffers that a warped map is made of, by their names in WGSL.
     tables: Vec<(&'static str, wgpu::Buffer)>,
     draw_counts: Pass,
@@ -58,10 +58,10 @@ pub struct Analysis {
 pub struct PieceCount {
     /// Triangles that some view sample needs.
     pub kept: u64,
-    /// Triangles drawn in their place.
+    /// Triangles drawn in their place; the exact raster takes them as they are.
     pub drawn: u64,
-    /// Pieces for which there was no room.
-    pub lost: u64,
+    /// Pieces that should be split but found no room, and texels whose rays found none.
+    pub unserved: u64,
     /// Pieces that the map holds turned inside out.
     pub folded: u64,
 }
@@ -189,12 +189,10 @@ impl Analysis {
 
     /// What a warped map's casters were split into; None of techniques without a warp.
     pub fn pieces(&self, gpu: &Gpu) -> Result<Option<PieceCount>> {
-        let Some((counters, boxes)) = &self.pieces else { return Ok(None) };
+        let Some(counters) = &self.pieces else { return Ok(None) };
         let words: [u32; 4] = bytemuck::pod_read_unaligned(&gpu.read_range(counters, 0, 16)?);
-        let [drawn, lost, kept, folded] = words.map(u64::from);
-        // A box is two triangles.
-        let drawn = drawn.saturating_sub(lost) * if *boxes { 2 } else { 1 };
-        Ok(Some(PieceCount { kept, drawn, lost, folded }))
+        let [drawn, unserved, kept, folded] = words.map(u64::from);
+        Ok(Some(PieceCount { kept, drawn, unserved, folded }))
     }
 
     /// A buffer that a warped map is made of, by its name in WGSL: `light_view`, and what the technique's warp reads. None
@@ -218,10 +216,10 @@ impl Band {
 }
 
 impl Frame<'_> {
-    /// Tells where a warped map counts its pieces (`counters` in `shaders/lib/warped.wgsl`), and whether they are boxes.
-    pub(crate) fn count_pieces(&mut self, counters: &wgpu::Buffer, boxes: bool) {
+    /// Tells where a warped map counts its pieces (`counters` in `shaders/lib/warped.wgsl`).
+    pub(crate) fn count_pieces(&mut self, counters: &wgpu::Buffer) {
         if let Some(analysis) = self.analysis.as_deref_mut() {
-            analysis.pieces = Some((counters.clone(), boxes));
+            analysis.pieces = Some(counters.clone());
         }
     }
 

@@ -60,8 +60,32 @@ pub struct Raster<'a> {
     pub targets: &'a [wgpu::TextureFormat],
     pub depth: Option<wgpu::DepthStencilState>,
     pub cull: Option<wgpu::Face>,
+    /// Triangles unless said otherwise.
+    pub topology: wgpu::PrimitiveTopology,
     /// Depth beyond the near and far planes is clamped to them, not clipped; needs `DEPTH_CLIP_CONTROL`.
     pub unclipped_depth: bool,
+}
+
+impl Raster<'_> {
+    /// Depth of which the greatest stays: the nearest, as depth is reversed.
+    pub fn nearest(format: wgpu::TextureFormat) -> Option<wgpu::DepthStencilState> {
+        Some(wgpu::DepthStencilState {
+            format,
+            depth_write_enabled: Some(true),
+            depth_compare: Some(wgpu::CompareFunction::Greater),
+            stencil: Default::default(),
+            bias: Default::default(),
+        })
+    }
+
+    /// The faces that a technique's parameter `cull` leaves out: `front`, `back`, or none.
+    pub fn culled(cull: &str) -> Option<wgpu::Face> {
+        match cull {
+            "front" => Some(wgpu::Face::Front),
+            "back" => Some(wgpu::Face::Back),
+            _ => None,
+        }
+    }
 }
 
 impl Pass {
@@ -79,7 +103,7 @@ impl Pass {
         Ok(Pass { name, pipeline: Pipeline::Compute(pipeline), layouts, bindings, bound: RefCell::default() })
     }
 
-    /// A render pass of triangles.
+    /// A render pass.
     pub fn render(gpu: &Gpu, name: &'static str, file: &str, raster: Raster, groups: &[Group]) -> Result<Pass> {
         let entries: Vec<&str> = [Some(raster.vertex), raster.fragment].into_iter().flatten().collect();
         let (module, layout, layouts, bindings) = prepare(gpu, file, &entries, groups)?;
@@ -94,6 +118,7 @@ impl Pass {
                 buffers: &[],
             },
             primitive: wgpu::PrimitiveState {
+                topology: raster.topology,
                 cull_mode: raster.cull,
                 unclipped_depth: raster.unclipped_depth,
                 ..Default::default()

@@ -54,8 +54,10 @@ pub fn accuracy(renderer: &mut Renderer, setup: &Setup, index: u64) -> Result<Re
     let pieces = analysis.pieces(gpu)?;
     let [own, truth] = renderer.read_gave_up()?;
     let mut notes = Vec::new();
-    if let Some(lost) = pieces.map(|p| p.lost).filter(|n| *n > 0) {
-        notes.push(format!("{lost} pieces of split triangles found no room and are missing from the map."));
+    if let Some(unserved) = pieces.map(|p| p.unserved).filter(|n| *n > 0) {
+        notes.push(format!(
+            "{unserved} parts of triangles or texels found no room: edges stay straight, or light leaks, there."
+        ));
     }
     for (rays, whose) in [(own, "the technique's"), (truth, "the truth's")] {
         if rays > 0 {

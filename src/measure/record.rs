@@ -82,7 +82,7 @@ pub struct Record {
     /// Triangles sent to the light's views, and those that the clipper passed on.
     pub triangles_submitted: Option<u64>,
     pub triangles_drawn: Option<u64>,
-    /// Warped maps: triangles that some view sample needs, and how many more are drawn in their place, split or as boxes;
+    /// Warped maps: triangles that some view sample needs, and how many more are drawn in their place where they are split;
     /// negative where most are too small for a texel.
     pub triangles_needed: Option<u64>,
     pub triangles_added: Option<i64>,

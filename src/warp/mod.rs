@@ -1,18 +1,22 @@
-//! Shadow maps with a warp that no matrix can express: casters are split where it bends them, or drawn exactly.
+//! Shadow maps with a warp that no matrix can express: casters are split where it bends them, or met by each texel's ray.
 //!
 //! A technique's shader includes `shaders/lib/warped.wgsl` and writes the warp (`shaders/lib/warp.wgsl`). Its Rust file
 //! asks [`Warped::base`] for the light's view before the warp, makes the warp anew where that says so, and calls
 //! [`Warped::draw`].
 
+mod exact;
+mod subdivide;
+
 use crate::fit::Scope;
 use crate::frame::{ANALYSIS, Counting, Frame, Maps};
-use crate::gpu::{Gpu, Pass, Raster, Resource, Slot};
+use crate::gpu::{Gpu, Pass, Resource, Slot};
 use crate::light::LightView;
 use crate::params::{Group, Params, Values};
 use crate::shadow_map::{Fit, MapParams, USAGE, format, scope, whole};
 use crate::view::View;
 use anyhow::{Result, ensure};
-use bytemuck::{Pod, Zeroable};
+use exact::Exact;
+use subdivide::Subdivide;
 
 crate::params! {
     /// How casters are drawn into a warped map.
@@ -49,22 +53,6 @@ pub const MAPS: [View; 3] = [
     },
 ];
 
-/// How often a triangle is split: each time edges are halved.
-const LEVELS: u32 = 14;
-/// Bytes of a piece, and of its box.
-const PIECE: u64 = 64;
-const BOX: u64 = 16;
-
-/// As `Level` in `shaders/lib/warped.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-pub struct Level {
-    pub number: u32,
-    pub last: u32,
-    pub most: u32,
-    pub most_drawn: u32,
-}
-
 /// What a warped map depends on.
 #[derive(PartialEq)]
 struct Key {
@@ -72,19 +60,25 @@ struct Key {
     values: Values,
     size: [u32; 2],
     revision: u64,
+    /// Texels that no view sample needs are drawn too.
+    shown: bool,
 }
 
 /// Parameters that matter in the look-up only.
 const LOOK_UP: [&str; 4] = ["bias", "slope_bias", "slope_limit", "receiver_plane"];
 
-/// Buffers whose size depends on the scene.
-struct Pieces {
-    triangles: u32,
-    levels: Vec<wgpu::Buffer>,
-    work: wgpu::Buffer,
-    pieces: wgpu::Buffer,
-    boxes: wgpu::Buffer,
-    folds: wgpu::Buffer,
+/// How casters are drawn.
+enum Casters {
+    Exact(Exact),
+    Subdivide(Subdivide),
+}
+
+/// What the casters' passes were made for.
+#[derive(Clone, PartialEq)]
+struct Way {
+    raster: String,
+    cull: String,
+    format: wgpu::TextureFormat,
 }
 
 /// A warped shadow map and the passes that draw and look it up.
@@ -94,20 +88,12 @@ pub struct Warped {
     fit: Fit,
     light_view: Option<wgpu::Buffer>,
     depth: Slot,
-    pieces: Option<Pieces>,
+    casters: Option<(Way, Casters)>,
     counters: wgpu::Buffer,
-    tiles: wgpu::Buffer,
     image_tiles: wgpu::Buffer,
-    /// Not held for the linear raster.
-    rays: wgpu::Buffer,
     arguments: wgpu::Buffer,
-    need: Pass,
-    spread: Pass,
-    trace: Pass,
-    start: Pass,
-    split: Pass,
-    finish: Pass,
-    casters: Option<([String; 2], wgpu::TextureFormat, Pass)>,
+    /// For a number of triangles.
+    folds: Option<(u32, wgpu::Buffer)>,
     resolve: Pass,
     inspect: Pass,
     analyse: Pass,
@@ -139,19 +125,11 @@ impl Warped {
             fit: Fit::new(gpu)?,
             light_view: None,
             depth: Slot::default(),
-            pieces: None,
-            counters: zero("pieces' counters", 128, Use::STORAGE | Use::COPY_SRC),
-            tiles: zero("needed tiles", 512, Use::STORAGE),
-            image_tiles: zero("needed tiles of the image", 512, Use::STORAGE),
-            rays: storage(gpu, "texels' rays", 16),
-            arguments: zero("draw of the pieces", 16, Use::STORAGE | Use::INDIRECT),
-            need: pass("needed tiles", "need")?,
-            spread: pass("needed tiles", "spread")?,
-            trace: pass("texels' rays", "trace_rays")?,
-            start: pass("caster culling", "start")?,
-            split: pass("subdivision", "split")?,
-            finish: pass("subdivision", "finish")?,
             casters: None,
+            counters: zero("pieces' counters", 256, Use::STORAGE | Use::COPY_SRC),
+            image_tiles: zero("needed tiles of the image", 512, Use::STORAGE),
+            arguments: zero("draw of the casters", 16, Use::STORAGE | Use::INDIRECT),
+            folds: None,
             resolve: pass("resolve", "resolve")?,
             inspect: pass("inspect", "inspect")?,
             analyse: pass(ANALYSIS, "analyse")?,
@@ -173,7 +151,7 @@ impl Warped {
         let scope = scope(f, 0.0);
         let values = f.values.iter().filter(|(k, _)| !LOOK_UP.contains(&k.as_str()));
         let values = values.map(|(k, v)| (k.clone(), v.clone())).collect();
-        let key = Key { scope, values, size: f.size, revision: f.revision };
+        let key = Key { scope, values, size: f.size, revision: f.revision, shown: shown(f) };
         let held = self.light_view.clone().filter(|_| !f.fresh && self.made.as_ref() == Some(&key));
         let changed = held.is_none();
         // Until it is made, there is none.
@@ -202,59 +180,54 @@ impl Warped {
         let limit = f.gpu.device.limits().max_texture_dimension_2d;
         ensure!(p.resolution <= limit, "a map of {}² texels is more than {} takes", p.resolution, f.gpu.info.name);
         let r = RasterParams::read(f.values);
-        let exact = r.raster == "exact";
-        self.prepare_casters(f.gpu, &p, &r.raster)?;
-        self.prepare_rays(f.gpu, if r.raster == "linear" { 0 } else { p.resolution })?;
         let map = self.depth.get(f.gpu, "shadow map", [p.resolution; 2], format(&p), USAGE);
-        let pieces = Pieces::hold(&mut self.pieces, f.gpu, f.scene.triangle_count);
+        let triangles = f.scene.triangle_count;
+        let folds = match &self.folds {
+            Some((count, held)) if *count == triangles => held.clone(),
+            _ => storage(f.gpu, "folded triangles", triangles.div_ceil(32) as u64 * 4),
+        };
+        self.folds = Some((triangles, folds.clone()));
         let mut all: Vec<(&'static str, Resource)> = bound.to_vec();
         all.extend([
             ("light_view", (&base.light_view).into()),
             ("shadow_map", (&map).into()),
-            ("tiles", (&self.tiles).into()),
             ("image_tiles", (&self.image_tiles).into()),
-            ("rays", (&self.rays).into()),
-            ("drawn_rays", (&self.rays).into()),
             ("counters", (&self.counters).into()),
             ("arguments", (&self.arguments).into()),
-            ("work", (&pieces.work).into()),
-            ("pieces", (&pieces.pieces).into()),
-            ("drawn_pieces", (&pieces.pieces).into()),
-            ("boxes", (&pieces.boxes).into()),
-            ("drawn_boxes", (&pieces.boxes).into()),
-            ("folds", (&pieces.folds).into()),
-            ("folded", (&pieces.folds).into()),
+            ("folds", (&folds).into()),
+            ("folded", (&folds).into()),
         ]);
-        let own = [&self.counters, &self.tiles, &self.image_tiles, &self.rays, &self.arguments];
-        let held = own.into_iter().chain([&pieces.work, &pieces.pieces, &pieces.boxes]);
-        f.held(held.map(|b| b.size()).sum::<u64>() + pieces.folds.size());
+        let own = [&self.counters, &self.image_tiles, &self.arguments, &folds];
+        f.held(own.map(|b| b.size()).iter().sum());
         if let Some(texture) = self.depth.texture() {
             f.held(crate::gpu::bytes(texture));
         }
         if base.changed {
-            for buffer in [&self.counters, &self.tiles, &self.image_tiles, &pieces.folds] {
+            for buffer in [&self.counters, &self.image_tiles, &folds] {
                 f.clear(buffer);
             }
-            f.run(&self.need).bind_all(&all).per_pixel();
-            if r.raster != "linear" {
-                f.run(&self.spread).bind_all(&all).dispatch(64, 1, 1);
-                f.run(&self.trace).bind_all(&all).dispatch(p.resolution.div_ceil(64), p.resolution, 1);
-            }
-            f.run(&self.start).bind_all(&all).bind("level", &pieces.levels[0]).dispatch(256, 1, 1);
-            if r.raster != "linear" {
-                for level in &pieces.levels[1..] {
-                    f.run(&self.split).bind_all(&all).bind("level", level).dispatch(256, 1, 1);
-                }
-            }
-            f.run(&self.finish).bind_all(&all).bind("level", &pieces.levels[0]).dispatch(1, 1, 1);
-            if let Some((.., casters)) = &self.casters {
-                let arguments = &self.arguments;
-                f.run(casters).bind_all(&all).draw(&[], Some((&map, 0.0)), true, |p| p.draw_indirect(arguments, 0));
-            }
         }
-        f.count_pieces(&self.counters, exact);
+        let way = Way { raster: r.raster, format: format(&p), cull: p.cull };
+        if self.casters.as_ref().is_none_or(|(held, _)| *held != way) {
+            // The memory of the way before first.
+            self.casters = None;
+        }
+        let casters = match &mut self.casters {
+            Some((_, held)) => held,
+            empty => {
+                let made = match way.raster.as_str() {
+                    "exact" => Casters::Exact(Exact::new(f.gpu, self.file, self.groups, &way)?),
+                    _ => Casters::Subdivide(Subdivide::new(f.gpu, self.file, self.groups, &way)?),
+                };
+                &mut empty.insert((way, made)).1
+            }
+        };
+        match casters {
+            Casters::Exact(exact) => exact.draw(f, base.changed, &all, &map, &self.arguments)?,
+            Casters::Subdivide(subdivide) => subdivide.draw(f, base.changed, &all, &map, &self.arguments)?,
+        }
+        f.count_pieces(&self.counters);
         f.keep_table("light_view", &base.light_view);
-        f.keep_table("rays", &self.rays);
         for (name, resource) in bound {
             if let Resource::Buffer(buffer) = resource {
                 f.keep_table(name, buffer);
@@ -300,56 +273,11 @@ impl Warped {
         }
         self.counts.clone().unwrap_or_else(|| storage(gpu, "view samples before the warp", size))
     }
+}
 
-    /// Room for the ray of each texel of such a map.
-    fn prepare_rays(&mut self, gpu: &Gpu, resolution: u32) -> Result<()> {
-        let size = (resolution as u64 * resolution as u64 * 8).max(16);
-        if self.rays.size() != size {
-            let limits = gpu.device.limits();
-            ensure!(
-                size <= limits.max_storage_buffer_binding_size.min(limits.max_buffer_size),
-                "{} binds too little memory at once for the rays of a {resolution}² map; choose raster = linear or a smaller \
-                 resolution",
-                gpu.info.name
-            );
-            self.rays = storage(gpu, "texels' rays", size);
-        }
-        Ok(())
-    }
-
-    /// Makes the caster pass anew if its pipeline's state changed.
-    fn prepare_casters(&mut self, gpu: &Gpu, p: &MapParams, raster: &str) -> Result<()> {
-        let (format, exact) = (format(p), raster == "exact");
-        let state = [p.cull.clone(), raster.to_string()];
-        if self.casters.as_ref().is_some_and(|(s, f, _)| (s, f) == (&state, &format)) {
-            return Ok(());
-        }
-        let raster = Raster {
-            vertex: if exact { "box_caster" } else { "piece_caster" },
-            fragment: Some(match raster {
-                "exact" => "box",
-                "subdivide" => "piece",
-                _ => "linear_piece",
-            }),
-            depth: Some(wgpu::DepthStencilState {
-                format,
-                depth_write_enabled: Some(true),
-                depth_compare: Some(wgpu::CompareFunction::Greater),
-                stencil: Default::default(),
-                bias: Default::default(),
-            }),
-            // Boxes have no faces of their own: fragments tell the piece's.
-            cull: match (exact, p.cull.as_str()) {
-                (false, "front") => Some(wgpu::Face::Front),
-                (false, "back") => Some(wgpu::Face::Back),
-                _ => None,
-            },
-            ..Raster::default()
-        };
-        let pass = Pass::render(gpu, "shadow map", self.file, raster, self.groups)?;
-        self.casters = Some((state, format, pass));
-        Ok(())
-    }
+/// Whether the map itself is looked at, so that it has to be whole.
+fn shown(f: &Frame) -> bool {
+    ["shadow-map", "grid"].contains(&f.setup.view.as_str())
 }
 
 /// A storage buffer of so many bytes that can be copied both ways.
@@ -360,32 +288,4 @@ pub fn storage(gpu: &Gpu, label: &str, size: u64) -> wgpu::Buffer {
         usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST,
         mapped_at_creation: false,
     })
-}
-
-impl Pieces {
-    /// The buffers for a scene of that many triangles, made anew if those held are others.
-    fn hold<'a>(held: &'a mut Option<Pieces>, gpu: &Gpu, triangles: u32) -> &'a Pieces {
-        if held.as_ref().is_some_and(|p| p.triangles != triangles) {
-            *held = None;
-        }
-        held.get_or_insert_with(|| {
-            let limits = gpu.device.limits();
-            let binding = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
-            // Room for each triangle twice, and for what a few large ones become.
-            let most_drawn = (2 * triangles as u64 + (1 << 18)).min(binding / PIECE) as u32;
-            let most = (triangles as u64 + (1 << 16)).min(binding / PIECE / 2) as u32;
-            let level = |number| {
-                let level = Level { number, last: (number == LEVELS) as u32, most, most_drawn };
-                gpu.buffer("level", bytemuck::bytes_of(&level), wgpu::BufferUsages::UNIFORM)
-            };
-            Pieces {
-                triangles,
-                levels: (0..=LEVELS).map(level).collect(),
-                work: storage(gpu, "pieces to split", 2 * most as u64 * PIECE),
-                pieces: storage(gpu, "pieces", most_drawn as u64 * PIECE),
-                boxes: storage(gpu, "pieces' boxes", most_drawn as u64 * BOX),
-                folds: storage(gpu, "folded triangles", triangles.div_ceil(32) as u64 * 4),
-            }
-        })
-    }
 }
