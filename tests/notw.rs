@@ -267,6 +267,27 @@ fn splitting_leaves_no_cracks() {
     }
 }
 
+/// More pieces than there is room for: none of a level is split further, whichever thread comes first; and rays need no
+/// room for pieces.
+#[test]
+fn a_full_list_is_no_chance() {
+    let (mut r, mut s) = built_in("st-duel", [96, 96]);
+    (stability::find("st-duel").unwrap().place)(&mut s, 0.75);
+    select(&mut s, "notw", &["resolution=1024", "raster=subdivide"]);
+    let mut seen = Vec::new();
+    for _ in 0..3 {
+        r.render(&s, Ask { analysis: true, fresh: true, ..ask(&s) }).unwrap();
+        let pieces = r.analysis().pieces(&r.gpu).unwrap().unwrap();
+        assert!(pieces.unserved > 1000, "{pieces:?}");
+        seen.push((pieces, r.read_visibility().unwrap()));
+    }
+    assert!(seen[0] == seen[1] && seen[0] == seen[2]);
+    let split = errors(&mut r, &mut s, "notw", &["resolution=1024", "raster=subdivide"]).share();
+    let exact = errors(&mut r, &mut s, "notw", &["resolution=1024", "raster=exact"]).share();
+    assert!(exact < 0.02 && exact < 0.2 * split, "{exact} against {split}");
+    assert_eq!(analysed(&mut r, &s).unserved, 0);
+}
+
 /// What does not change is not made again; what is timed is.
 #[test]
 fn warps_are_made_when_something_changed() {

@@ -421,7 +421,8 @@ fn met(in: PieceCaster) -> vec4f {
     let place = vec3f(2.0 * (u.x - in.origin.x), -2.0 * (u.y - in.origin.y), 1.0);
     let e = vec3f(dot(in.e0, place), dot(in.e1, place), dot(in.e2, place));
     let sum = e.x + e.y + e.z;
-    return vec4f(e / sum, sum);
+    // A piece seen edge-on is met in its middle.
+    return vec4f(select(e / sum, vec3f(1.0 / 3.0), sum == 0.0), sum);
 }
 
 fn kept_depth(in: PieceCaster, share: vec3f) -> f32 {
