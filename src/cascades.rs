@@ -40,8 +40,8 @@ const fn map(id: &'static str, title: &'static str, doc: &'static str) -> View {
     View { id, title, doc, truth: false }
 }
 
-/// The views that every technique with cascades has; the first six in the order of `inspect_cascades` in WGSL.
-pub const MAPS: [View; 10] = [
+/// The views that every technique with cascades has, in the order of `inspect_cascades` in WGSL.
+pub const MAPS: [View; 6] = [
     map("cascades", "Cascades", "Each cascade in a colour of its own: which of the maps a pixel looks up."),
     map(
         "shadow-maps",
@@ -66,11 +66,10 @@ pub const MAPS: [View; 10] = [
         "Bias",
         "How far the comparison is moved along the light's axis at each pixel, all biases together, in texels of its cascade.",
     ),
-    crate::techniques::MAPS[3],
-    crate::techniques::MAPS[4],
-    crate::techniques::MAPS[5],
-    crate::techniques::MAPS[6],
 ];
+
+/// The views of the analysis, which follow them.
+pub const ANALYSED: &[View] = crate::techniques::MAPS.split_at(3).1;
 
 /// How the cascades of a frame are fitted, as `Fitting` in `shaders/lib/cascades.wgsl`.
 #[repr(C)]

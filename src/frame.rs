@@ -83,7 +83,7 @@ impl FrameUniform {
             // A technique's own map is drawn with the number behind the last common view.
             view: view::index(&setup.view).unwrap_or(view::VIEWS.len()) as u32,
             light_half_v: half_v,
-            map: info.maps.iter().position(|m| m.id == setup.view).unwrap_or(0) as u32,
+            map: info.maps().position(|m| m.id == setup.view).unwrap_or(0) as u32,
             size,
             band: [0, size[1]],
         }
@@ -507,7 +507,7 @@ impl Renderer {
             gpu.queue.write_buffer(&self.view_buffer, 0, bytemuck::bytes_of(&view));
             run.per_pixel();
         }
-        let title = info.maps.iter().find(|m| m.id == setup.view).map_or("", |m| m.title);
+        let title = info.maps().find(|m| m.id == setup.view).map_or("", |m| m.title);
         self.seen = (setup.view.clone(), title, shown);
         recorder.finish()?;
         gpu.check()?;

@@ -98,8 +98,8 @@ pub fn needs_analysis(id: &str) -> bool {
 
 /// Refuses a view that the technique does not have.
 pub fn check(id: &str, info: &Info) -> Result<()> {
-    if index(id).is_none() && !info.maps.iter().any(|m| m.id == id) {
-        let all: Vec<&str> = VIEWS.iter().chain(info.maps).map(|v| v.id).collect();
+    if index(id).is_none() && !info.maps().any(|m| m.id == id) {
+        let all: Vec<&str> = VIEWS.iter().chain(info.maps()).map(|v| v.id).collect();
         bail!("view = {id} is unknown; {} has {}", info.id, all.join(", "));
     }
     Ok(())

@@ -494,7 +494,10 @@ fn advice(tried: &[Record], answer: Option<usize>) -> (Budget, Advice) {
     let budget = Budget { max_error: 0.005, max_ratio: None };
     let closest = if answer.is_none() { Some(2) } else { None };
     let frontier = (0..tried.len()).collect();
-    (budget, Advice { answer, closest, halved: None, frontier, tried: tried.to_vec(), space: 19, limit: 6 })
+    (
+        budget,
+        Advice { answer, closest, halved: None, plain: None, frontier, tried: tried.to_vec(), space: 19, limit: 6 },
+    )
 }
 
 #[test]

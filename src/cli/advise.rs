@@ -57,6 +57,8 @@ pub fn run(mut wanted: Wanted, ids: Vec<String>, limits: Limits, adapter: Option
             "answer": advice.answer.map(|i| &advice.tried[i]),
             "closest": advice.closest.map(|i| &advice.tried[i]),
             "halved": advice.halved.map(|i| &advice.tried[i]),
+            "plain": advice.plain.map(|i| &advice.tried[i]),
+            "plain_factor": advice.plain_factor(),
             "frontier": advice.frontier, "tried": advice.tried,
         });
         print(&(serde_json::to_string_pretty(&value)? + "\n"))?;
@@ -116,7 +118,7 @@ fn text(advice: &Advice, budget: Budget) -> String {
             if !margin.is_empty() {
                 out += &format!("margin:    {} allowed is left\n", margin.join(" and "));
             }
-            if let Some(more) = plain(advice, r, budget) {
+            if let Some(more) = plain(advice, r) {
                 out += &more;
             }
             match advice.halved.map(row) {
@@ -161,17 +163,11 @@ fn text(advice: &Advice, budget: Budget) -> String {
 }
 
 /// What a plain shadow map in place of the answer `r` would cost; None if it is one, or none was measured.
-fn plain(advice: &Advice, r: &Record, budget: Budget) -> Option<String> {
-    let maps: Vec<&Record> = advice.tried.iter().filter(|t| t.technique == "shadow-map").collect();
-    if r.technique == "shadow-map" || maps.is_empty() {
-        return None;
+fn plain(advice: &Advice, r: &Record) -> Option<String> {
+    if let (Some(factor), Some(map)) = (advice.plain_factor(), advice.plain) {
+        let map = &advice.tried[map];
+        return Some(format!("a plain shadow map within that error costs {factor:.2} times as much: {}\n", name(map)));
     }
-    let meets = maps.iter().filter(|t| t.error_share <= budget.max_error);
-    Some(match meets.min_by(|a, b| Advice::cost(a).total_cmp(&Advice::cost(b))) {
-        Some(map) => {
-            let factor = Advice::cost(map) / Advice::cost(r);
-            format!("a plain shadow map that meets it costs {factor:.2} times as much: {}\n", name(map))
-        }
-        None => "no plain shadow map measured meets it\n".into(),
-    })
+    let measured = r.technique != "shadow-map" && advice.tried.iter().any(|t| t.technique == "shadow-map");
+    measured.then(|| "no plain shadow map measured is within that error\n".into())
 }

@@ -51,7 +51,7 @@ pub fn list(what: Listed, json: bool) -> Result<()> {
                 });
                 serde_json::json!({
                     "id": i.id, "title": i.title, "paper": i.paper, "doc": i.doc, "lights": i.lights,
-                    "maps": i.maps.iter().map(|m| m.id).collect::<Vec<_>>(), "params": params.collect::<Vec<_>>(),
+                    "maps": i.maps().map(|m| m.id).collect::<Vec<_>>(), "params": params.collect::<Vec<_>>(),
                 })
             });
             let text = techniques::ALL.iter().map(|i| {
@@ -69,7 +69,7 @@ pub fn list(what: Listed, json: bool) -> Result<()> {
             (value.collect(), text.collect())
         }
         Listed::Views => {
-            let own = techniques::ALL.iter().flat_map(|i| i.maps.iter().map(move |m| (m, Some(i.id))));
+            let own = techniques::ALL.iter().flat_map(|i| i.maps().map(move |m| (m, Some(i.id))));
             let rows: Vec<_> = view::VIEWS.iter().map(|v| (v, None)).chain(own).collect();
             let value = rows.iter().map(|(v, of)| serde_json::json!({"id": v.id, "doc": v.doc, "technique": of}));
             let text = rows.iter().map(|(v, of)| match of {

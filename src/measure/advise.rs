@@ -26,6 +26,8 @@ pub struct Advice {
     pub closest: Option<usize>,
     /// The cheapest found with at most half the answer's error, if any.
     pub halved: Option<usize>,
+    /// The cheapest `shadow-map` within the same error, at any cost, where the answer is another technique.
+    pub plain: Option<usize>,
     /// Those that no other beats in both, by ascending time: indices into `tried`.
     pub frontier: Vec<usize>,
     /// All that was measured, in its order.
@@ -40,10 +42,19 @@ impl Advice {
     pub fn cost(row: &Record) -> f64 {
         row.cost.unwrap_or(row.gpu_ms)
     }
+
+    /// How many times as much as the answer the plain shadow map costs.
+    pub fn plain_factor(&self) -> Option<f64> {
+        let [answer, plain] = [self.answer?, self.plain?].map(|i| self.tried.get(i));
+        Some(Advice::cost(plain?) / Advice::cost(answer?))
+    }
 }
 
 /// At most this share of the configurations is measured (at least one of each technique, though).
 const SHARE: usize = 3;
+/// What answers are compared with, and how many of it may be measured beyond the share.
+const PLAIN: &str = "shadow-map";
+const PLAIN_MORE: usize = 4;
 
 /// Searches the techniques and their main parameters, those that `axes` name over the values given there. `watch` is told the share done and what is measured, and stops
 /// the work by saying no.
@@ -66,17 +77,19 @@ pub fn advise(
         setup.light.kind()
     );
     let (all, lines) = lines(setup, techniques, axes)?;
-    let limit = (all.len() / SHARE).max(techniques.len());
-    let mut search = Search::new(lines, limit);
     let mut tried: Vec<(usize, Record)> = Vec::new();
+    // Read while it is measured, and raised before the comparison.
+    let most = std::cell::Cell::new((all.len() / SHARE).max(techniques.len()));
+    let mut search = Search::new(lines, most.get());
     let mut measure = |i: usize| -> Result<Sample> {
         let setup = &all[i];
         let what = format!("{} {}", setup.technique, brief(setup));
-        let begun = tried.len() as f32 / limit as f32;
+        let limit = most.get() as f32;
+        let begun = tried.len() as f32 / limit;
         ensure!(watch(begun, what.trim()), super::STOPPED);
         let mut row = accuracy(renderer, setup, i as u64)?;
         row.configurations = all.len() as u64;
-        let mut go_on = |part: f32| watch(begun + part / limit as f32, what.trim());
+        let mut go_on = |part: f32| watch(begun + part / limit, what.trim());
         sweep::time_one(renderer, &mut row, setup, anchor.as_ref(), &mut go_on)?;
         let sample = Sample { error: row.error_share, cost: Advice::cost(&row) };
         tried.push((i, row));
@@ -90,6 +103,15 @@ pub fn advise(
     {
         halved = search.cheapest(Wanted { error: s.error / 2.0, cost: f64::INFINITY }, &mut measure)?;
     }
+    let family = techniques.iter().position(|t| t == PLAIN);
+    let mut plain = None;
+    if let (Some(i), Some(family)) = (answer, family)
+        && all[i].technique != PLAIN
+    {
+        most.set(most.get().max(search.measured() + PLAIN_MORE));
+        search.narrow(family, most.get());
+        plain = search.cheapest(Wanted { error: budget.max_error, cost: f64::INFINITY }, &mut measure)?;
+    }
     let place = |i: usize| tried.iter().position(|(n, _)| *n == i);
     let points: Vec<(f64, f64)> = tried.iter().map(|(_, r)| (Advice::cost(r), r.error_share)).collect();
     let miss = |(cost, error): &(f64, f64)| (error / wanted.error).max(cost / wanted.cost);
@@ -98,10 +120,11 @@ pub fn advise(
         answer: answer.and_then(place),
         closest: if answer.is_none() { closest } else { None },
         halved: halved.and_then(place),
+        plain: plain.and_then(place),
         frontier: chart::pareto(&points),
         tried: tried.into_iter().map(|(_, r)| r).collect(),
         space: all.len(),
-        limit,
+        limit: most.get(),
     })
 }
 

@@ -40,25 +40,16 @@ pub static INFO: Info = Info {
     params: &[FemGridParams::GROUP, RasterParams::GROUP, crate::shadow_map::MapParams::GROUP],
     main: &[("resolution", "256..4096*2"), ("grid", "8,16,32"), ("steps", "0,100,300")],
     maps: &[
-        MAPS[0],
-        MAPS[1],
-        MAPS[2],
-        MAPS[3],
-        MAPS[4],
-        MAPS[5],
-        MAPS[6],
-        warp::MAPS[0],
-        warp::MAPS[1],
-        warp::MAPS[2],
-        View {
+        MAPS,
+        &warp::MAPS,
+        &[View {
             id: "energy",
             title: "Energy",
             doc: "The potential after each step, over that of the regular grid; a line each tenth. Seed-stiffness: the \
                   linear solver's squared residual, from 1 at the top down to 10⁻¹⁰.",
             truth: false,
-        },
-        node_grid::MAPS[0],
-        node_grid::MAPS[1],
+        }],
+        &node_grid::MAPS,
     ],
     make: |gpu| Ok(Box::new(FemGrid::new(gpu)?)),
 };

@@ -34,18 +34,12 @@ pub static INFO: Info = Info {
     params: &[LispsmParams::GROUP, MapParams::GROUP],
     main: &[("resolution", "256..8192*2"), ("strength", "0.5,1,1.5")],
     maps: &[
-        MAPS[0],
-        MAPS[1],
-        MAPS[2],
-        MAPS[3],
-        MAPS[4],
-        MAPS[5],
-        MAPS[6],
-        diagram::view(
+        MAPS,
+        &[diagram::view(
             "Left the light's image, right the map: what the camera sees (green), the map's border (yellow) and every \
              sixteenth of its texels. The cross is the perspective's centre, the line the gaze. Figures: n in metres (under a \
              lamp at 1 m from it) and γ in degrees.",
-        ),
+        )],
     ],
     make: |gpu| {
         Ok(Box::new(LightSpacePerspective {

@@ -37,28 +37,22 @@ pub static INFO: Info = Info {
     params: &[LogpsmParams::GROUP, RasterParams::GROUP, MapParams::GROUP],
     main: &[("resolution", "256..4096*2"), ("strength", "0.5,0.75,1")],
     maps: &[
-        MAPS[0],
-        MAPS[1],
-        MAPS[2],
-        MAPS[3],
-        MAPS[4],
-        MAPS[5],
-        MAPS[6],
-        warp::MAPS[0],
-        warp::MAPS[1],
-        warp::MAPS[2],
-        View {
-            id: "gain",
-            title: "Gain of the logarithm",
-            doc: "Against the perspective alone: where the logarithm makes texels shorter (green) and longer (red); full \
+        MAPS,
+        &warp::MAPS,
+        &[
+            View {
+                id: "gain",
+                title: "Gain of the logarithm",
+                doc: "Against the perspective alone: where the logarithm makes texels shorter (green) and longer (red); full \
                   colour at a quarter and at four times the length.",
-            truth: false,
-        },
-        diagram::view(
-            "Before the map is narrowed to the receivers. Left the light's image, right the map: what the camera sees (green), \
+                truth: false,
+            },
+            diagram::view(
+                "Before the map is narrowed to the receivers. Left the light's image, right the map: what the camera sees (green), \
              the map's border (yellow) and every sixteenth of its texels. The cross is the perspective's centre, the line the \
              gaze. Figures: n_w in metres (under a lamp at 1 m from it) and γ in degrees.",
-        ),
+            ),
+        ],
     ],
     make: |gpu| Ok(Box::new(Logarithmic::new(gpu)?)),
 };

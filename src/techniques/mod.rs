@@ -37,8 +37,8 @@ pub struct Info {
     /// The parameters that decide between speed and accuracy, with values worth trying as `sweep` writes them. A chart's
     /// line runs over the first.
     pub main: &'static [(&'static str, &'static str)],
-    /// Views of its own, on top of [`crate::view::VIEWS`].
-    pub maps: &'static [View],
+    /// Views of its own, on top of [`crate::view::VIEWS`], list after list; see [`Info::maps`].
+    pub maps: &'static [&'static [View]],
     pub make: fn(&Gpu) -> Result<Box<dyn Technique>>,
 }
 
@@ -74,6 +74,11 @@ impl Info {
     /// All parameters in panel order.
     pub fn specs(&self) -> impl Iterator<Item = &'static Spec> + use<> {
         self.params.iter().flat_map(|g| g.specs)
+    }
+
+    /// Views of its own; shaders know them by their places here.
+    pub fn maps(&self) -> impl Iterator<Item = &'static View> + use<> {
+        self.maps.iter().copied().flatten()
     }
 
     /// Fails with the reason if it cannot serve a light.

@@ -41,44 +41,38 @@ pub static INFO: Info = Info {
     params: &[NotwParams::GROUP, RasterParams::GROUP, MapParams::GROUP],
     main: &[("resolution", "256..4096*2"), ("window", "0.01,0.03125,0.125"), ("crop", "none,dv")],
     maps: &[
-        MAPS[0],
-        MAPS[1],
-        MAPS[2],
-        MAPS[3],
-        MAPS[4],
-        MAPS[5],
-        MAPS[6],
-        warp::MAPS[0],
-        warp::MAPS[1],
-        warp::MAPS[2],
-        View {
-            id: "counts-between",
-            title: "View samples between the warps",
-            doc: "The map after the rows' warp, before the columns': what each column still has to even out. Colours as in \
+        MAPS,
+        &warp::MAPS,
+        &[
+            View {
+                id: "counts-between",
+                title: "View samples between the warps",
+                doc: "The map after the rows' warp, before the columns': what each column still has to even out. Colours as in \
                   the other counts.",
-            truth: false,
-        },
-        View {
-            id: "row-offsets",
-            title: "Row offsets",
-            doc: "How far each row's warp moves its texels: yellow to the right, blue to the left, strongest from a \
+                truth: false,
+            },
+            View {
+                id: "row-offsets",
+                title: "Row offsets",
+                doc: "How far each row's warp moves its texels: yellow to the right, blue to the left, strongest from a \
                   quarter of the map on. Left before smoothing, right after.",
-            truth: false,
-        },
-        View {
-            id: "column-offsets",
-            title: "Column offsets",
-            doc: "How far each column's warp moves its texels: yellow down, blue up, strongest from a quarter of the map \
+                truth: false,
+            },
+            View {
+                id: "column-offsets",
+                title: "Column offsets",
+                doc: "How far each column's warp moves its texels: yellow down, blue up, strongest from a quarter of the map \
                   on. Left before smoothing, right after.",
-            truth: false,
-        },
-        View {
-            id: "occupancy",
-            title: "Occupancy histogram",
-            doc: "How many texels have how many view samples: none at the left, then 1 and on in half octaves; heights are \
+                truth: false,
+            },
+            View {
+                id: "occupancy",
+                title: "Occupancy histogram",
+                doc: "How many texels have how many view samples: none at the left, then 1 and on in half octaves; heights are \
                   square roots of shares. Grey: before the warps; blue: after the rows'; yellow: after both.",
-            truth: false,
-        },
+                truth: false,
+            },
+        ],
     ],
     make: |gpu| Ok(Box::new(Notw::new(gpu)?)),
 };

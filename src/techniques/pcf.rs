@@ -35,25 +35,22 @@ pub static INFO: Info = Info {
     params: &[PcfParams::GROUP, FitParams::GROUP, MapParams::GROUP, HardwareParams::GROUP],
     main: &[("resolution", "256..8192*2"), ("mode", "grid,tent"), ("kernel", "3,5,7")],
     maps: &[
-        MAPS[0],
-        MAPS[1],
-        MAPS[2],
-        View {
-            id: "transition",
-            title: "Transition",
-            doc: "Where the filter gives neither full light nor full shadow: bright is half lit.",
-            truth: false,
-        },
-        View {
-            id: "taps",
-            title: "Tap pattern",
-            doc: "The filter's taps, enlarged: squares are shadow-map texels, each dot is as bright as its weight.",
-            truth: false,
-        },
-        MAPS[3],
-        MAPS[4],
-        MAPS[5],
-        MAPS[6],
+        MAPS.split_at(3).0,
+        &[
+            View {
+                id: "transition",
+                title: "Transition",
+                doc: "Where the filter gives neither full light nor full shadow: bright is half lit.",
+                truth: false,
+            },
+            View {
+                id: "taps",
+                title: "Tap pattern",
+                doc: "The filter's taps, enlarged: squares are shadow-map texels, each dot is as bright as its weight.",
+                truth: false,
+            },
+        ],
+        MAPS.split_at(3).1,
     ],
     make: |gpu| Ok(Box::new(Pcf::new(gpu)?)),
 };

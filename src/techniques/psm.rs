@@ -37,26 +37,22 @@ pub static INFO: Info = Info {
     params: &[PsmParams::GROUP, MapParams::GROUP],
     main: &[("resolution", "256..8192*2"), ("least_near", "0.5,1,2,4")],
     maps: &[
-        MAPS[0],
-        MAPS[1],
-        MAPS[2],
-        MAPS[3],
-        MAPS[4],
-        MAPS[5],
-        MAPS[6],
-        diagram::view(
-            "Left the light's image, right the map: what the camera sees (green), the map's border (yellow) and every \
+        MAPS,
+        &[
+            diagram::view(
+                "Left the light's image, right the map: what the camera sees (green), the map's border (yellow) and every \
              sixteenth of its texels. Figures: how far the eye is slid back, metres, and the angle between the light's \
              film plane and the camera's after the perspective, degrees.",
-        ),
-        View {
-            id: "pps",
-            title: "Post-perspective space",
-            doc: "The space after the camera's perspective, from the side (left) and from above (right): the camera looks \
+            ),
+            View {
+                id: "pps",
+                title: "Post-perspective space",
+                doc: "The space after the camera's perspective, from the side (left) and from above (right): the camera looks \
                   to the right, near to far plane in blue. Green: what the camera sees. Cross and lines: the light as a \
                   point, and its rays; parallel ones where it is no point.",
-            truth: false,
-        },
+                truth: false,
+            },
+        ],
     ],
     make: |gpu| {
         Ok(Box::new(Perspective {

@@ -1,7 +1,7 @@
 //! Parallel-split shadow maps (Zhang, Sun, Xu, Lun 2006), also known as cascaded shadow maps (Engel 2006).
 
 use super::{Info, Technique};
-use crate::cascades::{Boxes, CascadeParams, Cascades, MAPS};
+use crate::cascades::{ANALYSED, Boxes, CascadeParams, Cascades, MAPS};
 use crate::fit::{Scope, hull};
 use crate::frame::Frame;
 use crate::gpu::{Gpu, Pass};
@@ -50,7 +50,7 @@ pub static INFO: Info = Info {
     lights: &["directional", "spot"],
     params: &[CascadeParams::GROUP, PssmParams::GROUP],
     main: &[("resolution", "256..4096*2"), ("cascades", "2,4"), ("lambda", "0.5,0.9")],
-    maps: &MAPS,
+    maps: &[&MAPS, ANALYSED],
     make: |gpu| Ok(Box::new(Pssm::new(gpu)?)),
 };
 

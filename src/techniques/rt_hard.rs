@@ -28,12 +28,12 @@ pub static INFO: Info = Info {
     lights: &["directional", "spot", "omni"],
     params: &[RtParams::GROUP],
     main: &[],
-    maps: &[View {
+    maps: &[&[View {
         id: "visits",
         title: "Node visits",
         doc: "How many nodes of the BVH each pixel's ray visits: where ray tracing is slow.",
         truth: false,
-    }],
+    }]],
     make: |gpu| {
         Ok(Box::new(RtHard {
             resolve: Pass::compute(gpu, "shadow rays", FILE, "resolve", INFO.params)?,

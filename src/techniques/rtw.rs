@@ -53,37 +53,31 @@ pub static INFO: Info = Info {
     params: &[RtwParams::GROUP, RasterParams::GROUP, MapParams::GROUP],
     main: &[("resolution", "256..4096*2"), ("e", "0.005,0.02,0.1"), ("sigma", "0,4,16")],
     maps: &[
-        MAPS[0],
-        MAPS[1],
-        MAPS[2],
-        MAPS[3],
-        MAPS[4],
-        MAPS[5],
-        MAPS[6],
-        warp::MAPS[0],
-        warp::MAPS[1],
-        warp::MAPS[2],
-        View {
-            id: "importance",
-            title: "Importance map",
-            doc: "Left in the light's image before the warp, right in the map. The brighter yellow, the more important; \
+        MAPS,
+        &warp::MAPS,
+        &[
+            View {
+                id: "importance",
+                title: "Importance map",
+                doc: "Left in the light's image before the warp, right in the map. The brighter yellow, the more important; \
                   blue: not at all.",
-            truth: false,
-        },
-        View {
-            id: "profiles",
-            title: "Importance profiles",
-            doc: "Left of the columns, right of the rows: the largest importance in each (grey), blurred (orange), and \
+                truth: false,
+            },
+            View {
+                id: "profiles",
+                title: "Importance profiles",
+                doc: "Left of the columns, right of the rows: the largest importance in each (grey), blurred (orange), and \
                   the warp that its sums make (blue), steep where texels are many. Thin: no warp.",
-            truth: false,
-        },
-        View {
-            id: "over-dense",
-            title: "Over-dense cells",
-            doc: "Blue: bins without importance that have more texels than they would without the warp, the stronger the \
+                truth: false,
+            },
+            View {
+                id: "over-dense",
+                title: "Over-dense cells",
+                doc: "Blue: bins without importance that have more texels than they would without the warp, the stronger the \
                   more; grey: others without importance; yellow: important. Left before the warp, right in the map.",
-            truth: false,
-        },
+                truth: false,
+            },
+        ],
     ],
     make: |gpu| Ok(Box::new(Rtw::new(gpu)?)),
 };

@@ -1,7 +1,7 @@
 //! Sample distribution shadow maps (Lauritzen, Salvi, Lefohn 2011).
 
 use super::{Info, Technique};
-use crate::cascades::{Boxes, CascadeParams, Cascades, MAPS};
+use crate::cascades::{ANALYSED, Boxes, CascadeParams, Cascades, MAPS};
 use crate::frame::Frame;
 use crate::gpu::{Gpu, Pass};
 use crate::light::LightView;
@@ -33,27 +33,27 @@ pub static INFO: Info = Info {
     lights: &["directional", "spot"],
     params: &[CascadeParams::GROUP, SdsmParams::GROUP],
     main: &[("resolution", "256..4096*2"), ("cascades", "2,4"), ("scheme", "log,kmeans")],
-    maps: &SDSM_MAPS,
-    make: |gpu| Ok(Box::new(Sdsm::new(gpu)?)),
-};
-
-const SDSM_MAPS: [View; 12] = {
-    let histogram = View {
-        id: "histogram",
-        title: "Depth histogram",
-        doc: "How many samples lie at which depth: logarithmic, near at the left; heights are square roots. White: the \
+    maps: &[
+        &MAPS,
+        ANALYSED,
+        &[
+            View {
+                id: "histogram",
+                title: "Depth histogram",
+                doc: "How many samples lie at which depth: logarithmic, near at the left; heights are square roots. White: the \
               splits.",
-        truth: false,
-    };
-    let boxes = View {
-        id: "boxes",
-        title: "Sample boxes",
-        doc: "The light's view with the box around each cascade's samples; grey: the last frame's boxes, where they were \
+                truth: false,
+            },
+            View {
+                id: "boxes",
+                title: "Sample boxes",
+                doc: "The light's view with the box around each cascade's samples; grey: the last frame's boxes, where they were \
               others.",
-        truth: false,
-    };
-    let m = MAPS;
-    [m[0], m[1], m[2], m[3], m[4], m[5], m[6], m[7], m[8], m[9], histogram, boxes]
+                truth: false,
+            },
+        ],
+    ],
+    make: |gpu| Ok(Box::new(Sdsm::new(gpu)?)),
 };
 
 /// What must not change suddenly for the last frame to be worth keeping.

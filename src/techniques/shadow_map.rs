@@ -17,7 +17,7 @@ pub static INFO: Info = Info {
     lights: &["directional", "spot"],
     params: &[FitParams::GROUP, MapParams::GROUP, HardwareParams::GROUP],
     main: &[("resolution", "256..8192*2")],
-    maps: MAPS,
+    maps: &[MAPS],
     make: |gpu| {
         Ok(Box::new(StandardShadowMap {
             map: ShadowMap::new(gpu)?,

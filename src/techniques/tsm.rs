@@ -32,18 +32,12 @@ pub static INFO: Info = Info {
     params: &[TsmParams::GROUP, MapParams::GROUP],
     main: &[("resolution", "256..8192*2"), ("focus", "0.1,0.2,0.4")],
     maps: &[
-        MAPS[0],
-        MAPS[1],
-        MAPS[2],
-        MAPS[3],
-        MAPS[4],
-        MAPS[5],
-        MAPS[6],
-        diagram::view(
+        MAPS,
+        &[diagram::view(
             "Left the light's image, right the map: the view frustum's hull (green), the trapezoid (yellow) and every \
              sixteenth of the map's texels. The cross is the vanishing point q; the lines are the centre line and the line \
              in focus.",
-        ),
+        )],
     ],
     make: |gpu| {
         Ok(Box::new(Trapezoidal {

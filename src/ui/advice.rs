@@ -87,6 +87,10 @@ fn found(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
             (Some(i), _) => {
                 answer(ui, &format!("Cheapest with {wanted}"), i, &advice.tried[i], &mut apply);
                 ui.label(margin(budget, &advice.tried[i]));
+                if let (Some(factor), Some(map)) = (advice.plain_factor(), advice.plain) {
+                    let what = format!("shadow-map {}", main_values(&advice.tried[map]));
+                    ui.label(format!("A plain shadow map: {} × its time, with {}.", short(factor), what.trim()));
+                }
                 if let Some(half) = advice.halved.and_then(|h| advice.tried.get(h)) {
                     ui.label(halved(&advice.tried[i], half));
                 } else if advice.tried[i].error_share > 0.0 {

@@ -147,7 +147,7 @@ fn views(ui: &mut Ui, m: &mut Model) {
     if let Some(i) = chips(ui, common) {
         m.setup.view = view::VIEWS[i].id.into();
     }
-    let maps = m.info().maps;
+    let maps: Vec<_> = m.info().maps().collect();
     if !maps.is_empty() {
         ui.label(RichText::new("of this technique").small().color(WEAK));
         if let Some(i) = chips(ui, maps.iter().map(|v| (v.title, v.id == now, v.doc.to_string()))) {
