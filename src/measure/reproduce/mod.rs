@@ -81,9 +81,9 @@ pub static ALL: &[Reproduction] = &[
     },
     Reproduction {
         id: "navratil-3.5",
-        title: "Navratil 2015, figures 3.4 to 3.6: the sun after the camera's perspective",
+        title: "Navratil 2015, figures 3.4 to 3.6: lights after the camera's perspective",
         run: navratil::post_perspective,
-        deviation: "His figures are drawings; figure 3.6 shows a lamp, which our perspective shadow map does not serve.",
+        deviation: "His figures are drawings.",
     },
     Reproduction {
         id: "navratil-3.7",
@@ -127,6 +127,12 @@ pub static ALL: &[Reproduction] = &[
         title: "Navratil 2015, figure 5.6: shares of the passes",
         run: navratil::shares,
         deviation: "His figure is a chart without numbers; the text gives 15 % of NoTW's time for the DV crop.",
+    },
+    Reproduction {
+        id: "navratil-5.10",
+        title: "Navratil 2015, figure 5.10: crops beside warps",
+        run: navratil::crops,
+        deviation: "He shows pictures without numbers, of a scene that he does not name.",
     },
     Reproduction {
         id: "navratil-5.11",
