@@ -6,7 +6,7 @@ use common::*;
 use glam::{DVec2, DVec3, Mat4, Vec2, Vec3, Vec4};
 use shadowscope::frame::{Ask, Renderer};
 use shadowscope::light::{Light, LightView};
-use shadowscope::measure::metrics::{Errors, FACING};
+use shadowscope::measure::metrics::{BACKGROUND, Errors, FACING};
 use shadowscope::measure::{self, stability};
 use shadowscope::scene::Camera;
 use shadowscope::setup::Setup;
@@ -59,6 +59,9 @@ fn counts(r: &mut Renderer, s: &Setup, side: usize) -> Counts {
 struct Sample {
     position: DVec3,
     normal: DVec3,
+    /// How far the farthest of the four pixels around it lies off its plane, as a share of its depth; infinite beside the sky
+    /// and where normals turn by more than 30°.
+    off: f64,
 }
 
 fn octahedral(bits: u32) -> DVec3 {
@@ -69,8 +72,8 @@ fn octahedral(bits: u32) -> DVec3 {
     DVec3::new(fold(x), fold(y), z).normalize()
 }
 
-/// The last frame's view samples.
-fn samples(r: &mut Renderer, light: &Light) -> Vec<Sample> {
+/// The last frame's view samples; `size`: its pixels.
+fn samples(r: &mut Renderer, light: &Light, size: [u32; 2]) -> Vec<Sample> {
     let (mask, at, surface) = (r.read_mask().unwrap(), r.read_position().unwrap(), r.read_surface().unwrap());
     let reached = |p: DVec3| match light {
         Light::Spot { position, outer_angle, .. } => {
@@ -79,12 +82,23 @@ fn samples(r: &mut Renderer, light: &Light) -> Vec<Sample> {
         }
         _ => true,
     };
+    let size = size.map(|n| n as i64);
+    let position = |i: usize| DVec3::new(at[i][0] as f64, at[i][1] as f64, at[i][2] as f64);
+    let off = |i: usize| {
+        let (x, y) = (i as i64 % size[0], i as i64 / size[0]);
+        let normal = octahedral(surface[i][0]);
+        let around = [[-1, 0], [1, 0], [0, -1], [0, 1]].map(|[dx, dy]| [x + dx, y + dy]);
+        let inside = around.into_iter().filter(|p| (0..2).all(|k| (0..size[k]).contains(&p[k])));
+        let each = inside.map(|[x, y]| {
+            let j = (y * size[0] + x) as usize;
+            let turned = mask[j] == BACKGROUND || normal.dot(octahedral(surface[j][0])) < 0.866;
+            if turned { f64::INFINITY } else { normal.dot(position(j) - position(i)).abs() / at[i][3] as f64 }
+        });
+        each.fold(0.0, f64::max)
+    };
     (0..mask.len())
         .filter(|i| mask[*i] == FACING)
-        .map(|i| Sample {
-            position: DVec3::new(at[i][0] as f64, at[i][1] as f64, at[i][2] as f64),
-            normal: octahedral(surface[i][0]),
-        })
+        .map(|i| Sample { position: position(i), normal: octahedral(surface[i][0]), off: off(i) })
         .filter(|s| reached(s.position))
         .collect()
 }
@@ -128,27 +142,30 @@ fn warped(edges: &[f64], x: f64) -> f64 {
     edges[i] + (at - i as f64) * (edges[i + 1] - edges[i])
 }
 
-/// The last frame's warps, which must be those of the reference, rise everywhere, and lead back from each texel's centre.
-fn assert_tables(r: &Renderer, reference: &[Vec<f64>; 2], side: usize, what: &str) {
-    let words: Vec<f32> =
-        bytemuck::pod_collect_to_vec(&r.analysis().table(&r.gpu, "warps").unwrap().expect("an analysed frame"));
+/// A buffer of the last frame, which was analysed.
+fn table<T: bytemuck::Pod>(r: &Renderer, name: &str) -> Vec<T> {
+    bytemuck::pod_collect_to_vec(&r.analysis().table(&r.gpu, name).unwrap().expect("an analysed frame"))
+}
+
+/// The warps, which must be those of the reference, rise everywhere, and lead back from each texel's centre.
+fn assert_tables(r: &mut Renderer, s: &Setup, reference: &[Vec<f64>; 2], side: usize, what: &str) {
+    // With the map in view there is a ray for each texel: where its centre lies before the warp, and its number.
+    let s = Setup { view: "shadow-map".into(), ..s.clone() };
+    r.render(&s, Ask { analysis: true, ..ask(&s) }).unwrap();
+    let words: Vec<f32> = table(r, "warps");
+    let rays: Vec<[u32; 4]> = table(r, "rays");
+    assert_eq!(rays.len(), side * side, "{what}");
     for (axis, edges) in words.chunks_exact(words.len() / 2).enumerate() {
         assert_eq!(edges.len(), reference[axis].len(), "{what}");
         assert!(edges[0] == 0.0 && edges[edges.len() - 1] == 1.0, "{what}");
         assert!(edges.windows(2).all(|w| w[1] > w[0]), "{what}: axis {axis} folds");
         let off = edges.iter().zip(&reference[axis]).map(|(a, b)| (*a as f64 - b).abs()).fold(0.0, f64::max);
         assert!(off < 1e-3, "{what}: an edge of axis {axis} is off by {off} of the map's side");
-        // As the shader does, in its precision.
-        let bins = edges.len() - 1;
-        for texel in 0..side {
-            let at = (texel as f32 + 0.5) / side as f32;
-            let i = edges[1..].partition_point(|e| *e < at).min(bins - 1);
-            let back = (i as f32 + ((at - edges[i]) / (edges[i + 1] - edges[i])).clamp(0.0, 1.0)) / bins as f32;
-            let t = back * bins as f32;
-            let j = (t as usize).min(bins - 1);
-            let again = edges[j] + (edges[j + 1] - edges[j]) * (t - j as f32);
-            let lost = (again - at).abs() * side as f32;
-            assert!(lost < 4e-3, "{what}: texel {texel} of axis {axis} comes back {lost} texels beside");
+        let edges: Vec<f64> = edges.iter().map(|e| *e as f64).collect();
+        for ray in &rays {
+            let centre = [ray[2] as usize % side, ray[2] as usize / side][axis] as f64 + 0.5;
+            let again = warped(&edges, f32::from_bits(ray[axis]) as f64) * side as f64;
+            assert!((again - centre).abs() < 4e-3, "{what}: axis {axis}: the ray of {centre} lands at {again}");
         }
     }
 }
@@ -202,6 +219,7 @@ fn tables_follow_the_reference() {
                 9.5,
                 0.1,
             ),
+            (vec!["importance_resolution=64", "shadow_edge=true", "k_e=3", "tau=0.02", "sigma=2"], 64, 2.0, 0.02),
             (vec!["combine=max", "falloff=inverse", "desired_view=false", "sigma=1"], 256, 1.0, 0.02),
         ] {
             let what = format!("{} {sets:?}", light.kind());
@@ -217,8 +235,9 @@ fn tables_follow_the_reference() {
             let corner = DVec2::new(160.0 / 120.0, 1.0) * (s.camera.fov as f64 / 2.0).to_radians().tan();
             let farthest = low.max(high).length().min(corner.extend(1.0).length() * s.camera.far as f64);
             let mut importance = vec![0f64; bins * bins];
-            let seen = samples(&mut r, &light);
+            let seen = samples(&mut r, &light, s.size);
             let at: Vec<DVec2> = seen.iter().map(|s| place(&view, s.position)).collect();
+            let mut bent = 0;
             for (sample, u) in seen.iter().zip(&at) {
                 let d = sample.position.distance(eye);
                 let mut terms = Vec::new();
@@ -232,6 +251,10 @@ fn tables_follow_the_reference() {
                 if on("surface_normal", false) {
                     terms.push(1.0 + 4.0 * sample.normal.dot((eye - sample.position).normalize()).max(0.0));
                 }
+                if on("shadow_edge", false) {
+                    terms.push(if sample.off > 0.02 { 4.0 } else { 1.0 });
+                    bent += (sample.off > 0.02) as u32;
+                }
                 let value: f64 = match sets.iter().find_map(|s| s.strip_prefix("combine=")) {
                     Some("sum") => terms.iter().sum(),
                     Some("max") => terms.iter().copied().fold(0.0, f64::max),
@@ -241,8 +264,11 @@ fn tables_follow_the_reference() {
                 let cell = &mut importance[bin.y as usize * bins + bin.x as usize];
                 *cell = cell.max(value);
             }
+            if on("shadow_edge", false) {
+                assert!(bent as usize > seen.len() / 50 && (bent as usize) < seen.len() / 2, "{what}: {bent} edges");
+            }
             let reference = warps(&importance, bins, sigma, floor);
-            assert_tables(&r, &reference, 256, &what);
+            assert_tables(&mut r, &s, &reference, 256, &what);
             let moved = assert_follows(&found, &at, &reference, &what);
             assert!(moved > 0.1, "{what}: plain lines hold the same samples");
         }
@@ -269,7 +295,7 @@ fn light_side_analysis_follows_the_reference() {
         select(&mut s, "rtw", &[&common[..], sets.as_slice()].concat());
         let found = counts(&mut r, &s, 256);
         let view = LightView::whole(&light, r.geometry().bounds, 256, 1.0).unwrap();
-        let at: Vec<DVec2> = samples(&mut r, &light).iter().map(|s| place(&view, s.position)).collect();
+        let at: Vec<DVec2> = samples(&mut r, &light, s.size).iter().map(|s| place(&view, s.position)).collect();
         let flag = |set: &str, default: bool| {
             sets.iter().find_map(|s| s.strip_prefix(&format!("{set}="))).map_or(default, |v| v == "true")
         };
@@ -305,7 +331,7 @@ fn light_side_analysis_follows_the_reference() {
             *cell = value;
         }
         let (reference, what) = (warps(&importance, 64, 0.0, 0.02), format!("{sets:?}"));
-        assert_tables(&r, &reference, 256, &what);
+        assert_tables(&mut r, &s, &reference, 256, &what);
         let moved = assert_follows(&found, &at, &reference, &what);
         assert!(moved > 0.02, "{sets:?}: {moved}");
     }
@@ -395,7 +421,7 @@ fn a_lamp_is_served() {
         let found = counts(&mut r, &s, 256);
         let light = s.light;
         // On the cone's very rim rounding decides.
-        let facing = samples(&mut r, &light).len() as u64;
+        let facing = samples(&mut r, &light, s.size).len() as u64;
         assert!(facing > 3000 && found.total.abs_diff(facing) <= 2, "{analysis}: {} of {facing}", found.total);
         let e = measure::errors(&mut r, &s).unwrap();
         assert!(e.share() < 0.08, "{analysis}: {}", e.share());
