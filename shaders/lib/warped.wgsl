@@ -14,7 +14,8 @@
 
 @group(1) @binding(40) var<uniform> raster: RasterParams;
 @group(1) @binding(47) var<storage, read_write> counters: array<atomic<u32>, 64>;
-// 64 × 64 tiles of the light's image before the warp, a bit each: whether the rays of needed texels lie in them.
+// 64 × 64 tiles of the light's image before the warp (exact: of the rays' box in it), a bit each: whether the rays of needed
+// texels lie in them.
 @group(1) @binding(53) var<storage, read_write> image_tiles: array<atomic<u32>, 128>;
 // Vertices and instances of the casters' draw, from 0 on.
 @group(1) @binding(51) var<storage, read_write> arguments: array<u32, 4>;
@@ -73,7 +74,7 @@ fn tile_bits(x0: u32, x1: u32, half: u32) -> u32 {
     return (0xffffffffu >> (31u - (last - first))) << (first & 31u);
 }
 
-// Whether a view sample needs a ray in a box of the light's image.
+// Whether a view sample needs a ray in a box, shares of what the tiles cover.
 fn image_needed(low: vec2f, high: vec2f) -> bool {
     if !(all(high >= vec2f(0.0)) && all(low <= vec2f(1.0))) {
         return false;

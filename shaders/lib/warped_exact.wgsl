@@ -1,6 +1,6 @@
 // The exact raster: the rays of the texels that view samples need, kept by cells of the light's image, meet the triangles
 // themselves (the irregular z-buffer: Johnson, Lee, Burns, Mark 2005; Aila, Laine 2004). Before the warp triangles are flat:
-// nothing is split, and the warp is asked for each ray only.
+// nothing is split, and the warp is asked for each ray only. Cells cover that box of the light's image which the rays lie in.
 
 struct Ray {
     // Where the texel's centre lies before the warp.
@@ -21,6 +21,9 @@ struct Ray {
 // What each ray meets first, stored depth as bits; 0: nothing.
 @group(1) @binding(46) var<storage, read_write> nearest: array<atomic<u32>>;
 @group(1) @binding(64) var<storage, read> drawn_nearest: array<u32>;
+// The largest 1 - u and u of all rays, as bits.
+@group(1) @binding(72) var<storage, read_write> ray_bounds: array<atomic<u32>, 4>;
+@group(1) @binding(73) var<storage, read> found_bounds: array<f32, 4>;
 // Triangles to draw: the number, and the first and last cell that may hold a ray of theirs, x + 65536 y.
 @group(1) @binding(65) var<storage, read_write> boxes: array<vec4u>;
 @group(1) @binding(66) var<storage, read> drawn_boxes: array<vec4u>;
@@ -31,9 +34,20 @@ fn map_texels() -> u32 {
     return u32(map_side());
 }
 
-// Cells along each side of the light's image, as in Rust.
+// Cells along each side of the rays' box, as in Rust.
 fn cells_side() -> u32 {
     return clamp(map_texels() / 2u, 32u, 512u);
+}
+
+// The rays' box in the light's image.
+struct Bounds {
+    low: vec2f,
+    size: vec2f,
+}
+
+fn bounds_of_rays() -> Bounds {
+    let low = vec2f(1.0 - found_bounds[0], 1.0 - found_bounds[1]);
+    return Bounds(low, max(vec2f(found_bounds[2], found_bounds[3]) - low, vec2f(1e-6)));
 }
 
 fn add_ray(texel: vec2u) {
@@ -81,16 +95,38 @@ fn all_rays(@builtin(global_invocation_id) id: vec3u) {
     }
 }
 
-// Traces the rays back through the warp and sorts them into their cells.
+var<workgroup> group_bounds: array<atomic<u32>, 4>;
+
+// Traces the rays back through the warp, and finds their box.
 @compute @workgroup_size(64)
-fn sort_rays(@builtin(global_invocation_id) id: vec3u) {
+fn trace_needed_rays(@builtin(global_invocation_id) id: vec3u, @builtin(local_invocation_index) index: u32) {
     let number = atomicLoad(&ray_arguments[0]);
+    var most = vec4f(0.0);
     for (var i = id.x; i < number; i += stride) {
         let texel = rays[i].texel;
         let u = unwarp((vec2f(vec2u(texel % map_texels(), texel / map_texels())) + 0.5) / map_side());
-        let cell = min(vec2u(u * f32(cells_side())), vec2u(cells_side() - 1u));
-        rays[i] = Ray(u, texel, atomicExchange(&cells[cell.y * cells_side() + cell.x], i + 1u));
-        let tile = min(vec2u(u * 64.0), vec2u(63u));
+        rays[i].u = u;
+        most = max(most, vec4f(1.0 - u, u));
+    }
+    for (var k = 0u; k < 4u; k++) {
+        atomicMax(&group_bounds[k], bitcast<u32>(most[k]));
+    }
+    workgroupBarrier();
+    if index < 4u {
+        atomicMax(&ray_bounds[index], atomicLoad(&group_bounds[index]));
+    }
+}
+
+// Sorts the rays into their cells.
+@compute @workgroup_size(64)
+fn sort_rays(@builtin(global_invocation_id) id: vec3u) {
+    let number = atomicLoad(&ray_arguments[0]);
+    let bounds = bounds_of_rays();
+    for (var i = id.x; i < number; i += stride) {
+        let at = saturate((rays[i].u - bounds.low) / bounds.size);
+        let cell = min(vec2u(at * f32(cells_side())), vec2u(cells_side() - 1u));
+        rays[i].next = atomicExchange(&cells[cell.y * cells_side() + cell.x], i + 1u);
+        let tile = min(vec2u(at * 64.0), vec2u(63u));
         let word = 2u * tile.y + tile.x / 32u;
         let mark = 1u << (tile.x & 31u);
         if (atomicLoad(&image_tiles[word]) & mark) == 0u {
@@ -132,7 +168,8 @@ fn caster_of(triangle: u32) -> Caster {
 // Lets the rays of a cell, from the `first` one on, meet a triangle.
 fn meet(c: Caster, cell: vec2u, first: u32) {
     // The cell's middle is the origin, so that places near by keep their digits.
-    let origin = (vec2f(cell) + 0.5) / f32(cells_side());
+    let bounds = bounds_of_rays();
+    let origin = bounds.low + (vec2f(cell) + 0.5) / f32(cells_side()) * bounds.size;
     let ndc = vec2f(2.0 * origin.x - 1.0, 1.0 - 2.0 * origin.y);
     let a = vec3f(c.clips[0].xy - ndc * c.clips[0].z, c.clips[0].z);
     let b = vec3f(c.clips[1].xy - ndc * c.clips[1].z, c.clips[1].z);
@@ -141,7 +178,8 @@ fn meet(c: Caster, cell: vec2u, first: u32) {
     let e1 = edge_function(d, a, precedes(c.positions[2], c.positions[0]));
     let e2 = edge_function(a, b, precedes(c.positions[0], c.positions[1]));
     // How much they change from the middle to the cell's corners; a little more, for rounding.
-    let spread = vec3f(abs(e0.x) + abs(e0.y), abs(e1.x) + abs(e1.y), abs(e2.x) + abs(e2.y)) * (1.001 / f32(cells_side()));
+    let half = 1.001 / f32(cells_side()) * bounds.size;
+    let spread = vec3f(dot(abs(e0.xy), half), dot(abs(e1.xy), half), dot(abs(e2.xy), half));
     let middle = vec3f(e0.z, e1.z, e2.z);
     if any(middle + spread < vec3f(0.0)) && any(middle - spread > vec3f(0.0)) {
         return;
@@ -178,6 +216,7 @@ const few = 64u;
 // Finds the cells that each triangle may meet rays in.
 @compute @workgroup_size(64)
 fn box_triangles(@builtin(global_invocation_id) id: vec3u) {
+    let bounds = bounds_of_rays();
     for (var i = id.x; i < arrayLength(&triangles); i += stride) {
         let cut = cut_off(triangle_corners(triangles[i].xyz));
         var low = vec2f(1e9);
@@ -187,13 +226,15 @@ fn box_triangles(@builtin(global_invocation_id) id: vec3u) {
             low = min(low, u);
             high = max(high, u);
         }
+        // A little more, for rounding.
+        low = (low - bounds.low) / bounds.size - 1e-5;
+        high = (high - bounds.low) / bounds.size + 1e-5;
         if cut.number < 3u || !image_needed(low, high) {
             continue;
         }
         let last = vec2f(f32(cells_side()) - 1.0);
-        // A little more, for rounding.
-        let first_cell = vec2u(clamp(low * f32(cells_side()) - 0.01, vec2f(0.0), last));
-        let last_cell = vec2u(clamp(high * f32(cells_side()) + 0.01, vec2f(0.0), last));
+        let first_cell = vec2u(clamp(low * f32(cells_side()), vec2f(0.0), last));
+        let last_cell = vec2u(clamp(high * f32(cells_side()), vec2f(0.0), last));
         let size = last_cell - first_cell + 1u;
         if size.x * size.y > few {
             let at = atomicAdd(&counters[drawn_count], 1u);

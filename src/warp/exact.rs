@@ -16,12 +16,15 @@ const CELLS: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 pub struct Exact {
     need: Pass,
     all: Pass,
+    trace: Pass,
     sort: Pass,
     list: Pass,
     finish: Pass,
     meet: Pass,
     draw: Pass,
     picture: Slot,
+    /// The box of the light's image that the rays lie in.
+    bounds: wgpu::Buffer,
     /// Vertices of the draw of the rays.
     points: wgpu::Buffer,
     held: Option<Held>,
@@ -57,12 +60,14 @@ impl Exact {
         Ok(Exact {
             need: pass("needed texels", "needed_rays")?,
             all: pass("needed texels", "all_rays")?,
+            trace: pass("texels' rays", "trace_needed_rays")?,
             sort: pass("texels' rays", "sort_rays")?,
             list: pass("rays meet casters", "box_triangles")?,
             finish: pass("rays meet casters", "finish_boxes")?,
             meet: Pass::render(gpu, "rays meet casters", file, boxes, groups)?,
             draw: Pass::render(gpu, "shadow map", file, points, groups)?,
             picture: Slot::default(),
+            bounds: storage(gpu, "box of the rays", 16),
             points: gpu.buffer("draw of the rays", &[0; 16], Use::STORAGE | Use::INDIRECT),
             held: None,
         })
@@ -113,9 +118,11 @@ impl Exact {
                 ("drawn_cells", (&held.cells).into()),
                 ("boxes", (&held.boxes).into()),
                 ("drawn_boxes", (&held.boxes).into()),
+                ("ray_bounds", (&self.bounds).into()),
+                ("found_bounds", (&self.bounds).into()),
                 ("ray_arguments", (&self.points).into()),
             ]);
-            for buffer in [&held.taken, &held.cells, &self.points] {
+            for buffer in [&held.taken, &held.cells, &self.bounds, &self.points] {
                 f.clear(buffer);
             }
             if shown(f) {
@@ -123,6 +130,7 @@ impl Exact {
             } else {
                 f.run(&self.need).bind_all(&all).per_pixel();
             }
+            f.run(&self.trace).bind_all(&all).dispatch(256, 1, 1);
             f.run(&self.sort).bind_all(&all).dispatch(256, 1, 1);
             f.run(&self.list).bind_all(&all).dispatch(256, 1, 1);
             f.run(&self.finish).bind_all(&all).dispatch(1, 1, 1);
