@@ -165,7 +165,9 @@ fn views(ui: &mut Ui, m: &mut Model) {
 
 fn technique(ui: &mut Ui, m: &mut Model) {
     let chosen = m.info();
-    ScrollArea::vertical().id_salt("techniques").max_height(230.0).auto_shrink([false, true]).show(ui, |ui| {
+    // A high window shows more of the list.
+    let most = (0.29 * ui.ctx().content_rect().height()).max(230.0);
+    ScrollArea::vertical().id_salt("techniques").max_height(most).auto_shrink([false, true]).show(ui, |ui| {
         ui.spacing_mut().item_spacing.y = 2.0;
         for info in techniques::ALL {
             let refused = info.refuses(&m.setup.light);
