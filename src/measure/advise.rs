@@ -96,22 +96,23 @@ pub fn advise(
         Ok(sample)
     };
     let wanted = Wanted { error: budget.max_error, cost: budget.max_ratio.unwrap_or(f64::INFINITY) };
-    let answer = search.cheapest(wanted, &mut measure)?;
-    let mut halved = None;
-    if let Some(s) = answer.and_then(|i| search.samples[i])
-        && s.error > 0.0
-    {
-        halved = search.cheapest(Wanted { error: s.error / 2.0, cost: f64::INFINITY }, &mut measure)?;
-    }
+    let mut answer = search.cheapest(wanted, None, &mut measure)?;
+    let within = |error: f64| Wanted { error, cost: f64::INFINITY };
     let family = techniques.iter().position(|t| t == PLAIN);
-    let mut plain = None;
-    if let (Some(i), Some(family)) = (answer, family)
-        && all[i].technique != PLAIN
-    {
+    if answer.is_some_and(|i| all[i].technique != PLAIN) && family.is_some() {
         most.set(most.get().max(search.measured() + PLAIN_MORE));
-        search.narrow(family, most.get());
-        plain = search.cheapest(Wanted { error: budget.max_error, cost: f64::INFINITY }, &mut measure)?;
+        search.limit = most.get();
+        search.cheapest(within(budget.max_error), family, &mut measure)?;
     }
+    let error = |search: &Search, i: Option<usize>| i.and_then(|i| search.samples[i]).map(|s| s.error);
+    if let Some(error) = error(&search, answer).filter(|e| *e > 0.0) {
+        search.cheapest(within(error / 2.0), None, &mut measure)?;
+    }
+    // What was measured for comparison may turn out to be better than the answer found before.
+    answer = search.best(wanted, None);
+    let halved = error(&search, answer).filter(|e| *e > 0.0).and_then(|e| search.best(within(e / 2.0), None));
+    let plain = family.filter(|_| answer.is_some_and(|i| all[i].technique != PLAIN));
+    let plain = plain.and_then(|family| search.best(within(budget.max_error), Some(family)));
     let place = |i: usize| tried.iter().position(|(n, _)| *n == i);
     let points: Vec<(f64, f64)> = tried.iter().map(|(_, r)| (Advice::cost(r), r.error_share)).collect();
     let miss = |(cost, error): &(f64, f64)| (error / wanted.error).max(cost / wanted.cost);
@@ -186,7 +187,7 @@ mod tests {
                     lines.iter().map(|l| Line { family: l.family, configurations: l.configurations.clone() }).collect();
                 let mut search = Search::new(lines, rows.len() / SHARE);
                 let wanted = Wanted { error, cost: f64::INFINITY };
-                let answer = search.cheapest(wanted, &mut |i| Ok(sample(&rows[i]))).unwrap().unwrap();
+                let answer = search.cheapest(wanted, None, &mut |i| Ok(sample(&rows[i]))).unwrap().unwrap();
                 let all = rows.iter().map(sample).filter(|s| wanted.met(s)).map(|s| s.cost);
                 let best = all.fold(f64::INFINITY, f64::min);
                 let found = sample(&rows[answer]);

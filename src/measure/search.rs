@@ -54,7 +54,7 @@ pub struct Search {
     /// By configuration.
     pub samples: Vec<Option<Sample>>,
     /// Configurations that may be measured in all.
-    limit: usize,
+    pub limit: usize,
 }
 
 impl Search {
@@ -64,63 +64,63 @@ impl Search {
         Search { lines, samples: vec![None; count], limit }
     }
 
-    /// Measures until the cheapest configuration that meets `wanted` is known, as far as predictions hold, or the
-    /// limit is reached; its number, if there is one.
+    /// Measures until the cheapest configuration that meets `wanted` is known, of all or of one family, as far as predictions
+    /// hold, or the limit is reached; its number, if there is one.
     ///
     /// # Errors
     /// What `measure` says.
     pub fn cheapest(
         &mut self,
         wanted: Wanted,
+        family: Option<usize>,
         measure: &mut dyn FnMut(usize) -> Result<Sample>,
     ) -> Result<Option<usize>> {
         while self.measured() < self.limit {
-            let next = self.unknown_family().or_else(|| self.most_promising(wanted)).or_else(|| self.last_hope(wanted));
-            let Some(next) = next else { break };
+            let next = self.unknown_family(family).or_else(|| self.most_promising(wanted, family));
+            let Some(next) = next.or_else(|| self.last_hope(wanted, family)) else { break };
             self.samples[next] = Some(measure(next)?);
         }
-        Ok(self.best(wanted))
+        Ok(self.best(wanted, family))
     }
 
-    /// Looks at the lines of one family only from here on, and takes another limit.
-    pub fn narrow(&mut self, family: usize, limit: usize) {
-        self.lines.retain(|l| l.family == family);
-        self.limit = limit;
+    /// The lines of one family, or all.
+    fn lines_of(&self, family: Option<usize>) -> impl Iterator<Item = &Line> {
+        self.lines.iter().filter(move |l| family.is_none_or(|f| l.family == f))
     }
 
     pub fn measured(&self) -> usize {
         self.samples.iter().flatten().count()
     }
 
-    /// The cheapest one measured that meets `wanted`.
-    pub fn best(&self, wanted: Wanted) -> Option<usize> {
-        let all = self.lines.iter().flat_map(|l| &l.configurations);
+    /// The cheapest one measured that meets `wanted`, of all or of one family.
+    pub fn best(&self, wanted: Wanted, family: Option<usize>) -> Option<usize> {
+        let all = self.lines_of(family).flat_map(|l| &l.configurations);
         let good = all.filter_map(|i| self.samples[*i].filter(|s| wanted.met(s)).map(|s| (*i, s.cost)));
         good.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(i, _)| i)
     }
 
     /// The middle of the first line of a family of which nothing is measured.
-    fn unknown_family(&self) -> Option<usize> {
+    fn unknown_family(&self, family: Option<usize>) -> Option<usize> {
         let known = |family| self.lines.iter().any(|l| l.family == family && self.points(l).next().is_some());
-        let line = self.lines.iter().find(|l| !l.configurations.is_empty() && !known(l.family))?;
+        let line = self.lines_of(family).find(|l| !l.configurations.is_empty() && !known(l.family))?;
         Some(line.configurations[line.configurations.len() / 2])
     }
 
     /// The candidate that promises the lowest cost of all lines, if it promises less than the best known.
-    fn most_promising(&self, wanted: Wanted) -> Option<usize> {
-        let bound = self.best(wanted).and_then(|i| self.samples[i]).map_or(f64::INFINITY, |s| s.cost);
-        let candidates = self.lines.iter().filter_map(|l| self.candidate(l, wanted));
+    fn most_promising(&self, wanted: Wanted, family: Option<usize>) -> Option<usize> {
+        let bound = self.best(wanted, family).and_then(|i| self.samples[i]).map_or(f64::INFINITY, |s| s.cost);
+        let candidates = self.lines_of(family).filter_map(|l| self.candidate(l, wanted));
         let cheapest = candidates.min_by(|a, b| a.1.total_cmp(&b.1))?;
         (cheapest.1 < bound && cheapest.1 <= wanted.cost).then_some(cheapest.0)
     }
 
     /// Where nothing measured meets `wanted`, whatever was predicted: the finest place of the line that is expected to
     /// err least, of those that have not been tried there.
-    fn last_hope(&self, wanted: Wanted) -> Option<usize> {
-        if self.best(wanted).is_some() {
+    fn last_hope(&self, wanted: Wanted, family: Option<usize>) -> Option<usize> {
+        if self.best(wanted, family).is_some() {
             return None;
         }
-        let open = self.lines.iter().filter_map(|line| {
+        let open = self.lines_of(family).filter_map(|line| {
             let last = line.configurations.len().checked_sub(1)?;
             let number = line.configurations[last];
             let expected = self.predict(line, last);
@@ -249,7 +249,7 @@ mod tests {
                 let mut search = Search::new(lines, limit);
                 let wanted = Wanted { error, cost: f64::INFINITY };
                 let mut calls = 0;
-                let found = search.cheapest(wanted, &mut |i| {
+                let found = search.cheapest(wanted, None, &mut |i| {
                     calls += 1;
                     Ok(samples[i])
                 });
@@ -271,9 +271,9 @@ mod tests {
         let own: Vec<usize> = lines.iter().filter(|l| l.family == 0).flat_map(|l| l.configurations.clone()).collect();
         let wanted = Wanted { error: 0.01, cost: f64::INFINITY };
         let mut search = Search::new(lines, samples.len() / 3);
-        search.cheapest(wanted, &mut |i| Ok(samples[i])).unwrap();
-        search.narrow(0, search.measured() + 4);
-        let found = search.cheapest(wanted, &mut |i| Ok(samples[i])).unwrap().expect("it meets that");
+        search.cheapest(wanted, None, &mut |i| Ok(samples[i])).unwrap();
+        search.limit = search.measured() + 4;
+        let found = search.cheapest(wanted, Some(0), &mut |i| Ok(samples[i])).unwrap().expect("it meets that");
         let best = own.iter().filter(|i| wanted.met(&samples[**i])).map(|i| samples[*i].cost).min_by(f64::total_cmp);
         assert!(own.contains(&found) && Some(samples[found].cost) == best);
     }
@@ -283,7 +283,7 @@ mod tests {
         let (lines, samples) = world(1);
         let mut search = Search::new(lines, 20);
         let wanted = Wanted { error: 1e-6, cost: 5.0 };
-        assert_eq!(search.cheapest(wanted, &mut |i| Ok(samples[i])).unwrap(), None);
+        assert_eq!(search.cheapest(wanted, None, &mut |i| Ok(samples[i])).unwrap(), None);
         assert!(search.measured() > 0);
     }
 
@@ -292,6 +292,6 @@ mod tests {
         let (lines, _) = world(1);
         let mut search = Search::new(lines, 20);
         let wanted = Wanted { error: 0.1, cost: f64::INFINITY };
-        assert!(search.cheapest(wanted, &mut |_| anyhow::bail!("stopped")).is_err());
+        assert!(search.cheapest(wanted, None, &mut |_| anyhow::bail!("stopped")).is_err());
     }
 }
