@@ -20,12 +20,12 @@
 // Vertices and instances of the casters' draw, from 0 on.
 @group(1) @binding(51) var<storage, read_write> arguments: array<u32, 4>;
 
-// Places in `counters`: what is drawn, what found no room, the triangles that some view sample needs, and folds.
+// Places in `counters`: what is drawn, what was not split far enough or found no room, the triangles that some view sample needs, and folds.
 const drawn_count = 0u;
 const unserved_count = 1u;
 const kept_count = 2u;
 const fold_count = 3u;
-// Threads of a pass over triangles.
+// Threads of a pass over triangles, pieces or rays.
 const stride = 16384u;
 
 struct Corner {
@@ -45,10 +45,12 @@ fn view_sample(pixel: vec2u) -> Surface {
     return s;
 }
 
-// Where a view sample looks into the map, texels, and the same place before the warp, shares of the image's sides.
+// Where a view sample looks into the map, texels, and the same place before the warp, shares of the image's sides, with
+// how far rounding may move it.
 struct LookedUp {
     texel: vec2f,
     before: vec2f,
+    rounding: vec2f,
 }
 
 fn looked_up(s: Surface) -> LookedUp {
@@ -61,7 +63,10 @@ fn looked_up(s: Surface) -> LookedUp {
         position += s.normal * (map.normal_offset * texel * sqrt(max(1.0 - cosine * cosine, 0.0)));
     }
     let clip = light_clip(light_view, position);
-    return LookedUp(map_texel(light_view, clip), light_texel(light_view, clip) / light_view.resolution);
+    let size = abs(vec4f(position, 1.0));
+    let terms = vec2f(dot(abs(light_view.row_x), size), dot(abs(light_view.row_y), size)) / max(abs(clip.w), 1e-30);
+    return LookedUp(map_texel(light_view, clip), light_texel(light_view, clip) / light_view.resolution,
+                    1.2e-7 * (1.0 + terms));
 }
 
 // The bits of tiles `first` to `last` of a row that lie in one half of it.

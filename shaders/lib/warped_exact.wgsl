@@ -77,7 +77,7 @@ fn needed_rays(@builtin(global_invocation_id) id: vec3u) {
     let at = looked_up(s);
     // Rounding may take the look-up to the next texel.
     let slope = warp_slope(saturate(at.before));
-    let spare = 1e-3 + 4e-7 * map_side() * (1.0 + abs(slope[0]) + abs(slope[1]));
+    let spare = 1e-3 + map_side() * (2e-7 + abs(slope[0]) * at.rounding.x + abs(slope[1]) * at.rounding.y);
     let low = vec2i(floor(at.texel - min(spare, vec2f(1.0))));
     let high = vec2i(floor(at.texel + min(spare, vec2f(1.0))));
     for (var y = max(low.y, 0); y <= min(high.y, i32(map_texels()) - 1); y++) {
@@ -136,7 +136,7 @@ fn sort_rays(@builtin(global_invocation_id) id: vec3u) {
 }
 
 // The edge function of the edge from a to b (Olano, Greer 1997): the same digits from both of its sides, with opposite
-// signs, so that no ray passes between neighbours.
+// signs, so that no ray passes between neighbours (met in one pass, or by passes whose arithmetic is alike).
 fn edge_function(a: vec3f, b: vec3f, before: bool) -> vec3f {
     if before {
         return cross(a, b);
@@ -178,7 +178,7 @@ fn meet(c: Caster, cell: vec2u, first: u32) {
     let e1 = edge_function(d, a, precedes(c.positions[2], c.positions[0]));
     let e2 = edge_function(a, b, precedes(c.positions[0], c.positions[1]));
     // How much they change from the middle to the cell's corners; a little more, for rounding.
-    let half = 1.001 / f32(cells_side()) * bounds.size;
+    let half = 1.001 / f32(cells_side()) * bounds.size + 8e-7;
     let spread = vec3f(dot(abs(e0.xy), half), dot(abs(e1.xy), half), dot(abs(e2.xy), half));
     let middle = vec3f(e0.z, e1.z, e2.z);
     if any(middle + spread < vec3f(0.0)) && any(middle - spread > vec3f(0.0)) {
@@ -227,8 +227,8 @@ fn box_triangles(@builtin(global_invocation_id) id: vec3u) {
             high = max(high, u);
         }
         // A little more, for rounding.
-        low = (low - bounds.low) / bounds.size - 1e-5;
-        high = (high - bounds.low) / bounds.size + 1e-5;
+        low = (low - bounds.low - 4e-7) / bounds.size - 1e-5;
+        high = (high - bounds.low + 4e-7) / bounds.size + 1e-5;
         if cut.number < 3u || !image_needed(low, high) {
             continue;
         }

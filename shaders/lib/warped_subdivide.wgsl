@@ -105,6 +105,7 @@ fn spread(@builtin(global_invocation_id) id: vec3u) {
         }
     }
 }
+
 // Whether a view sample needs a texel in a box of the map, texels.
 fn needed(low: vec2f, high: vec2f) -> bool {
     if !(all(high >= vec2f(0.0)) && all(low <= vec2f(map_side()))) {
@@ -132,7 +133,7 @@ fn trace_rays(@builtin(global_invocation_id) id: vec3u) {
     }
 }
 
-// The part of a segment inside the unit square, as shares of its length; y < x: none.// The part of a segment inside the unit square, as shares of its length; y < x: none.
+// The part of a segment inside the unit square, as shares of its length; y < x: none.
 fn inside(a: vec2f, b: vec2f) -> vec2f {
     var span = vec2f(0.0, 1.0);
     let d = b - a;
@@ -204,7 +205,8 @@ fn holds_centre(low: vec2f, high: vec2f) -> bool {
     return all(ceil(low - 0.5) <= floor(high - 0.5));
 }
 
-fn draw(t: Part) {
+// Draws a piece, unless it lies between the centres of texels; true if it is drawn.
+fn draw(t: Part) -> bool {
     let a = unwarped_place(t.a.position).xy;
     let b = unwarped_place(t.b.position).xy;
     let c = unwarped_place(t.c.position).xy;
@@ -215,7 +217,7 @@ fn draw(t: Part) {
     let after = (wb.x - wa.x) * (wc.y - wa.y) - (wb.y - wa.y) * (wc.x - wa.x);
     // Some room for the rasteriser's own rounding.
     if !holds_centre(min(min(wa, wb), wc) - 0.01, max(max(wa, wb), wc) + 0.01) {
-        return;
+        return false;
     }
     // Not slivers that rounding turns over.
     if before * after < 0.0 && abs(after) > 0.02 {
@@ -228,6 +230,7 @@ fn draw(t: Part) {
     } else {
         atomicAdd(&counters[unserved_count], 1u);
     }
+    return true;
 }
 
 // How many pieces the levels before this one draw.
@@ -277,7 +280,7 @@ fn handle(t: Part, again: bool) -> bool {
         let c = warped(uc.xy) * map_side();
         let kept = needed(min(min(a, b), c), max(max(a, b), c));
         if kept {
-            draw(t);
+            _ = draw(t);
         }
         return kept;
     }
@@ -292,11 +295,8 @@ fn handle(t: Part, again: bool) -> bool {
         corners[3u + k] = e.middle;
     }
     let unsplit = mask != 0u && (again || level.last == 1u);
-    if unsplit {
+    if (unsplit || (mask == 0u && !again)) && draw(t) && unsplit {
         atomicAdd(&counters[unserved_count], 1u);
-    }
-    if unsplit || (mask == 0u && !again) {
-        draw(t);
     }
     if unsplit || mask == 0u {
         return true;
@@ -414,18 +414,19 @@ fn linear_piece(in: PieceCaster) -> @builtin(frag_depth) f32 {
     return saturate(in.depth);
 }
 
-// Shares of the corners where the texel's ray meets the piece's plane; w: positive if the piece turns its front to the
-// light.
-fn met(in: PieceCaster) -> vec4f {
+// Shares of the corners where the texel's ray meets the piece's plane.
+fn met(in: PieceCaster) -> vec3f {
     let u = drawn_texel_rays[u32(in.clip.y) * u32(map_side()) + u32(in.clip.x)];
     let place = vec3f(2.0 * (u.x - in.origin.x), -2.0 * (u.y - in.origin.y), 1.0);
     let e = vec3f(dot(in.e0, place), dot(in.e1, place), dot(in.e2, place));
     let sum = e.x + e.y + e.z;
     // A piece seen edge-on is met in its middle.
-    return vec4f(select(e / sum, vec3f(1.0 / 3.0), sum == 0.0), sum);
+    return select(e / sum, vec3f(1.0 / 3.0), sum == 0.0);
 }
 
-fn kept_depth(in: PieceCaster, share: vec3f) -> f32 {
+@fragment
+fn piece(in: PieceCaster) -> @builtin(frag_depth) f32 {
+    let share = met(in);
     if masked_out(materials[in.material], share.x * in.uv01.xy + share.y * in.uv01.zw + share.z * in.uv2) {
         discard;
     }
@@ -433,9 +434,4 @@ fn kept_depth(in: PieceCaster, share: vec3f) -> f32 {
     let low = min(min(in.depths.x, in.depths.y), in.depths.z);
     let high = max(max(in.depths.x, in.depths.y), in.depths.z);
     return saturate(stored_depth(light_view, clamp(dot(share, in.depths), low, high)));
-}
-
-@fragment
-fn piece(in: PieceCaster) -> @builtin(frag_depth) f32 {
-    return kept_depth(in, met(in).xyz);
 }

@@ -60,7 +60,7 @@ pub struct PieceCount {
     pub kept: u64,
     /// Triangles drawn in their place; the exact raster takes them as they are.
     pub drawn: u64,
-    /// Pieces that should be split but found no room, and texels whose rays found none.
+    /// Pieces drawn that should have been split further, and texels whose rays found no room.
     pub unserved: u64,
     /// Pieces that the map holds turned inside out.
     pub folded: u64,

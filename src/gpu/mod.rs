@@ -7,6 +7,7 @@ pub use pass::{Pass, Raster, Recorder, Resource, Run, Timer, TimerMode, Triangle
 pub use shader::{Shaders, files as shader_files};
 
 use anyhow::{Context, Result, anyhow};
+use std::sync::atomic::AtomicU64;
 use std::sync::{Arc, Mutex};
 
 /// The adapter in use and what it can do.
@@ -18,6 +19,8 @@ pub struct Gpu {
     pub features: wgpu::Features,
     pub shaders: Shaders,
     error: Arc<Mutex<Option<String>>>,
+    /// Frames recorded so far.
+    frames: AtomicU64,
 }
 
 /// What we use where an adapter has it; nothing of it is required.
@@ -85,7 +88,16 @@ impl Gpu {
                 slot.get_or_insert_with(|| e.to_string());
             }
         }));
-        Ok(Gpu { device, queue, adapter: adapter.clone(), info, features, shaders: Shaders::default(), error })
+        Ok(Gpu {
+            device,
+            queue,
+            adapter: adapter.clone(),
+            info,
+            features,
+            shaders: Shaders::default(),
+            error,
+            frames: AtomicU64::new(0),
+        })
     }
 
     /// Whether the adapter is a program on the CPU, whose timings say nothing of a GPU's.

@@ -45,11 +45,22 @@ pub struct Pass {
     pipeline: Pipeline,
     layouts: Vec<wgpu::BindGroupLayout>,
     bindings: Vec<Binding>,
-    bound: RefCell<Vec<(Vec<Resource>, Vec<wgpu::BindGroup>)>>,
+    bound: RefCell<Bound>,
 }
 
-/// Sets of bind groups that a pass keeps: as many as it runs in one frame, with resources of their own each time.
-const KEPT: usize = 16;
+/// The bind groups that a pass used in the last two frames in which it ran: older ones would hold memory that nobody needs.
+#[derive(Default)]
+struct Bound {
+    frame: u64,
+    sets: Vec<Set>,
+}
+
+struct Set {
+    /// When it was used last.
+    frame: u64,
+    resources: Vec<Resource>,
+    groups: Vec<wgpu::BindGroup>,
+}
 
 /// What a render pipeline needs beside its shader. Geometry is pulled from storage buffers.
 #[derive(Clone, Default)]
@@ -137,15 +148,25 @@ impl Pass {
         Ok(Pass { name, pipeline: Pipeline::Render(pipeline), layouts, bindings, bound: RefCell::default() })
     }
 
-    /// Makes the bind groups, or takes those of the last call if nothing changed.
-    fn bind(&self, gpu: &Gpu, find: impl Fn(&Binding) -> Option<Resource>) -> Result<Vec<wgpu::BindGroup>> {
+    /// Lets go of all that it bound so far.
+    pub fn forget(&self) {
+        self.bound.borrow_mut().sets.clear();
+    }
+
+    /// Makes the bind groups, or takes those of a call before with the same resources.
+    fn bind(&self, gpu: &Gpu, frame: u64, find: impl Fn(&Binding) -> Option<Resource>) -> Result<Vec<wgpu::BindGroup>> {
         let mut resources = Vec::with_capacity(self.bindings.len());
         for b in &self.bindings {
             resources.push(find(b).with_context(|| format!("pass {}: nothing is bound to {}", self.name, b.name))?);
         }
         let mut bound = self.bound.borrow_mut();
-        if let Some((_, groups)) = bound.iter().find(|(held, _)| *held == resources) {
-            return Ok(groups.clone());
+        if bound.frame != frame {
+            let before = std::mem::replace(&mut bound.frame, frame);
+            bound.sets.retain(|s| s.frame >= before);
+        }
+        if let Some(set) = bound.sets.iter_mut().find(|s| s.resources == resources) {
+            set.frame = frame;
+            return Ok(set.groups.clone());
         }
         let mut groups = Vec::new();
         for (group, layout) in self.layouts.iter().enumerate() {
@@ -164,10 +185,7 @@ impl Pass {
                 entries: &entries,
             }));
         }
-        if bound.len() == KEPT {
-            bound.remove(0);
-        }
-        bound.push((resources, groups.clone()));
+        bound.sets.push(Set { frame, resources, groups: groups.clone() });
         Ok(groups)
     }
 }
@@ -346,6 +364,8 @@ impl TriangleCount {
 /// Records passes into command buffers and times them.
 pub struct Recorder<'a> {
     pub gpu: &'a Gpu,
+    /// Counts the recorders.
+    frame: u64,
     resources: HashMap<&'static str, Resource>,
     encoder: wgpu::CommandEncoder,
     timer: &'a mut Timer,
@@ -363,7 +383,8 @@ impl<'a> Recorder<'a> {
         timer.wall.clear();
         timer.noted.clear();
         let encoder = gpu.device.create_command_encoder(&Default::default());
-        Recorder { gpu, resources: HashMap::new(), encoder, timer, timed, pixels, triangles: None, error: None }
+        let frame = gpu.frames.fetch_add(1, Ordering::Relaxed) + 1;
+        Recorder { gpu, frame, resources: HashMap::new(), encoder, timer, timed, pixels, triangles: None, error: None }
     }
 
     /// Makes a resource known to all passes that follow, by its WGSL name or its parameter group's name.
@@ -373,7 +394,7 @@ impl<'a> Recorder<'a> {
 
     /// Starts a pass.
     pub fn run<'r>(&'r mut self, pass: &'r Pass) -> Run<'r, 'a> {
-        Run { recorder: self, pass, extra: Vec::new() }
+        Run { recorder: self, pass, extra: Vec::new(), counted: true }
     }
 
     /// Adds work on the CPU to the frame's times.
@@ -461,9 +482,16 @@ pub struct Run<'r, 'a> {
     recorder: &'r mut Recorder<'a>,
     pass: &'r Pass,
     extra: Vec<(&'static str, Resource)>,
+    counted: bool,
 }
 
 impl Run<'_, '_> {
+    /// Keeps a draw that sends no triangles of the scene out of their count.
+    pub fn uncounted(mut self) -> Self {
+        self.counted = false;
+        self
+    }
+
     /// Binds a resource to the WGSL name `name`, for this pass only; the last one of a name counts.
     pub fn bind(mut self, name: &'static str, resource: impl Into<Resource>) -> Self {
         self.extra.push((name, resource.into()));
@@ -511,7 +539,7 @@ impl Run<'_, '_> {
         clear: bool,
         draw: impl FnOnce(&mut wgpu::RenderPass),
     ) {
-        let query = self.recorder.triangles.as_mut().and_then(|(set, draws)| {
+        let query = self.recorder.triangles.as_mut().filter(|_| self.counted).and_then(|(set, draws)| {
             *draws += 1;
             (*draws <= MAX_DRAWS).then(|| (set.clone(), *draws - 1))
         });
@@ -570,7 +598,7 @@ impl Run<'_, '_> {
         self,
         write: impl FnOnce(&mut wgpu::CommandEncoder, &Pass, &[wgpu::BindGroup], Option<(&wgpu::QuerySet, u32)>),
     ) {
-        let Run { recorder, pass, extra } = self;
+        let Run { recorder, pass, extra, .. } = self;
         if recorder.error.is_some() {
             return;
         }
@@ -580,7 +608,7 @@ impl Run<'_, '_> {
             let group = recorder.resources.get(b.type_name.as_str());
             own.or(group).or_else(|| recorder.resources.get(b.name.as_str())).cloned()
         };
-        let groups = match pass.bind(recorder.gpu, find) {
+        let groups = match pass.bind(recorder.gpu, recorder.frame, find) {
             Ok(groups) => groups,
             Err(e) => {
                 recorder.error = Some(e);

@@ -56,7 +56,7 @@ pub fn accuracy(renderer: &mut Renderer, setup: &Setup, index: u64) -> Result<Re
     let mut notes = Vec::new();
     if let Some(unserved) = pieces.map(|p| p.unserved).filter(|n| *n > 0) {
         notes.push(format!(
-            "{unserved} parts of triangles or texels found no room: edges stay straight, or light leaks, there."
+            "{unserved} parts of triangles were not split as far as they should be, or texels had no room: shadows are wrong there."
         ));
     }
     for (rays, whose) in [(own, "the technique's"), (truth, "the truth's")] {

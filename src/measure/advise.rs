@@ -50,14 +50,15 @@ impl Advice {
     }
 }
 
-/// At most this share of the configurations is measured (at least one of each technique, though).
+/// At most this share of the configurations is measured (at least one of each technique, though, and what answers are
+/// compared with).
 const SHARE: usize = 3;
 /// What answers are compared with, and how many of it may be measured beyond the share.
 const PLAIN: &str = "shadow-map";
 const PLAIN_MORE: usize = 4;
 
-/// Searches the techniques and their main parameters, those that `axes` name over the values given there. `watch` is told the share done and what is measured, and stops
-/// the work by saying no.
+/// Searches the techniques and their main parameters, those that `axes` name over the values given there. `watch` is told
+/// the share done and what is measured, and stops the work by saying no.
 ///
 /// # Errors
 /// A light that a technique does not serve, a ratio asked for without a baseline, what the device reports, or that it
@@ -105,12 +106,17 @@ pub fn advise(
         search.cheapest(within(budget.max_error), family, &mut measure)?;
     }
     let error = |search: &Search, i: Option<usize>| i.and_then(|i| search.samples[i]).map(|s| s.error);
-    if let Some(error) = error(&search, answer).filter(|e| *e > 0.0) {
-        search.cheapest(within(error / 2.0), None, &mut measure)?;
-    }
-    // What was measured for comparison may turn out to be better than the answer found before.
+    // What is measured for comparison may turn out to be better than the answer found before.
     answer = search.best(wanted, None);
-    let halved = error(&search, answer).filter(|e| *e > 0.0).and_then(|e| search.best(within(e / 2.0), None));
+    let mut halved = None;
+    while let Some(error) = error(&search, answer).filter(|e| *e > 0.0) {
+        halved = search.cheapest(within(error / 2.0), None, &mut measure)?;
+        let before = std::mem::replace(&mut answer, search.best(wanted, None));
+        if answer == before {
+            break;
+        }
+        halved = None;
+    }
     let plain = family.filter(|_| answer.is_some_and(|i| all[i].technique != PLAIN));
     let plain = plain.and_then(|family| search.best(within(budget.max_error), Some(family)));
     let place = |i: usize| tried.iter().position(|(n, _)| *n == i);

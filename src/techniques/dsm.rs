@@ -65,13 +65,7 @@ impl Dsm {
                 // Linear depth, as the look-up has it.
                 vertex: "warped_caster",
                 fragment: Some(fragment),
-                depth: Some(wgpu::DepthStencilState {
-                    format: wgpu::TextureFormat::Depth32Float,
-                    depth_write_enabled: Some(true),
-                    depth_compare: Some(wgpu::CompareFunction::Greater),
-                    stencil: Default::default(),
-                    bias: Default::default(),
-                }),
+                depth: Raster::nearest(wgpu::TextureFormat::Depth32Float),
                 ..Raster::default()
             };
             Pass::render(gpu, name, "lib/depth.wgsl", raster, &[])

@@ -112,13 +112,7 @@ impl Rtw {
                 // A view whose depth is linear, as the base of every warp.
                 vertex: "warped_caster",
                 fragment: Some(fragment),
-                depth: Some(wgpu::DepthStencilState {
-                    format: wgpu::TextureFormat::Depth32Float,
-                    depth_write_enabled: Some(true),
-                    depth_compare: Some(wgpu::CompareFunction::Greater),
-                    stencil: Default::default(),
-                    bias: Default::default(),
-                }),
+                depth: Raster::nearest(wgpu::TextureFormat::Depth32Float),
                 ..Raster::default()
             };
             Pass::render(gpu, "light's depth", "lib/depth.wgsl", raster, &[])

@@ -37,8 +37,8 @@ pub fn rows(r: &Record) -> Vec<Row> {
         out.push((
             "triangles, warped",
             value,
-            "Triangles that some pixel needs, and how many more are drawn for the warp: split, or two for each box. Fewer \
-             where they are too small for any texel.",
+            "Triangles that some pixel needs, and how many more are drawn where the warp splits them. Fewer where they \
+             are too small for any texel.",
         ));
     }
     if r.rays > 0 {

@@ -1,6 +1,6 @@
 //! Casters met by the rays of the texels that view samples need (`shaders/lib/warped_exact.wgsl`).
 
-use super::{Way, shown, storage};
+use super::{Casters, Way, shown, storage};
 use crate::frame::Frame;
 use crate::gpu::{Gpu, Pass, Raster, Resource, Slot};
 use crate::params::Group;
@@ -72,13 +72,10 @@ impl Exact {
             held: None,
         })
     }
+}
 
-    /// Draws the casters into the map, if anything `changed`: into all texels if the map is looked at, otherwise into those
-    /// that view samples need.
-    ///
-    /// # Errors
-    /// More rays than the adapter binds at once.
-    pub fn draw(
+impl Casters for Exact {
+    fn draw(
         &mut self,
         f: &mut Frame,
         changed: bool,
@@ -89,11 +86,16 @@ impl Exact {
         let resolution = map.texture().width();
         let texels = resolution as u64 * resolution as u64;
         // A view sample needs a texel, and rarely, on a border, more than one.
-        let samples = 2 * f.size[0] as u64 * f.size[1] as u64 + 64;
+        let samples = 4 * f.size[0] as u64 * f.size[1] as u64;
         let rays = if shown(f) { texels } else { texels.min(samples) };
         let of = (f.scene.triangle_count, rays, resolution);
         if self.held.as_ref().is_some_and(|h| h.of != of) {
             self.held = None;
+            for pass in
+                [&self.need, &self.all, &self.trace, &self.sort, &self.list, &self.finish, &self.meet, &self.draw]
+            {
+                pass.forget();
+            }
         }
         let side = cells_side(resolution);
         let held = match &mut self.held {
@@ -134,16 +136,22 @@ impl Exact {
             f.run(&self.sort).bind_all(&all).dispatch(256, 1, 1);
             f.run(&self.list).bind_all(&all).dispatch(256, 1, 1);
             f.run(&self.finish).bind_all(&all).dispatch(1, 1, 1);
-            f.run(&self.meet).bind_all(&all).draw(&[], Some((&picture, 0.0)), true, |p| p.draw_indirect(arguments, 0));
+            f.run(&self.meet)
+                .bind_all(&all)
+                .uncounted()
+                .draw(&[], Some((&picture, 0.0)), true, |p| p.draw_indirect(arguments, 0));
             let points = &self.points;
-            f.run(&self.draw).bind_all(&all).draw(&[], Some((map, 0.0)), true, |p| p.draw_indirect(points, 0));
+            f.run(&self.draw)
+                .bind_all(&all)
+                .uncounted()
+                .draw(&[], Some((map, 0.0)), true, |p| p.draw_indirect(points, 0));
         }
         f.keep_table("rays", &held.rays);
         Ok(())
     }
 }
 
-/// Cells along each side of the light's image, as in WGSL.
+/// Cells along each side of the rays' box, as in WGSL.
 fn cells_side(resolution: u32) -> u32 {
     (resolution / 2).clamp(32, 512)
 }

@@ -67,10 +67,21 @@ struct Key {
 /// Parameters that matter in the look-up only.
 const LOOK_UP: [&str; 4] = ["bias", "slope_bias", "slope_limit", "receiver_plane"];
 
-/// How casters are drawn.
-enum Casters {
-    Exact(Exact),
-    Subdivide(Subdivide),
+/// A way to draw casters.
+trait Casters {
+    /// Draws them into the map, if anything `changed`. `bound`: what shaders need, by name; `arguments`: where the passes put
+    /// the draw's.
+    ///
+    /// # Errors
+    /// More than the adapter binds at once.
+    fn draw(
+        &mut self,
+        f: &mut Frame,
+        changed: bool,
+        bound: &[(&'static str, Resource)],
+        map: &wgpu::TextureView,
+        arguments: &wgpu::Buffer,
+    ) -> Result<()>;
 }
 
 /// What the casters' passes were made for.
@@ -88,7 +99,7 @@ pub struct Warped {
     fit: Fit,
     light_view: Option<wgpu::Buffer>,
     depth: Slot,
-    casters: Option<(Way, Casters)>,
+    casters: Option<(Way, Box<dyn Casters>)>,
     counters: wgpu::Buffer,
     image_tiles: wgpu::Buffer,
     arguments: wgpu::Buffer,
@@ -215,17 +226,14 @@ impl Warped {
         let casters = match &mut self.casters {
             Some((_, held)) => held,
             empty => {
-                let made = match way.raster.as_str() {
-                    "exact" => Casters::Exact(Exact::new(f.gpu, self.file, self.groups, &way)?),
-                    _ => Casters::Subdivide(Subdivide::new(f.gpu, self.file, self.groups, &way)?),
+                let made: Box<dyn Casters> = match way.raster.as_str() {
+                    "exact" => Box::new(Exact::new(f.gpu, self.file, self.groups, &way)?),
+                    _ => Box::new(Subdivide::new(f.gpu, self.file, self.groups, &way)?),
                 };
                 &mut empty.insert((way, made)).1
             }
         };
-        match casters {
-            Casters::Exact(exact) => exact.draw(f, base.changed, &all, &map, &self.arguments)?,
-            Casters::Subdivide(subdivide) => subdivide.draw(f, base.changed, &all, &map, &self.arguments)?,
-        }
+        casters.draw(f, base.changed, &all, &map, &self.arguments)?;
         f.count_pieces(&self.counters);
         f.keep_table("light_view", &base.light_view);
         for (name, resource) in bound {
@@ -275,9 +283,9 @@ impl Warped {
     }
 }
 
-/// Whether the map itself is looked at, so that it has to be whole.
+/// Whether the map itself is looked at, so that the exact raster, which draws needed texels only, has to draw all.
 fn shown(f: &Frame) -> bool {
-    ["shadow-map", "grid"].contains(&f.setup.view.as_str())
+    RasterParams::read(f.values).raster == "exact" && ["shadow-map", "grid", "nodes"].contains(&f.setup.view.as_str())
 }
 
 /// A storage buffer of so many bytes that can be copied both ways.

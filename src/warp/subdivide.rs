@@ -1,6 +1,6 @@
 //! Casters split where the warp bends their edges (`shaders/lib/warped_subdivide.wgsl`), or with their corners moved only.
 
-use super::{Way, storage};
+use super::{Casters, Way, storage};
 use crate::frame::Frame;
 use crate::gpu::{Gpu, Pass, Raster, Resource};
 use crate::params::Group;
@@ -67,12 +67,10 @@ impl Subdivide {
             held: None,
         })
     }
+}
 
-    /// Draws the casters into the map, if anything `changed`.
-    ///
-    /// # Errors
-    /// A map with more rays than the adapter binds at once.
-    pub fn draw(
+impl Casters for Subdivide {
+    fn draw(
         &mut self,
         f: &mut Frame,
         changed: bool,
@@ -84,6 +82,9 @@ impl Subdivide {
         let triangles = f.scene.triangle_count;
         if self.held.as_ref().is_some_and(|h| h.triangles != triangles || h.resolution != resolution) {
             self.held = None;
+            for pass in [&self.need, &self.spread, &self.trace, &self.split, &self.finish, &self.draw] {
+                pass.forget();
+            }
         }
         let held = match &mut self.held {
             Some(held) => held,
