@@ -304,6 +304,13 @@ fn warps_are_made_when_something_changed() {
     let kept = passes(&mut r, &s, false);
     assert!(made(&kept) == [false; 3] && kept.contains(&"resolve"), "{kept:?}");
     assert_eq!(r.read_visibility().unwrap(), before);
+    // To look at the map it is drawn whole, which changes no shadow.
+    s.view = "shadow-map".into();
+    assert_eq!(made(&passes(&mut r, &s, false)), [true; 3]);
+    assert_eq!(r.read_visibility().unwrap(), before);
+    s.view = "error".into();
+    assert_eq!(made(&passes(&mut r, &s, false)), [true; 3]);
+    assert_eq!(r.read_visibility().unwrap(), before);
     s.set("bias=0.05", &["notw".into()]).unwrap();
     assert_eq!(made(&passes(&mut r, &s, false)), [false; 3]);
     assert_eq!(made(&passes(&mut r, &s, true)), [true; 3]);
@@ -329,6 +336,9 @@ fn spots_are_served() {
             let counted = counted(&r);
             assert!((sure..=most).contains(&counted), "{name} {sets:?}: {counted} of {sure} to {most}");
             assert!(r.read_visibility().unwrap().iter().all(|v| *v == 0.0 || *v == 1.0), "{name} {sets:?}");
+            let own = measure::errors(&mut r, &s).unwrap().share();
+            let plain = errors(&mut r, &mut s, "shadow-map", &["resolution=128", "fit=scene"]).share();
+            assert!(own < 1.2 * plain + 0.005, "{name} {sets:?}: {own}, unwarped and unfitted {plain}");
         }
     }
 }
