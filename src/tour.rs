@@ -44,7 +44,7 @@ pub fn write(folder: &Path, adapter: Option<&str>) -> Result<()> {
                 let x = GAP + column as u32 * (SIZE[0] / 2 + GAP);
                 let y = GAP + row as u32 * (SIZE[1] / 2 + GAP + CAPTION);
                 image::imageops::replace(&mut sheet, &small, x as i64, y as i64);
-                write_text(&mut sheet, &font, [x, y + SIZE[1] / 2 + 4], &format!("{name}: {}", info.title));
+                write_text(&mut sheet, &font, [x, y + SIZE[1] / 2 + 4], &format!("{name}: {}", info.id));
             }
             bar.inc(1);
         }
