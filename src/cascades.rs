@@ -180,8 +180,7 @@ impl Cascades {
     pub fn prepare(&mut self, f: &mut Frame, p: &CascadeParams, boxes: &Boxes) {
         let triangles = f.scene.triangle_count;
         let bytes = triangles as u64 * 12 * p.cascades as u64;
-        let limits = f.gpu.device.limits();
-        let culled = bytes <= INDEX_BYTES.min(limits.max_storage_buffer_binding_size).min(limits.max_buffer_size);
+        let culled = bytes <= INDEX_BYTES.min(f.gpu.most_bound());
         if !culled {
             self.indices = None;
         } else if self.indices.as_ref().is_none_or(|b| b.size() != bytes.max(16)) {

@@ -371,32 +371,26 @@ struct PieceCaster {
     @location(9) uv: vec2f,
 }
 
-fn piece_caster_of(t: Part) -> PieceCaster {
-    var out: PieceCaster;
-    let positions = array<vec3f, 3>(t.a.position, t.b.position, t.c.position);
-    let middle = (unwarped_place(t.a.position).xy + unwarped_place(t.b.position).xy + unwarped_place(t.c.position).xy) / 3.0;
-    out.origin = saturate(middle);
-    let ndc = vec2f(2.0 * out.origin.x - 1.0, 1.0 - 2.0 * out.origin.y);
-    var corners: array<vec3f, 3>;
-    for (var k = 0u; k < 3u; k++) {
-        let clip = light_clip(light_view, positions[k]);
-        corners[k] = vec3f(clip.xy - ndc * clip.w, clip.w);
-        out.depths[k] = dot(light_view.axis, vec4f(positions[k], 1.0));
-    }
-    out.e0 = cross(corners[1], corners[2]);
-    out.e1 = cross(corners[2], corners[0]);
-    out.e2 = cross(corners[0], corners[1]);
-    out.uv01 = vec4f(t.a.uv, t.b.uv);
-    out.uv2 = t.c.uv;
-    out.material = vertices[triangles[t.triangle].x].material;
-    return out;
-}
-
 @vertex
 fn piece_caster(@builtin(vertex_index) index: u32) -> PieceCaster {
     let t = unpacked(drawn_pieces[index / 3u]);
-    var out = piece_caster_of(t);
     let corners = array<Corner, 3>(t.a, t.b, t.c);
+    var out: PieceCaster;
+    let middle = (unwarped_place(t.a.position).xy + unwarped_place(t.b.position).xy + unwarped_place(t.c.position).xy) / 3.0;
+    out.origin = saturate(middle);
+    let ndc = vec2f(2.0 * out.origin.x - 1.0, 1.0 - 2.0 * out.origin.y);
+    var clips: array<vec3f, 3>;
+    for (var k = 0u; k < 3u; k++) {
+        let clip = light_clip(light_view, corners[k].position);
+        clips[k] = vec3f(clip.xy - ndc * clip.w, clip.w);
+        out.depths[k] = dot(light_view.axis, vec4f(corners[k].position, 1.0));
+    }
+    out.e0 = cross(clips[1], clips[2]);
+    out.e1 = cross(clips[2], clips[0]);
+    out.e2 = cross(clips[0], clips[1]);
+    out.uv01 = vec4f(t.a.uv, t.b.uv);
+    out.uv2 = t.c.uv;
+    out.material = vertices[triangles[t.triangle].x].material;
     let corner = corners[index % 3u];
     let u = unwarped_place(corner.position);
     let at = warped(u.xy);

@@ -101,8 +101,7 @@ impl Analysis {
     /// Buffers for the counts of these maps, in bands of what the adapter binds at once.
     fn hold(&mut self, gpu: &Gpu, maps: Maps) {
         self.maps = Some(maps);
-        let limits = gpu.device.limits();
-        let most = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size) / 4;
+        let most = gpu.most_bound() / 4;
         // Where all counts are too many, one empty band remains: the aliasing error needs none.
         let texels = if maps.texels() * 4 <= COUNT_BYTES { maps.texels() } else { 0 };
         let held: u64 = self.bands.iter().map(|b| b.count).sum();

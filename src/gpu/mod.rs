@@ -2,13 +2,32 @@
 
 mod pass;
 mod shader;
+mod timer;
 
-pub use pass::{Pass, Raster, Recorder, Resource, Run, Timer, TimerMode, TriangleCount};
+pub use pass::{Pass, Raster, Recorder, Resource, Run};
 pub use shader::{Shaders, files as shader_files};
+pub use timer::{Timer, TimerMode, TriangleCount};
 
 use anyhow::{Context, Result, anyhow};
 use std::sync::atomic::AtomicU64;
 use std::sync::{Arc, Mutex};
+
+/// What a slot holds for this key, made anew if it holds something for another one, which goes first.
+///
+/// # Errors
+/// What `make` says.
+pub fn hold<K: PartialEq, T>(slot: &mut Option<(K, T)>, key: K, make: impl FnOnce(&K) -> Result<T>) -> Result<&mut T> {
+    if slot.as_ref().is_some_and(|(held, _)| *held != key) {
+        *slot = None;
+    }
+    match slot {
+        Some((_, held)) => Ok(held),
+        None => {
+            let made = make(&key)?;
+            Ok(&mut slot.insert((key, made)).1)
+        }
+    }
+}
 
 /// The adapter in use and what it can do.
 pub struct Gpu {
@@ -98,6 +117,12 @@ impl Gpu {
             error,
             frames: AtomicU64::new(0),
         })
+    }
+
+    /// Most bytes that a storage buffer may have and be bound with.
+    pub fn most_bound(&self) -> u64 {
+        let limits = self.device.limits();
+        limits.max_storage_buffer_binding_size.min(limits.max_buffer_size)
     }
 
     /// Whether the adapter is a program on the CPU, whose timings say nothing of a GPU's.

@@ -3,7 +3,7 @@
 use super::{Info, MAPS, Technique};
 use crate::fit::{Kept, msf};
 use crate::frame::Frame;
-use crate::gpu::{Gpu, Pass, Resource};
+use crate::gpu::{Gpu, Pass, Resource, hold};
 use crate::light::LightView;
 use crate::params::Params;
 use crate::shadow_map::{MapParams, scope};
@@ -80,7 +80,8 @@ pub static INFO: Info = Info {
 struct Notw {
     warped: Warped,
     least: Kept<Option<LightView>>,
-    lines: Option<Lines>,
+    /// For a resolution.
+    lines: Option<(u32, Lines)>,
     count: Pass,
     count_moved: Pass,
     sum: Pass,
@@ -95,9 +96,8 @@ struct Notw {
 /// Bytes of a histogram.
 const HISTOGRAM: u64 = 80;
 
-/// The warps of rows and columns, and what they are made from, for one resolution.
+/// The warps of rows and columns, and what they are made from.
 struct Lines {
-    resolution: u32,
     axes: [Axis; 2],
     /// Between the steps of smoothing; nothing of it is needed later.
     halfway: wgpu::Buffer,
@@ -152,7 +152,6 @@ impl Lines {
             warp: edges("lines' warps"),
         };
         Lines {
-            resolution,
             axes: [axis(), axis()],
             halfway: edges("lines' warps on the way"),
             halfway_weights: storage(gpu, "weights on the way", side * 4),
@@ -170,17 +169,13 @@ impl Technique for Notw {
     fn render(&mut self, f: &mut Frame) -> Result<()> {
         let p = NotwParams::read(f.values);
         let resolution = MapParams::read(f.values).resolution;
-        let limits = f.gpu.device.limits();
         let edges = resolution as u64 * (resolution as u64 + 1) * 4;
         ensure!(
-            edges <= limits.max_storage_buffer_binding_size.min(limits.max_buffer_size),
+            edges <= f.gpu.most_bound(),
             "{} binds too little memory at once for the warps of a {resolution}² map; choose a smaller resolution",
             f.gpu.info.name
         );
-        if self.lines.as_ref().is_none_or(|l| l.resolution != resolution) {
-            self.lines = None;
-        }
-        let lines = self.lines.get_or_insert_with(|| Lines::new(f.gpu, resolution));
+        let lines = hold(&mut self.lines, resolution, |side| Ok(Lines::new(f.gpu, *side)))?;
         f.held(lines.bytes());
         let view = match p.crop.as_str() {
             "msf" => *self.least.get(scope(f, 0.0), f.values, msf::view),

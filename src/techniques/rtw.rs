@@ -2,7 +2,7 @@
 
 use super::{Info, MAPS, Technique};
 use crate::frame::Frame;
-use crate::gpu::{Gpu, Pass, Raster, Resource, Slot, bytes};
+use crate::gpu::{Gpu, Pass, Raster, Resource, Slot, bytes, hold};
 use crate::params::Params;
 use crate::shadow_map::{MapParams, USAGE};
 use crate::view::View;
@@ -84,7 +84,8 @@ pub static INFO: Info = Info {
 
 struct Rtw {
     warped: Warped,
-    tables: Option<Tables>,
+    /// For a number of bins.
+    tables: Option<(u32, Tables)>,
     light_depth: Slot,
     casters: [Pass; 2],
     samples: Pass,
@@ -94,9 +95,8 @@ struct Rtw {
     sum: Pass,
 }
 
-/// The importance map and what becomes of it, for one number of bins.
+/// The importance map and what becomes of it.
 struct Tables {
-    bins: u32,
     importance: wgpu::Buffer,
     profiles: wgpu::Buffer,
     blurred: wgpu::Buffer,
@@ -135,7 +135,6 @@ impl Tables {
     fn new(gpu: &Gpu, bins: u32) -> Tables {
         let side = bins as u64;
         Tables {
-            bins,
             importance: storage(gpu, "importance map", side * side * 4),
             profiles: storage(gpu, "profiles", (2 * side + 1) * 4),
             blurred: storage(gpu, "blurred profiles", 2 * side * 4),
@@ -153,17 +152,13 @@ impl Technique for Rtw {
         let p = RtwParams::read(f.values);
         // As `bins` in the shader.
         let bins = p.importance_resolution.min(MapParams::read(f.values).resolution);
-        let limits = f.gpu.device.limits();
         ensure!(
-            bins as u64 * bins as u64 * 4 <= limits.max_storage_buffer_binding_size.min(limits.max_buffer_size)
-                && bins <= limits.max_texture_dimension_2d,
+            bins as u64 * bins as u64 * 4 <= f.gpu.most_bound()
+                && bins <= f.gpu.device.limits().max_texture_dimension_2d,
             "{} binds too little memory at once for {bins}² bins; choose a smaller importance_resolution",
             f.gpu.info.name
         );
-        if self.tables.as_ref().is_none_or(|t| t.bins != bins) {
-            self.tables = None;
-        }
-        let tables = self.tables.get_or_insert_with(|| Tables::new(f.gpu, bins));
+        let tables = hold(&mut self.tables, bins, |n| Ok(Tables::new(f.gpu, *n)))?;
         f.held(tables.bytes());
         // The whole scene: what the camera wants weighs, but cuts nothing off.
         let base = self.warped.base(f, None, false)?;

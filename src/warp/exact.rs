@@ -2,7 +2,7 @@
 
 use super::{Casters, Way, shown, storage};
 use crate::frame::Frame;
-use crate::gpu::{Gpu, Pass, Raster, Resource, Slot};
+use crate::gpu::{Gpu, Pass, Raster, Resource, Slot, hold};
 use crate::params::Group;
 use anyhow::{Result, ensure};
 use wgpu::BufferUsages as Use;
@@ -27,12 +27,18 @@ pub struct Exact {
     bounds: wgpu::Buffer,
     /// Vertices of the draw of the rays.
     points: wgpu::Buffer,
-    held: Option<Held>,
+    held: Option<(Size, Held)>,
 }
 
-/// Buffers for a number of triangles, rays and texels.
+#[derive(PartialEq)]
+struct Size {
+    triangles: u32,
+    rays: u64,
+    /// Texels of the map's side.
+    resolution: u32,
+}
+
 struct Held {
-    of: (u32, u64, u32),
     rays: wgpu::Buffer,
     nearest: wgpu::Buffer,
     taken: wgpu::Buffer,
@@ -87,21 +93,15 @@ impl Casters for Exact {
         let texels = resolution as u64 * resolution as u64;
         // A view sample needs a texel, and rarely, on a border, more than one.
         let samples = 4 * f.size[0] as u64 * f.size[1] as u64;
-        let rays = if shown(f) { texels } else { texels.min(samples) };
-        let of = (f.scene.triangle_count, rays, resolution);
-        if self.held.as_ref().is_some_and(|h| h.of != of) {
-            self.held = None;
-            for pass in
-                [&self.need, &self.all, &self.trace, &self.sort, &self.list, &self.finish, &self.meet, &self.draw]
-            {
-                pass.forget();
-            }
-        }
+        let whole = shown(f);
+        let rays = if whole { texels } else { texels.min(samples) };
+        let size = Size { triangles: f.scene.triangle_count, rays, resolution };
+        let passes = [&self.need, &self.all, &self.trace, &self.sort, &self.list, &self.finish, &self.meet, &self.draw];
+        let held = hold(&mut self.held, size, |size| {
+            passes.iter().for_each(|p| p.forget());
+            Held::new(f.gpu, size)
+        })?;
         let side = cells_side(resolution);
-        let held = match &mut self.held {
-            Some(held) => held,
-            empty => empty.insert(Held::new(f.gpu, of, side)?),
-        };
         let picture = self.picture.get(f.gpu, "cells", [side; 2], CELLS, wgpu::TextureUsages::RENDER_ATTACHMENT);
         let buffers = [&held.rays, &held.nearest, &held.taken, &held.cells, &held.boxes];
         f.held(buffers.iter().map(|b| b.size()).sum());
@@ -127,7 +127,7 @@ impl Casters for Exact {
             for buffer in [&held.taken, &held.cells, &self.bounds, &self.points] {
                 f.clear(buffer);
             }
-            if shown(f) {
+            if whole {
                 f.run(&self.all).bind_all(&all).dispatch(resolution.div_ceil(8), resolution.div_ceil(8), 1);
             } else {
                 f.run(&self.need).bind_all(&all).per_pixel();
@@ -157,21 +157,20 @@ fn cells_side(resolution: u32) -> u32 {
 }
 
 impl Held {
-    fn new(gpu: &Gpu, of: (u32, u64, u32), side: u32) -> Result<Held> {
-        let (triangles, rays, resolution) = of;
-        let limits = gpu.device.limits();
+    fn new(gpu: &Gpu, size: &Size) -> Result<Held> {
+        let &Size { triangles, rays, resolution } = size;
+        let [texels, cells] = [resolution, cells_side(resolution)].map(|side| side as u64 * side as u64);
         ensure!(
-            rays * RAY <= limits.max_storage_buffer_binding_size.min(limits.max_buffer_size),
+            rays * RAY <= gpu.most_bound(),
             "{} binds too little memory at once for the rays of a {resolution}² map; choose a smaller resolution or another \
              view",
             gpu.info.name
         );
         Ok(Held {
-            of,
             rays: storage(gpu, "texels' rays", rays * RAY),
             nearest: storage(gpu, "what rays meet", rays * 4),
-            taken: storage(gpu, "texels with rays", (resolution as u64 * resolution as u64).div_ceil(32) * 4),
-            cells: storage(gpu, "cells", side as u64 * side as u64 * 4),
+            taken: storage(gpu, "texels with rays", texels.div_ceil(32) * 4),
+            cells: storage(gpu, "cells", cells * 4),
             boxes: storage(gpu, "triangles' boxes", triangles as u64 * BOX),
         })
     }

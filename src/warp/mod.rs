@@ -9,7 +9,7 @@ mod subdivide;
 
 use crate::fit::Scope;
 use crate::frame::{ANALYSIS, Counting, Frame, Maps};
-use crate::gpu::{Gpu, Pass, Resource, Slot};
+use crate::gpu::{Gpu, Pass, Resource, Slot, hold};
 use crate::light::LightView;
 use crate::params::{Group, Params, Values};
 use crate::shadow_map::{Fit, MapParams, USAGE, format, scope, whole};
@@ -193,11 +193,8 @@ impl Warped {
         let r = RasterParams::read(f.values);
         let map = self.depth.get(f.gpu, "shadow map", [p.resolution; 2], format(&p), USAGE);
         let triangles = f.scene.triangle_count;
-        let folds = match &self.folds {
-            Some((count, held)) if *count == triangles => held.clone(),
-            _ => storage(f.gpu, "folded triangles", triangles.div_ceil(32) as u64 * 4),
-        };
-        self.folds = Some((triangles, folds.clone()));
+        let folds =
+            hold(&mut self.folds, triangles, |n| Ok(storage(f.gpu, "folded triangles", n.div_ceil(32) as u64 * 4)))?;
         let mut all: Vec<(&'static str, Resource)> = bound.to_vec();
         all.extend([
             ("light_view", (&base.light_view).into()),
@@ -205,34 +202,27 @@ impl Warped {
             ("image_tiles", (&self.image_tiles).into()),
             ("counters", (&self.counters).into()),
             ("arguments", (&self.arguments).into()),
-            ("folds", (&folds).into()),
-            ("folded", (&folds).into()),
+            ("folds", (&*folds).into()),
+            ("folded", (&*folds).into()),
         ]);
-        let own = [&self.counters, &self.image_tiles, &self.arguments, &folds];
+        let own = [&self.counters, &self.image_tiles, &self.arguments, &*folds];
         f.held(own.map(|b| b.size()).iter().sum());
         if let Some(texture) = self.depth.texture() {
             f.held(crate::gpu::bytes(texture));
         }
         if base.changed {
-            for buffer in [&self.counters, &self.image_tiles, &folds] {
+            for buffer in [&self.counters, &self.image_tiles, &*folds] {
                 f.clear(buffer);
             }
         }
         let way = Way { raster: r.raster, format: format(&p), cull: p.cull };
-        if self.casters.as_ref().is_none_or(|(held, _)| *held != way) {
-            // The memory of the way before first.
-            self.casters = None;
-        }
-        let casters = match &mut self.casters {
-            Some((_, held)) => held,
-            empty => {
-                let made: Box<dyn Casters> = match way.raster.as_str() {
-                    "exact" => Box::new(Exact::new(f.gpu, self.file, self.groups, &way)?),
-                    _ => Box::new(Subdivide::new(f.gpu, self.file, self.groups, &way)?),
-                };
-                &mut empty.insert((way, made)).1
-            }
-        };
+        let (file, groups) = (self.file, self.groups);
+        let casters = hold(&mut self.casters, way, |way| {
+            Ok(match way.raster.as_str() {
+                "exact" => Box::new(Exact::new(f.gpu, file, groups, way)?) as Box<dyn Casters>,
+                _ => Box::new(Subdivide::new(f.gpu, file, groups, way)?),
+            })
+        })?;
         casters.draw(f, base.changed, &all, &map, &self.arguments)?;
         f.count_pieces(&self.counters);
         f.keep_table("light_view", &base.light_view);

@@ -2,7 +2,7 @@
 
 use super::{Casters, Way, storage};
 use crate::frame::Frame;
-use crate::gpu::{Gpu, Pass, Raster, Resource};
+use crate::gpu::{Gpu, Pass, Raster, Resource, hold};
 use crate::params::Group;
 use anyhow::{Result, ensure};
 use bytemuck::{Pod, Zeroable};
@@ -31,13 +31,11 @@ pub struct Subdivide {
     finish: Pass,
     draw: Pass,
     tiles: wgpu::Buffer,
-    held: Option<Held>,
+    /// For a number of triangles, and texels a side.
+    held: Option<([u32; 2], Held)>,
 }
 
-/// Buffers for a number of triangles and texels.
 struct Held {
-    triangles: u32,
-    resolution: u32,
     levels: Vec<wgpu::Buffer>,
     work: wgpu::Buffer,
     pieces: wgpu::Buffer,
@@ -79,17 +77,11 @@ impl Casters for Subdivide {
         arguments: &wgpu::Buffer,
     ) -> Result<()> {
         let resolution = map.texture().width();
-        let triangles = f.scene.triangle_count;
-        if self.held.as_ref().is_some_and(|h| h.triangles != triangles || h.resolution != resolution) {
-            self.held = None;
-            for pass in [&self.need, &self.spread, &self.trace, &self.split, &self.finish, &self.draw] {
-                pass.forget();
-            }
-        }
-        let held = match &mut self.held {
-            Some(held) => held,
-            empty => empty.insert(Held::new(f.gpu, triangles, resolution, self.linear)?),
-        };
+        let passes = [&self.need, &self.spread, &self.trace, &self.split, &self.finish, &self.draw];
+        let held = hold(&mut self.held, [f.scene.triangle_count, resolution], |of| {
+            passes.iter().for_each(|p| p.forget());
+            Held::new(f.gpu, *of, self.linear)
+        })?;
         f.held([&held.work, &held.pieces, &held.rays, &self.tiles].iter().map(|b| b.size()).sum());
         if !changed {
             return Ok(());
@@ -119,9 +111,8 @@ impl Casters for Subdivide {
 }
 
 impl Held {
-    fn new(gpu: &Gpu, triangles: u32, resolution: u32, linear: bool) -> Result<Held> {
-        let limits = gpu.device.limits();
-        let binding = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
+    fn new(gpu: &Gpu, [triangles, resolution]: [u32; 2], linear: bool) -> Result<Held> {
+        let binding = gpu.most_bound();
         let rays = if linear { 0 } else { resolution as u64 * resolution as u64 * 8 };
         ensure!(
             rays <= binding,
@@ -138,8 +129,6 @@ impl Held {
             gpu.buffer("level", bytemuck::bytes_of(&level), wgpu::BufferUsages::UNIFORM)
         };
         Ok(Held {
-            triangles,
-            resolution,
             levels: (0..=last).map(level).collect(),
             work: storage(gpu, "pieces to split", if linear { PIECE } else { 2 * most as u64 * PIECE }),
             pieces: storage(gpu, "pieces", most_drawn as u64 * PIECE),

@@ -11,7 +11,6 @@ use crate::setup::Setup;
 use crate::techniques;
 use anyhow::{Context, Result};
 use glam::Vec3;
-use std::path::Path;
 
 /// A row of his tables, or one of ours beside them.
 struct Method {
@@ -155,15 +154,12 @@ pub fn quality(b: &mut Bench) -> Result<String> {
         let names: Vec<&str> = column.into_iter().map(|(name, _)| name).collect();
         sorted += &format!("- {scene}: {}\n", names.join("; "));
     }
-    let mut shown = String::new();
-    if b.folder.is_some() {
-        let (renderer, start) = b.open(SCENES[0])?;
-        let all = methods(&start, |m| m.frame.is_some() || m.sets.is_empty())?;
-        let sheet = details(renderer, &all, "error")?;
+    let (_, start) = b.open(SCENES[0])?;
+    let all = methods(&start, |m| m.frame.is_some() || m.sets.is_empty())?;
+    let says = format!("A detail of {}, wrong pixels red where dark, blue where lit", SCENES[0]);
+    let mut shown = sheet(b, SCENES[0], &all, "error", "navratil-5.2.png", &says)?;
+    if !shown.is_empty() {
         let names = all.iter().map(|(m, _)| m.name).collect::<Vec<_>>().join("; ");
-        let says = format!("A detail of {}, wrong pixels red where dark, blue where lit", SCENES[0]);
-        let write = |path: &Path| write_png(path, sheet.dimensions().into(), &sheet, None);
-        shown = picture(b.folder, "navratil-5.2.png", &says, write)?;
         shown += &format!("\n{says}. Row by row: {names}.\n");
     }
     let [w, h] = SIZE;
@@ -181,9 +177,7 @@ pub fn quality(b: &mut Bench) -> Result<String> {
 pub fn crops(b: &mut Bench) -> Result<String> {
     let scene = "observatory";
     let (_, start) = b.open(scene)?;
-    // Where the crops are wrong most stands first here, his order is the table's.
-    let named = |name: &str| methods(&start, |m| m.name == name);
-    let all = [named("MIN-SM")?, named("NoTW-DV")?, named("RTW")?, named("NoTW")?].concat();
+    let all = methods(&start, |m| ["MIN-SM", "NoTW-DV", "RTW", "NoTW"].contains(&m.name))?;
     let mut lines = vec![["", "wrong pixels, %"].map(String::from).to_vec()];
     let mut shares = Vec::new();
     for (i, (method, setup)) in all.iter().enumerate() {
@@ -192,11 +186,8 @@ pub fn crops(b: &mut Bench) -> Result<String> {
         shares.push(100.0 * measure::errors(renderer, setup)?.share());
         lines.push(vec![method.name.to_string(), short(shares[i])]);
     }
-    let (renderer, _) = b.open(scene)?;
-    let sheet = details(renderer, &all, "shaded")?;
     let says = format!("A detail of {scene}: MIN-SM, NoTW-DV, RTW, NoTW");
-    let write = |path: &Path| write_png(path, sheet.dimensions().into(), &sheet, None);
-    let shown = picture(b.folder, "navratil-5.10.png", &says, write)?;
+    let shown = sheet(b, scene, &all, "shaded", "navratil-5.10.png", &says)?;
     let holds = match shares[..] {
         [_, dv, _, notw] if dv > notw => "The crop alone errs more than with the warps, as he shows",
         _ => "The crop alone errs no more than with the warps, against what he shows",
@@ -211,6 +202,17 @@ const GAP: u32 = 8;
 
 /// Details in a row.
 const COLUMNS: u32 = 4;
+
+/// Writes the details as a picture, if there is a folder for it; Markdown that shows it.
+fn sheet(b: &mut Bench, scene: &str, all: &[(&Method, Setup)], view: &str, name: &str, says: &str) -> Result<String> {
+    if b.folder.is_none() {
+        return Ok(String::new());
+    }
+    let folder = b.folder;
+    let (renderer, _) = b.open(scene)?;
+    let sheet = details(renderer, all, view)?;
+    picture(folder, name, says, |path| write_png(path, sheet.dimensions().into(), &sheet, None))
+}
 
 /// A view of each method where the first is wrong most, in rows.
 fn details(renderer: &mut Renderer, all: &[(&Method, Setup)], view: &str) -> Result<image::RgbaImage> {
@@ -408,9 +410,9 @@ pub fn post_perspective(b: &mut Bench) -> Result<String> {
         ("3.6-2", "A lamp above the camera, in its plane, becomes parallel light", lamp(3.0, 0.0, ahead)),
         ("3.6-3", "A lamp behind the camera becomes a sink", lamp(2.5, -5.0, ahead)),
     ];
-    let mut out = String::new();
+    let (mut out, count) = (String::new(), lights.len());
     for (i, (figure, says, light)) in lights.into_iter().enumerate() {
-        b.done(i, 6);
+        b.done(i, count);
         let (_, mut setup) = b.open("cubes")?;
         (setup.camera, setup.size, setup.light) = (camera, [1280, 640], light);
         setup.select("psm")?;

@@ -1,0 +1,151 @@
+//! What a frame took: times of its passes, and triangles of its draws.
+
+use super::Gpu;
+use anyhow::{Result, anyhow};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// How passes are timed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TimerMode {
+    /// GPU timestamps at the start and end of each pass.
+    Stamps,
+    /// Each pass submitted alone and waited for: wall-clock time, for software adapters and those without timestamps.
+    Wall,
+}
+
+/// Times of passes, by name, in milliseconds.
+pub struct Timer {
+    pub(super) mode: TimerMode,
+    pub(super) queries: Option<(wgpu::QuerySet, wgpu::Buffer)>,
+    pub(super) names: Vec<&'static str>,
+    pub(super) wall: Vec<f64>,
+    /// Work on the CPU that belongs to the frame.
+    pub(super) noted: Vec<(&'static str, f64)>,
+    pub(super) pending: Vec<Pending>,
+    /// The last complete frame.
+    pub latest: Vec<(&'static str, f64)>,
+}
+
+/// Timestamps on their way back.
+pub(super) struct Pending {
+    pub(super) staging: wgpu::Buffer,
+    pub(super) names: Vec<&'static str>,
+    pub(super) noted: Vec<(&'static str, f64)>,
+    pub(super) ready: Arc<AtomicBool>,
+}
+
+pub(super) const MAX_PASSES: u32 = 128;
+
+impl Timer {
+    /// The way that can be trusted on the adapter: timestamps, or wall clock on software (lavapipe's compute
+    /// timestamps are wrong once a render pass has run) and where there are none.
+    pub fn new(gpu: &Gpu) -> Timer {
+        let stamps = gpu.features.contains(wgpu::Features::TIMESTAMP_QUERY) && !gpu.software();
+        Timer::with(gpu, if stamps { TimerMode::Stamps } else { TimerMode::Wall })
+    }
+
+    /// A way of one's choice; timestamps need the feature.
+    pub fn with(gpu: &Gpu, mode: TimerMode) -> Timer {
+        let queries = (mode == TimerMode::Stamps).then(|| {
+            let set = gpu.device.create_query_set(&wgpu::QuerySetDescriptor {
+                label: Some("pass times"),
+                ty: wgpu::QueryType::Timestamp,
+                count: MAX_PASSES * 2,
+            });
+            let buffer = gpu.device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("pass times"),
+                size: MAX_PASSES as u64 * 16,
+                usage: wgpu::BufferUsages::QUERY_RESOLVE | wgpu::BufferUsages::COPY_SRC,
+                mapped_at_creation: false,
+            });
+            (set, buffer)
+        });
+        Timer {
+            mode,
+            queries,
+            names: Vec::new(),
+            wall: Vec::new(),
+            noted: Vec::new(),
+            pending: Vec::new(),
+            latest: Vec::new(),
+        }
+    }
+
+    pub fn mode(&self) -> TimerMode {
+        self.mode
+    }
+
+    /// The last complete frame with passes of equal names added up, in order of first appearance.
+    pub fn by_name(&self) -> Vec<(&'static str, f64)> {
+        let mut sums: Vec<(&'static str, f64)> = Vec::new();
+        for (name, ms) in &self.latest {
+            match sums.iter_mut().find(|s| s.0 == *name) {
+                Some(sum) => sum.1 += ms,
+                None => sums.push((name, *ms)),
+            }
+        }
+        sums
+    }
+
+    /// Takes in the frames whose times have arrived; with `wait`, all of them.
+    pub fn collect(&mut self, gpu: &Gpu, wait: bool) -> Result<()> {
+        if wait {
+            gpu.wait()?;
+        }
+        while self.pending.first().is_some_and(|p| p.ready.load(Ordering::Acquire)) {
+            let Pending { staging, names, noted, .. } = self.pending.remove(0);
+            let bytes = staging.get_mapped_range(..).map_err(|e| anyhow!("reading the pass times failed: {e}"))?;
+            let stamps: &[u64] = bytemuck::cast_slice(&bytes);
+            let to_ms = gpu.queue.get_timestamp_period() as f64 * 1e-6;
+            let times = names.iter().zip(stamps.chunks_exact(2));
+            self.latest = noted;
+            self.latest.extend(times.map(|(n, s)| (*n, s[1].saturating_sub(s[0]) as f64 * to_ms)));
+        }
+        Ok(())
+    }
+}
+
+/// Counts the triangles of render passes by pipeline statistics.
+pub struct TriangleCount {
+    pub(super) queries: wgpu::QuerySet,
+    pub(super) resolved: wgpu::Buffer,
+    pub(super) draws: u32,
+}
+
+/// Most draws whose triangles are counted in one frame.
+pub(super) const MAX_DRAWS: u32 = 2048;
+
+impl TriangleCount {
+    /// None where the adapter cannot count.
+    pub fn new(gpu: &Gpu) -> Option<TriangleCount> {
+        gpu.features.contains(wgpu::Features::PIPELINE_STATISTICS_QUERY).then(|| TriangleCount {
+            queries: gpu.device.create_query_set(&wgpu::QuerySetDescriptor {
+                label: Some("triangles"),
+                ty: wgpu::QueryType::PipelineStatistics(
+                    wgpu::PipelineStatisticsTypes::CLIPPER_INVOCATIONS
+                        | wgpu::PipelineStatisticsTypes::CLIPPER_PRIMITIVES_OUT,
+                ),
+                count: MAX_DRAWS,
+            }),
+            resolved: gpu.device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("triangles"),
+                size: MAX_DRAWS as u64 * 16,
+                usage: wgpu::BufferUsages::QUERY_RESOLVE | wgpu::BufferUsages::COPY_SRC,
+                mapped_at_creation: false,
+            }),
+            draws: 0,
+        })
+    }
+
+    /// Triangles sent to the clipper and those that it passed on, in all draws of the last frame that counted; None if
+    /// that frame drew nothing, or more often than can be counted.
+    pub fn read(&self, gpu: &Gpu) -> Result<Option<[u64; 2]>> {
+        if self.draws == 0 || self.draws > MAX_DRAWS {
+            return Ok(None);
+        }
+        let words: Vec<[u64; 2]> =
+            bytemuck::pod_collect_to_vec(&gpu.read_range(&self.resolved, 0, self.draws as u64 * 16)?);
+        Ok(Some(words.iter().fold([0, 0], |sum, w| [sum[0] + w[0], sum[1] + w[1]])))
+    }
+}
