@@ -179,8 +179,10 @@ fn color_of(pixel: vec2u) -> vec3f {
             return mix(dimmed(s), vec3f(0.2, 0.9, 0.9), select(0.0, saturate(amount), faces_light(s)));
         }
         case view_facing: {
-            let cosine = dot(s.normal, normalize(light_at(s.position).to_light));
-            return select(vec3f(0.35), mix(vec3f(0.10, 0.30, 0.18), vec3f(0.55, 0.88, 0.55), cosine), cosine > 0.0);
+            let light = light_at(s.position);
+            let cosine = dot(s.normal, normalize(light.to_light));
+            let reached = mix(vec3f(0.10, 0.30, 0.18), vec3f(0.55, 0.88, 0.55), cosine);
+            return select(vec3f(0.35), select(vec3f(0.60, 0.48, 0.25), reached, light.reached), cosine > 0.0);
         }
         case view_normals: {
             return 0.5 + 0.5 * s.shading_normal;

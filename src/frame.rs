@@ -14,11 +14,11 @@ use crate::scene::Scene;
 use crate::scene::geometry::{Geometry, SceneGpu};
 use crate::setup::Setup;
 use crate::techniques::{self, Info, Technique};
-use crate::truth::Tracing;
+use crate::truth::{Progress, Tracing};
 use crate::view;
 use anyhow::{Context, Result, ensure};
 use bytemuck::{Pod, Zeroable};
-use glam::{Mat4, Vec3};
+use glam::{Mat4, Vec2, Vec3};
 use std::collections::HashMap;
 use std::sync::Arc;
 use std::time::Instant;
@@ -87,6 +87,14 @@ impl FrameUniform {
             size,
             band: [0, size[1]],
         }
+    }
+
+    /// The same camera with its image moved so that each pixel's sample lies `by` pixels, right and down, from the centre.
+    pub fn shifted(&self, by: Vec2) -> FrameUniform {
+        let [width, height] = self.size.map(|s| s as f32);
+        let ndc = Vec3::new(-2.0 * by.x / width, 2.0 * by.y / height, 0.0);
+        let view_proj = Mat4::from_translation(ndc) * self.view_proj;
+        FrameUniform { view_proj, inverse_view_proj: view_proj.inverse(), ..*self }
     }
 }
 
@@ -191,7 +199,6 @@ struct Targets {
     surface: Slot,
     depth: Slot,
     visibility: Slot,
-    truth: Slot,
     map: Slot,
     mask: Slot,
     output: Slot,
@@ -217,7 +224,7 @@ const NO_FRAME: &str = "no frame has been rendered yet";
 pub enum Truth {
     /// Not at all.
     Off,
-    /// Some more pixels of it, as many as given.
+    /// Some more of it, as many pixels' samples as given.
     Some(u32),
     /// All that is missing.
     All,
@@ -246,8 +253,8 @@ pub struct Told {
     pub cpu_ms: f64,
     /// Bytes of GPU memory that the technique holds.
     pub gpu_bytes: u64,
-    /// Share of the truth that is traced, 0 to 1.
-    pub truth_done: f32,
+    /// How much of the truth is traced that the set-up names ([`crate::truth::Samples::shown`]).
+    pub truth: Progress,
 }
 
 /// How a technique's own map is drawn, as `View` in `shaders/shade.wgsl`.
@@ -320,8 +327,8 @@ pub(crate) const ANALYSIS: &str = "analysis";
 const ANIMATION: &str = "geometry and BVH (CPU)";
 
 const SAMPLED: wgpu::TextureUsages = wgpu::TextureUsages::TEXTURE_BINDING.union(wgpu::TextureUsages::COPY_SRC);
-const DRAWN: wgpu::TextureUsages = SAMPLED.union(wgpu::TextureUsages::RENDER_ATTACHMENT);
-const STORED: wgpu::TextureUsages = SAMPLED.union(wgpu::TextureUsages::STORAGE_BINDING);
+pub(crate) const DRAWN: wgpu::TextureUsages = SAMPLED.union(wgpu::TextureUsages::RENDER_ATTACHMENT);
+pub(crate) const STORED: wgpu::TextureUsages = SAMPLED.union(wgpu::TextureUsages::STORAGE_BINDING);
 
 impl Renderer {
     /// Uploads a scene and makes the passes that every frame has.
@@ -405,7 +412,6 @@ impl Renderer {
         let surface = t.surface.get(gpu, "surface", ask.size, Format::Rgba32Uint, DRAWN);
         let depth = t.depth.get(gpu, "depth", ask.size, Format::Depth32Float, DRAWN);
         let visibility = t.visibility.get(gpu, "visibility", ask.size, Format::R32Float, STORED);
-        let truth = t.truth.get(gpu, "truth", ask.size, Format::R32Float, STORED);
         let map = t.map.get(gpu, "technique's map", ask.size, Format::R32Float, STORED);
         let output = t.output.get(gpu, "picture", ask.size, Format::Rgba8Unorm, STORED);
 
@@ -433,7 +439,6 @@ impl Renderer {
             ("g_surface", &surface),
             ("visibility_out", &visibility),
             ("visibility", &visibility),
-            ("truth", &truth),
             ("map_out", &map),
             ("map", &map),
             ("output", &output),
@@ -478,13 +483,15 @@ impl Renderer {
             recorder.keep_triangles(count);
         }
 
-        // The truth goes on from the row where it stood, while nothing that it depends on changes.
-        self.truth.start((self.revision, setup.camera, setup.light, ask.size), &mut recorder, &uniform);
+        // The truth goes on from where it stood, while nothing that it depends on changes.
+        let of = (self.revision, setup.camera, setup.light, ask.size);
+        self.truth.start(of, setup.truth_samples.shown(info), &mut recorder, &uniform);
         if ask.truth != Truth::Off && techniques::TRUTH.refuses(&setup.light).is_none() {
             let pixels = if let Truth::Some(pixels) = ask.truth { pixels } else { u32::MAX };
-            self.truth.record(&mut recorder, &truth, pixels);
+            self.truth.record(&mut recorder, &self.gbuffer, count, pixels);
         }
-        told.truth_done = self.truth.done();
+        told.truth = self.truth.progress();
+        recorder.set("truth", Targets::view(self.truth.shown())?);
 
         if ask.picture {
             let mut view = ViewUniform { range: [0.0, 1.0], shown: 0, channel: 0 };
@@ -538,18 +545,18 @@ impl Renderer {
         self.targets.output.texture()
     }
 
-    /// Traces some more pixels of the truth and draws nothing else; the share that is traced then, 0 to 1. The last
-    /// frame must have asked for the truth.
-    pub fn trace(&mut self, pixels: u32) -> Result<f32> {
+    /// Traces some more of the truth, as many pixels' samples as given, and draws nothing else; how far it is then. The
+    /// last frame must have asked for the truth.
+    pub fn trace(&mut self, pixels: u32) -> Result<Progress> {
         let (gpu, t, size) = (&*self.gpu, &self.targets, self.targets.size()?);
         let mut recorder = Recorder::new(gpu, &mut self.timer, true, size);
         know_scene(&mut recorder, &self.scene_gpu);
         recorder.set("g_position", Targets::view(&t.position)?);
         recorder.set("g_surface", Targets::view(&t.surface)?);
-        self.truth.record(&mut recorder, Targets::view(&t.truth)?, pixels);
+        self.truth.record(&mut recorder, &self.gbuffer, self.scene_gpu.triangle_count * 3, pixels);
         recorder.finish()?;
         gpu.check()?;
-        Ok(self.truth.done())
+        Ok(self.truth.progress())
     }
 
     /// Takes in the pass times that have arrived; with `wait`, all of them.

@@ -7,6 +7,7 @@ mod shape;
 use crate::light::Light;
 use crate::params::{Kind, Value, Values};
 use crate::scene::{Camera, Scene, builtin, gltf};
+use crate::truth::Samples;
 use crate::{capture, techniques, view};
 use anyhow::{Context, Result, bail, ensure};
 use glam::Vec3;
@@ -41,6 +42,9 @@ pub struct Setup {
     /// Start of every random pattern.
     #[serde(default)]
     pub seed: u32,
+    /// How many samples a pixel the truth averages.
+    #[serde(default)]
+    pub truth_samples: Samples,
     pub camera: Camera,
     pub light: Light,
     /// Parameters by technique and name; what is absent takes its default.
@@ -78,6 +82,7 @@ impl Setup {
             split: half(),
             size: default_size(),
             seed: 0,
+            truth_samples: Samples::Auto,
             camera,
             light,
             params: BTreeMap::new(),

@@ -24,7 +24,13 @@ pub const VIEWS: &[View] = &[
     view("shaded", "Shaded", "The lit picture with the technique's shadow.", false),
     view("split", "Split", "Left of the line the technique's shadow, right of it the exact one.", true),
     view("visibility", "Visibility", "How much of the light each pixel sees: white all of it, black none.", false),
-    view("truth", "Truth", "The exact visibility, ray traced on the same surfaces.", true),
+    view(
+        "truth",
+        "Truth",
+        "The exact visibility, ray traced: at the pixel's centre, or the mean over as many samples of the pixel as the \
+         set-up names.",
+        true,
+    ),
     view(
         "error",
         "Error",
@@ -46,7 +52,8 @@ pub const VIEWS: &[View] = &[
     view(
         "facing",
         "Facing",
-        "Green: the surface turns towards the light. Grey: it turns away and is dark without any shadow technique.",
+        "Green: the surface turns towards the light and can be wrong. Ochre: it does so outside the light's cone or \
+         range. Grey: it turns away. Both are dark without any shadow technique.",
         false,
     ),
     view("normals", "Normals", "The surface's direction as a colour: x red, y green, z blue.", false),

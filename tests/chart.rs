@@ -353,7 +353,10 @@ fn the_command_joins_files_and_says_what_it_leaves_out() {
     assert_eq!(image::open(folder.join("c.PNG")).unwrap().width(), 333);
     for (args, says) in [
         (vec!["a.csv", "-o", "x.svg", "--x", "speed"], "gpu_ms, ratio, cost, gpu_bytes, rays"),
-        (vec!["a.csv", "-o", "x.svg", "--y", "gpu_ms"], "error_share, rmse, flip, boundary_p95_px, flicker"),
+        (
+            vec!["a.csv", "-o", "x.svg", "--y", "gpu_ms"],
+            "error_share, rmse, mae, beyond_tolerance, flip, boundary_p95_px, flicker",
+        ),
         (vec!["b.json", "-o", "x.svg", "--y", "flicker"], "--flicker"),
         (vec!["none.json", "-o", "x.svg"], "no rows"),
         (vec!["other.csv", "-o", "x.svg"], "technique"),

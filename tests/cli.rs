@@ -108,8 +108,9 @@ fn measure_tells_all_it_should() {
             count("facing"),
             count("lit_correct") + count("lit_incorrect") + count("shadow_correct") + count("shadow_incorrect")
         );
-        assert_eq!(count("facing") + count("away") + count("background"), 160 * 90);
+        assert_eq!(count("facing") + count("away") + count("outside") + count("background"), 160 * 90);
         assert!(row["adapter"].as_str().is_some_and(|a| !a.is_empty()) && row["software"].is_boolean());
+        assert_eq!(count("truth_samples"), 16);
         let number = |key: &str| row[key].as_f64().unwrap_or_else(|| panic!("{key} in {row}"));
         assert!(count("frames") >= 7);
         assert!(number("gpu_ms_q1") <= number("gpu_ms") && number("gpu_ms") <= number("gpu_ms_q3"));
@@ -117,7 +118,7 @@ fn measure_tells_all_it_should() {
         assert!(row["passes"].as_str().unwrap().contains("G-buffer="), "{row}");
     }
     assert!(rows[1]["params"].as_str().unwrap().split(';').any(|p| p == "kernel=5"));
-    assert_eq!((&rows[2]["rmse"], &rows[2]["boundary_p95_px"]), (&Value::from(0.0), &Value::Null));
+    assert_eq!((&rows[2]["error_share"], &rows[2]["boundary_p95_px"]), (&Value::from(0.0), &Value::Null));
     assert!(rows[0]["rmse"].as_f64().unwrap() > 0.0 && rows[0]["boundary_p95_px"].as_f64().is_some());
     // A map of 1024² texels of 32 bits, and three small buffers.
     let bytes = rows[0]["gpu_bytes"].as_u64().unwrap();

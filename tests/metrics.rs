@@ -43,7 +43,7 @@ fn order_and_mirror_change_no_number() {
     let picture = |v: &[f32]| v.iter().flat_map(|v| [*v, v * 0.5, v * v, 1.0].map(|x| (x * 255.0) as u8)).collect();
     let [a, b]: [Vec<u8>; 2] = [picture(&truth), picture(&seen)];
     let size = [w as u32, h as u32];
-    let e = metrics::errors(&seen, &truth, &mask, w);
+    let e = metrics::errors(&seen, &truth, &truth, &mask, w);
     let (rmse, flip) = (metrics::rmse_image(&a, &b), metrics::flip(&a, &b, size));
     assert!(e.boundary.is_some() && e.rmse_penumbra.is_some() && flip > 0.01, "{e:?} {flip}");
 
@@ -57,14 +57,15 @@ fn order_and_mirror_change_no_number() {
     for (order, neighbours) in orders {
         let [v, t]: [Vec<f32>; 2] = [&seen, &truth].map(|x| order.iter().map(|i| x[*i]).collect());
         let m: Vec<u32> = order.iter().map(|i| mask[*i]).collect();
-        let mut other = metrics::errors(&v, &t, &m, w);
+        let mut other = metrics::errors(&v, &t, &t, &m, w);
         if !neighbours {
             // Where the edge lies depends on who stands beside whom.
             other.boundary = e.boundary;
         }
         assert!((other.rmse - e.rmse).abs() < 1e-12);
         assert!((other.rmse_penumbra.unwrap() - e.rmse_penumbra.unwrap()).abs() < 1e-12);
-        (other.rmse, other.rmse_penumbra) = (e.rmse, e.rmse_penumbra);
+        assert!((other.mae - e.mae).abs() < 1e-12);
+        (other.rmse, other.rmse_penumbra, other.mae) = (e.rmse, e.rmse_penumbra, e.mae);
         assert_eq!(other, e);
         let [c, d]: [Vec<u8>; 2] = [&a, &b].map(|x| order.iter().flat_map(|i| x[i * 4..i * 4 + 4].to_vec()).collect());
         assert!((metrics::rmse_image(&c, &d) - rmse).abs() < 1e-12);

@@ -3,6 +3,7 @@
 use shadowscope::light::Light;
 use shadowscope::params::Value;
 use shadowscope::setup::{Setup, parse_camera, parse_light};
+use shadowscope::truth::Samples;
 use std::path::Path;
 
 fn read(text: &str) -> anyhow::Result<Setup> {
@@ -23,6 +24,7 @@ fn a_set_up_survives_its_file() {
     setup.set("kernel=7", &["pcf".into()]).unwrap();
     setup.set("pcf.mode=disk", &[]).unwrap();
     setup.time = 1.25;
+    setup.truth_samples = Samples::Fixed(64);
     setup.view = "taps".into();
     setup.camera.position.x = 0.1 + 0.2;
     setup.light = Light::Spot {
@@ -69,6 +71,8 @@ fn errors_name_the_key_the_value_and_the_range() {
         (with("colour = 3\n"), vec!["colour", "camera"]),
         (with("camera = \"nowhere\"\n"), vec!["nowhere", "default"]),
         (with("light = \"nowhere\"\n"), vec!["nowhere", "sun"]),
+        (with("truth_samples = 3\n"), vec!["truth_samples", "3", "1, 4, 16 or 64"]),
+        (with("truth_samples = \"all\"\n"), vec!["truth_samples", "all", "auto"]),
         (with("split = 2.0\n"), vec!["split", "2", "0 to 1"]),
         (with("time = -1.0\n"), vec!["time", "-1", "0 to"]),
         (

@@ -355,7 +355,7 @@ fn a_progressive_truth_ends_the_same() {
     loop {
         let told = r.render(&s, Ask { truth: Truth::Some(1600), ..ask(&s) }).unwrap();
         steps += 1;
-        if told.truth_done == 1.0 {
+        if told.truth.done == 1.0 {
             break;
         }
         assert!(steps < 20, "{told:?}");

@@ -41,6 +41,38 @@ fn resolve(@builtin(global_invocation_id) id: vec3u) {
     }
 }
 
+// The mean over several samples of a pixel, whose surfaces the G-buffer of each holds.
+
+// Nonzero: the first of them.
+@group(1) @binding(3) var<uniform> first_sample: u32;
+// Of the samples so far those that can be lit in the upper half, those that are in the lower.
+@group(1) @binding(4) var counts: texture_storage_2d<r32uint, read_write>;
+@group(1) @binding(5) var hard: texture_2d<f32>;
+
+@compute @workgroup_size(8, 8)
+fn accumulate(@builtin(global_invocation_id) id: vec3u) {
+    let pixel = vec2u(id.x, id.y + frame.band.x);
+    if pixel.x >= frame.size.x || pixel.y >= frame.size.y || id.y >= frame.band.y {
+        return;
+    }
+    var count = 0u;
+    if first_sample == 0u {
+        count = textureLoad(counts, pixel).x;
+    }
+    let hit = visible(pixel);
+    if hit.visits > 0u {
+        tally_ray(hit);
+        count += 0x10000u + select(1u, 0u, hit.blocked);
+    }
+    textureStore(counts, pixel, vec4u(count));
+    // Where no sample can be lit the pixel's centre decides.
+    var mean = textureLoad(hard, pixel, 0).x;
+    if count > 0u {
+        mean = f32(count & 0xffffu) / f32(count >> 16u);
+    }
+    textureStore(visibility_out, pixel, vec4f(mean));
+}
+
 // Map: nodes visited by each pixel's ray.
 @compute @workgroup_size(8, 8)
 fn inspect(@builtin(global_invocation_id) id: vec3u) {

@@ -31,15 +31,27 @@ pub struct Axis {
 pub const ERRORS: &[Axis] = &[
     Axis {
         id: "error_share",
-        title: "wrong pixels, share of those facing the light",
-        doc: "Wrong pixels as a share of those that face the light.",
+        title: "wrong pixels, share of those that can be wrong",
+        doc: "Wrong pixels as a share of those that face the light and are reached by it, against one sample a pixel: for hard techniques.",
         get: |r| Some(r.error_share),
     },
     Axis {
         id: "rmse",
         title: "RMSE of visibility",
-        doc: "Root mean square of visibility minus truth: counts soft errors too.",
+        doc: "Root mean square of visibility minus the truth averaged over the pixel: fair to filters.",
         get: |r| Some(r.rmse),
+    },
+    Axis {
+        id: "mae",
+        title: "mean absolute error of visibility",
+        doc: "Mean absolute value of visibility minus the truth averaged over the pixel.",
+        get: |r| Some(r.mae),
+    },
+    Axis {
+        id: "beyond_tolerance",
+        title: "visibility off by more than 0.1, share of pixels",
+        doc: "Share of the pixels whose visibility differs from the truth averaged over the pixel by more than 0.1.",
+        get: |r| Some(r.beyond_tolerance),
     },
     Axis {
         id: "flip",
@@ -177,6 +189,7 @@ fn traits(r: &Record) -> Vec<Trait<'_>> {
             out.push(("", name, setup[name].to_string()));
         }
     }
+    out.push(("", "truth_samples", r.truth_samples.to_string()));
     out.push(("", "adapter", r.adapter.clone()));
     out
 }

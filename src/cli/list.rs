@@ -51,6 +51,7 @@ pub fn list(what: Listed, json: bool) -> Result<()> {
                 });
                 serde_json::json!({
                     "id": i.id, "title": i.title, "paper": i.paper, "doc": i.doc, "lights": i.lights,
+                    "filters": i.filters,
                     "maps": i.maps().map(|m| m.id).collect::<Vec<_>>(), "params": params.collect::<Vec<_>>(),
                 })
             });

@@ -12,6 +12,7 @@ use crate::gpu::Gpu;
 use crate::measure::{Axis, reproduce};
 use crate::scene::Scene;
 use crate::setup::{self, Setup};
+use crate::truth::Samples;
 use crate::{capture, techniques, tour, ui};
 use anyhow::{Context, Result, bail, ensure};
 use clap::{Args, Parser, Subcommand};
@@ -139,6 +140,9 @@ struct Wanted {
     /// Seconds on the scene's clock.
     #[arg(long)]
     time: Option<f32>,
+    /// Samples a pixel of the truth: auto, 1, 4, 16 or 64.
+    #[arg(long, value_name = "N")]
+    truth_samples: Option<Samples>,
     /// A parameter: key=value, or technique.key=value. Can be given many times.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     sets: Vec<String>,
@@ -226,6 +230,9 @@ impl Wanted {
         }
         if let Some(time) = self.time {
             setup.time = time;
+        }
+        if let Some(samples) = self.truth_samples {
+            setup.truth_samples = samples;
         }
         for assignment in &self.sets {
             setup.set(assignment, selected)?;

@@ -19,9 +19,15 @@ impl Renderer {
         Ok(bytemuck::pod_collect_to_vec(&self.read(&self.targets.visibility)?))
     }
 
-    /// Reads the truth back, a number a pixel.
+    /// Reads the truth back, a number a pixel: the mean over as many samples as the last frame's set-up names
+    /// ([`crate::truth::Samples::shown`]), which with one is the hard truth.
     pub fn read_truth(&self) -> Result<Vec<f32>> {
-        Ok(bytemuck::pod_collect_to_vec(&self.read(&self.targets.truth)?))
+        Ok(bytemuck::pod_collect_to_vec(&self.read(self.truth.shown())?))
+    }
+
+    /// Reads the truth of the one sample at each pixel's centre back, 0 or 1 a pixel.
+    pub fn read_hard_truth(&self) -> Result<Vec<f32>> {
+        Ok(bytemuck::pod_collect_to_vec(&self.read(self.truth.hard())?))
     }
 
     /// Reads the technique's own map back, if the last frame's view was one of those: a number a pixel, which the view's
@@ -34,7 +40,7 @@ impl Renderer {
     /// gives it. That frame must have drawn the view `shaded` and traced the truth.
     pub fn read_truth_picture(&mut self) -> Result<Vec<u8>> {
         let (t, size) = (&self.targets, self.targets.size()?);
-        let (truth, map) = (Targets::view(&t.truth)?, Targets::view(&t.map)?);
+        let (truth, map) = (Targets::view(self.truth.shown())?, Targets::view(&t.map)?);
         let mut picture = Slot::default();
         let output = picture.get(&self.gpu, "picture of the truth", size, Format::Rgba8Unorm, STORED);
         let mut recorder = Recorder::new(&self.gpu, &mut self.timer, false, size);
@@ -144,7 +150,7 @@ impl Renderer {
         Ok(match view.as_str() {
             "visibility" => Some(format!("visibility {}", short(visibility))),
             "truth" | "error" | "acne" | "detachment" | "split" => {
-                let truth = self.value(&self.targets.truth, pixel)?;
+                let truth = self.value(self.truth.shown(), pixel)?;
                 Some(format!("visibility {}, truth {}", short(visibility), short(truth)))
             }
             _ => None,

@@ -250,7 +250,14 @@ impl<'a> Recorder<'a> {
 
     /// Starts a pass.
     pub fn run<'r>(&'r mut self, pass: &'r Pass) -> Run<'r, 'a> {
-        Run { recorder: self, pass, extra: Vec::new(), counted: true }
+        Run { recorder: self, pass, name: pass.name, extra: Vec::new(), counted: true }
+    }
+
+    /// Submits what is recorded so far: what is written into buffers from here on holds for what follows.
+    pub fn submit(&mut self) {
+        let encoder = self.gpu.device.create_command_encoder(&Default::default());
+        let recorded = std::mem::replace(&mut self.encoder, encoder);
+        self.gpu.queue.submit([recorded.finish()]);
     }
 
     /// Adds work on the CPU to the frame's times.
@@ -337,6 +344,7 @@ impl<'a> Recorder<'a> {
 pub struct Run<'r, 'a> {
     recorder: &'r mut Recorder<'a>,
     pass: &'r Pass,
+    name: &'static str,
     extra: Vec<(&'static str, Resource)>,
     counted: bool,
 }
@@ -345,6 +353,12 @@ impl Run<'_, '_> {
     /// Keeps a draw that sends no triangles of the scene out of their count.
     pub fn uncounted(mut self) -> Self {
         self.counted = false;
+        self
+    }
+
+    /// Times it under another name than the pass's own.
+    pub fn named(mut self, name: &'static str) -> Self {
+        self.name = name;
         self
     }
 
@@ -454,7 +468,7 @@ impl Run<'_, '_> {
         self,
         write: impl FnOnce(&mut wgpu::CommandEncoder, &Pass, &[wgpu::BindGroup], Option<(&wgpu::QuerySet, u32)>),
     ) {
-        let Run { recorder, pass, extra, .. } = self;
+        let Run { recorder, pass, name, extra, .. } = self;
         if recorder.error.is_some() {
             return;
         }
@@ -480,17 +494,15 @@ impl Run<'_, '_> {
         let wall = timed && timer.mode == TimerMode::Wall;
         write(&mut recorder.encoder, pass, &groups, first);
         if timed {
-            timer.names.push(pass.name);
+            timer.names.push(name);
         }
         if wall {
-            let encoder = recorder.gpu.device.create_command_encoder(&Default::default());
-            let full = std::mem::replace(&mut recorder.encoder, encoder);
             let start = Instant::now();
-            recorder.gpu.queue.submit([full.finish()]);
+            recorder.submit();
             if let Err(e) = recorder.gpu.wait() {
                 recorder.error = Some(e);
             }
-            timer.wall.push(start.elapsed().as_secs_f64() * 1e3);
+            recorder.timer.wall.push(start.elapsed().as_secs_f64() * 1e3);
         }
     }
 }

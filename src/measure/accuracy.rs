@@ -6,14 +6,15 @@ use super::record::{Record, params_text};
 use crate::frame::{Ask, Renderer, Told, Truth};
 use crate::setup::Setup;
 use crate::techniques;
+use crate::truth::Samples;
 use anyhow::{Context, Result};
 
-/// The errors of the set-up's technique against the truth, at the set-up's full size.
+/// The errors of the set-up's technique at the set-up's full size, against the hard truth alone: one sample a pixel.
 ///
 /// # Errors
 /// A light that the technique or the truth does not serve, or what the device reports.
 pub fn errors(renderer: &mut Renderer, setup: &Setup) -> Result<Errors> {
-    Ok(compare(renderer, setup, false)?.0)
+    Ok(compare(renderer, &Setup { truth_samples: Samples::Fixed(1), ..setup.clone() }, false)?.0)
 }
 
 /// Renders technique and truth, with `all` the shaded picture and the analysis too, and counts the errors.
@@ -24,7 +25,8 @@ fn compare(renderer: &mut Renderer, setup: &Setup, all: bool) -> Result<(Errors,
     let told = renderer.render(setup, ask)?;
     let mask = renderer.read_mask()?;
     let width = setup.size[0] as usize;
-    Ok((metrics::errors(&renderer.read_visibility()?, &renderer.read_truth()?, &mask, width), told))
+    let (hard, mean) = (renderer.read_hard_truth()?, renderer.read_truth()?);
+    Ok((metrics::errors(&renderer.read_visibility()?, &hard, &mean, &mask, width), told))
 }
 
 /// Measures what does not depend on speed. `index` is the configuration's place in its sweep.
@@ -32,8 +34,9 @@ fn compare(renderer: &mut Renderer, setup: &Setup, all: bool) -> Result<(Errors,
 /// # Errors
 /// As [`errors`].
 pub fn accuracy(renderer: &mut Renderer, setup: &Setup, index: u64) -> Result<Record> {
+    let samples = setup.truth_samples.measured();
     // Another view would change the picture, and a technique's own trace rays of its own.
-    let shaded = Setup { view: "shaded".into(), ..setup.clone() };
+    let shaded = Setup { view: "shaded".into(), truth_samples: Samples::Fixed(samples), ..setup.clone() };
     let (e, told) = compare(renderer, &shaded, true)?;
     let picture = renderer.read_picture()?;
     let exact = renderer.read_truth_picture()?;
@@ -80,9 +83,14 @@ pub fn accuracy(renderer: &mut Renderer, setup: &Setup, index: u64) -> Result<Re
         shadow_correct: e.shadow_correct,
         shadow_incorrect: e.shadow_incorrect,
         away: e.away,
+        outside: e.outside,
         background: e.background,
         error_share: e.share(),
+        truth_samples: samples,
         rmse: e.rmse,
+        mae: e.mae,
+        max_error: e.max_error,
+        beyond_tolerance: e.beyond_tolerance,
         rmse_penumbra: e.rmse_penumbra,
         rmse_image: metrics::rmse_image(&picture, &exact),
         flip: metrics::flip(&exact, &picture, setup.size),

@@ -6,8 +6,14 @@ use rayon::prelude::*;
 pub const BACKGROUND: u32 = 0;
 /// A surface turned away from the light (n·l ≤ 0): dark whatever the technique does.
 pub const AWAY: u32 = 1;
-/// A surface that faces the light.
+/// A surface that faces the light and is reached by it: what can be wrong.
 pub const FACING: u32 = 2;
+/// A surface that faces the light, but lies outside its cone or beyond its range: dark like [`AWAY`].
+pub const OUTSIDE: u32 = 3;
+
+/// A visibility that is off by more counts in [`Errors::beyond_tolerance`]. A tenth of the light: three times what the mean
+/// over 16 samples is off by on average at a straight edge, and less than one of nine comparisons of a filter.
+pub const TOLERANCE: f32 = 0.1;
 
 /// Distances of wrong pixels from the true shadow boundary, pixels.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -17,10 +23,11 @@ pub struct Boundary {
     pub max: f32,
 }
 
-/// Pixel counts after Morais 2015, section 5. A visibility of at least one half counts as lit.
+/// Pixel counts after Morais 2015, section 5, against the hard truth, and sizes of the errors against the averaged one.
+/// A visibility of at least one half counts as lit.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Errors {
-    /// Pixels that face the light: the four counts below add up to it.
+    /// Pixels that face the light and are reached by it: the four counts below add up to it.
     pub facing: usize,
     pub lit_correct: usize,
     /// Called lit, but in shadow.
@@ -30,62 +37,76 @@ pub struct Errors {
     pub shadow_incorrect: usize,
     /// Pixels that face away from the light.
     pub away: usize,
+    /// Pixels that face the light outside its cone or range.
+    pub outside: usize,
     pub background: usize,
-    /// Root mean square of visibility minus truth over the pixels that face the light.
+    /// Of visibility minus truth over the pixels that can be wrong: root mean square, mean of the absolute value, its
+    /// largest, and the share of pixels where it is above [`TOLERANCE`].
     pub rmse: f64,
-    /// The same over those whose truth lies between 0 and 1; None if there is no such penumbra.
+    pub mae: f64,
+    pub max_error: f64,
+    pub beyond_tolerance: f64,
+    /// Root mean square over those whose truth lies between 0 and 1; None if there is no such penumbra.
     pub rmse_penumbra: Option<f64>,
     /// None: no wrong pixel, or no true boundary in the picture.
     pub boundary: Option<Boundary>,
 }
 
 impl Errors {
-    /// Wrong pixels as a share of those that face the light, 0 to 1.
+    /// Wrong pixels as a share of those that can be wrong, 0 to 1.
     pub fn share(&self) -> f64 {
         (self.lit_incorrect + self.shadow_incorrect) as f64 / self.facing.max(1) as f64
     }
 }
 
-/// Compares visibility with truth, both a number a pixel in rows of `width`; `mask` holds
-/// [`BACKGROUND`], [`AWAY`] or [`FACING`].
-pub fn errors(visibility: &[f32], truth: &[f32], mask: &[u32], width: usize) -> Errors {
+/// Compares visibility with the `hard` truth in labels and with the truth `mean` in size, all a number a pixel in rows of
+/// `width`; `mask` holds [`BACKGROUND`], [`AWAY`], [`FACING`] or [`OUTSIDE`].
+pub fn errors(visibility: &[f32], hard: &[f32], mean: &[f32], mask: &[u32], width: usize) -> Errors {
     let mut e = Errors::default();
-    let mut squares = 0.0f64;
+    let (mut squares, mut sum, mut beyond) = (0.0f64, 0.0f64, 0usize);
     let (mut penumbra, mut soft_squares) = (0usize, 0.0f64);
     let mut wrong = Vec::new();
     for (i, m) in mask.iter().enumerate() {
         match *m {
             BACKGROUND => e.background += 1,
             AWAY => e.away += 1,
+            OUTSIDE => e.outside += 1,
             _ => {
                 e.facing += 1;
-                let square = ((visibility[i] - truth[i]) as f64).powi(2);
-                squares += square;
-                if truth[i] > 0.0 && truth[i] < 1.0 {
+                let off = (visibility[i] - mean[i]).abs();
+                beyond += (off > TOLERANCE) as usize;
+                let off = off as f64;
+                sum += off;
+                squares += off * off;
+                e.max_error = e.max_error.max(off);
+                if mean[i] > 0.0 && mean[i] < 1.0 {
                     penumbra += 1;
-                    soft_squares += square;
+                    soft_squares += off * off;
                 }
-                match (visibility[i] >= 0.5, truth[i] >= 0.5) {
+                match (visibility[i] >= 0.5, hard[i] >= 0.5) {
                     (true, true) => e.lit_correct += 1,
                     (true, false) => e.lit_incorrect += 1,
                     (false, false) => e.shadow_correct += 1,
                     (false, true) => e.shadow_incorrect += 1,
                 }
-                if (visibility[i] >= 0.5) != (truth[i] >= 0.5) {
+                if (visibility[i] >= 0.5) != (hard[i] >= 0.5) {
                     wrong.push(i);
                 }
             }
         }
     }
-    e.rmse = (squares / e.facing.max(1) as f64).sqrt();
+    let facing = e.facing.max(1) as f64;
+    e.rmse = (squares / facing).sqrt();
+    e.mae = sum / facing;
+    e.beyond_tolerance = beyond as f64 / facing;
     e.rmse_penumbra = (penumbra > 0).then(|| (soft_squares / penumbra as f64).sqrt());
     if !wrong.is_empty() {
         // The true contour runs half a pixel before the nearest pixel of the other label.
         let to = [false, true].map(|lit| {
-            let marked: Vec<bool> = (0..mask.len()).map(|i| mask[i] == FACING && (truth[i] >= 0.5) == lit).collect();
+            let marked: Vec<bool> = (0..mask.len()).map(|i| mask[i] == FACING && (hard[i] >= 0.5) == lit).collect();
             distance_to(&marked, width)
         });
-        let off = |i: &usize| to[(truth[*i] < 0.5) as usize][*i] - 0.5;
+        let off = |i: &usize| to[(hard[*i] < 0.5) as usize][*i] - 0.5;
         let mut far: Vec<f32> = wrong.iter().map(off).filter(|d| d.is_finite()).collect();
         far.sort_by(f32::total_cmp);
         if let Some(max) = far.last() {
@@ -196,13 +217,31 @@ mod tests {
         let mut mask = vec![FACING; w * h];
         mask[0] = AWAY;
         mask[31] = BACKGROUND;
-        let e = errors(&edge(13), &edge(10), &mask, w);
-        assert_eq!((e.facing, e.away, e.background), (w * h - 2, 1, 1));
+        let e = errors(&edge(13), &edge(10), &edge(10), &mask, w);
+        assert_eq!((e.facing, e.away, e.background, e.outside), (w * h - 2, 1, 1, 0));
         assert_eq!((e.shadow_incorrect, e.lit_incorrect), (3 * h, 0));
         assert_eq!(e.shadow_correct, 10 * h - 1);
         assert_eq!(e.lit_correct, 19 * h - 1);
         assert!((e.rmse - (24.0f64 / 254.0).sqrt()).abs() < 1e-9);
         assert_eq!(e.boundary, Some(Boundary { median: 1.5, p95: 2.5, max: 2.5 }));
-        assert_eq!(errors(&edge(10), &edge(10), &mask, w).boundary, None);
+        let share = 24.0 / 254.0;
+        assert!((e.mae - share).abs() < 1e-9 && (e.beyond_tolerance - share).abs() < 1e-9 && e.max_error == 1.0);
+        assert_eq!(errors(&edge(10), &edge(10), &edge(10), &mask, w).boundary, None);
+        // What the light does not reach counts as a class of its own.
+        mask[10] = OUTSIDE;
+        let e = errors(&edge(13), &edge(10), &edge(10), &mask, w);
+        assert_eq!((e.facing, e.outside, e.shadow_incorrect), (w * h - 3, 1, 3 * h - 1));
+    }
+
+    /// Labels are judged by the hard truth, sizes by the mean.
+    #[test]
+    fn sizes_are_of_the_mean() {
+        let visibility = [1.0, 0.5, 0.25, 0.0];
+        let e = errors(&visibility, &[1.0, 0.0, 0.0, 0.0], &[1.0, 0.5, 0.5, 0.05], &[FACING; 4], 4);
+        assert_eq!((e.lit_correct, e.lit_incorrect, e.shadow_correct), (1, 1, 2));
+        assert!((e.rmse - ((0.25f64.powi(2) + 0.05f64.powi(2)) / 4.0).sqrt()).abs() < 1e-8, "{e:?}");
+        assert!((e.mae - 0.3 / 4.0).abs() < 1e-8 && e.max_error == 0.25 && e.beyond_tolerance == 0.25, "{e:?}");
+        let penumbra = ((0.25f64.powi(2) + 0.05f64.powi(2)) / 3.0).sqrt();
+        assert!((e.rmse_penumbra.unwrap_or(0.0) - penumbra).abs() < 1e-8, "{e:?}");
     }
 }

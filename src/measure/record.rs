@@ -23,18 +23,27 @@ pub struct Record {
     pub width: u32,
     pub height: u32,
 
-    /// Pixels that face the light: the four counts below add up to it.
+    /// Pixels that face the light and are reached by it: the four counts below add up to it.
     pub facing: usize,
     pub lit_correct: usize,
     pub lit_incorrect: usize,
     pub shadow_correct: usize,
     pub shadow_incorrect: usize,
     pub away: usize,
+    /// Pixels that face the light outside its cone or range.
+    pub outside: usize,
     pub background: usize,
-    /// Wrong pixels as a share of those that face the light, 0 to 1.
+    /// Wrong pixels as a share of those that can be wrong, 0 to 1.
     pub error_share: f64,
-    /// Root mean square of visibility minus truth: facing pixels, the truth's penumbra, the final picture.
+    /// Samples a pixel of the truth that the sizes of errors below are against; the counts above are against one.
+    pub truth_samples: u32,
+    /// Visibility minus truth over the pixels that can be wrong: root mean square, mean of the absolute value, its largest,
+    /// and the share of pixels where it is above [`super::metrics::TOLERANCE`].
     pub rmse: f64,
+    pub mae: f64,
+    pub max_error: f64,
+    pub beyond_tolerance: f64,
+    /// Root mean square in the truth's penumbra, and of the final picture.
     pub rmse_penumbra: Option<f64>,
     pub rmse_image: f64,
     /// Mean FLIP difference of the shaded picture from the one shaded with the truth, 0 to 1.

@@ -203,10 +203,14 @@ const fn column(name: &'static str, doc: &'static str, digits: usize, get: fn(&R
 }
 
 const COLUMNS: &[Column] = &[
-    column("error, %", "Wrong pixels of those that face the light", 4, |r| Some(100.0 * r.error_share)),
+    column("error, %", "Wrong pixels of those that face the light and are reached by it", 4, |r| {
+        Some(100.0 * r.error_share)
+    }),
     column("lit wrong", "Pixels called lit, but in shadow", 0, |r| Some(r.lit_incorrect as f64)),
     column("shadow wrong", "Pixels called shadow, but lit", 0, |r| Some(r.shadow_incorrect as f64)),
-    column("RMSE", "Root mean square of visibility minus truth", 5, |r| Some(r.rmse)),
+    column("RMSE", "Root mean square of visibility minus the averaged truth", 5, |r| Some(r.rmse)),
+    column("MAE", "Mean absolute value of visibility minus the averaged truth", 5, |r| Some(r.mae)),
+    column("off > 0.1, %", "Pixels whose visibility is off by more than 0.1", 3, |r| Some(100.0 * r.beyond_tolerance)),
     column("FLIP", "How different the shaded picture looks, 0 to 1", 5, |r| Some(r.flip)),
     column("edge p95, px", "Distance of wrong pixels from the true edge", 1, |r| r.boundary_p95_px),
     column("flicker, %", "Labels that change though the truth's do not", 4, |r| r.flicker.map(|f| 100.0 * f)),

@@ -6,6 +6,7 @@ use crate::frame::{Ask, Made, Renderer, Truth};
 use crate::scene::{Camera, Scene};
 use crate::setup::Setup;
 use crate::techniques;
+use crate::truth::Samples;
 use anyhow::{Result, ensure};
 use glam::{Mat4, Vec4};
 use rayon::prelude::*;
@@ -114,7 +115,7 @@ pub fn run(
     watch: &mut dyn FnMut(f32) -> bool,
 ) -> Result<Stability> {
     // A technique's own map would need that technique.
-    let mut start = Setup { view: "shaded".into(), ..setup.clone() };
+    let mut start = Setup { view: "shaded".into(), truth_samples: Samples::Fixed(1), ..setup.clone() };
     (case.place)(&mut start, 0.0);
     let [width, height] = setup.size;
     let mut found = Stability { case: case.id.into(), axis: case.axis.into(), width, height, ..Stability::default() };
@@ -192,7 +193,7 @@ pub fn flicker(renderer: &mut Renderer, setup: &Setup) -> Result<Option<f64>> {
     for k in 0..=STEPS {
         let by = step * k as f32;
         let camera = Camera { position: camera.position + by, target: camera.target + by, ..camera };
-        let setup = Setup { camera, view: "shaded".into(), ..setup.clone() };
+        let setup = Setup { camera, view: "shaded".into(), truth_samples: Samples::Fixed(1), ..setup.clone() };
         let labels = draw(renderer, &setup)?;
         let now = Seen::read(renderer, &setup)?;
         if let Some((last, before)) = &last {
@@ -249,7 +250,7 @@ impl Seen {
             position: renderer.read_position()?.into_iter().map(Vec4::from).collect(),
             triangle: renderer.read_surface()?.into_iter().map(|s| s[3]).collect(),
             facing: renderer.read_mask()?.into_iter().map(|m| m == FACING).collect(),
-            truth: labels(&renderer.read_truth()?),
+            truth: labels(&renderer.read_hard_truth()?),
         })
     }
 

@@ -12,9 +12,13 @@ pub fn text(rows: &[Record]) -> String {
         "shadow ok",
         "shadow wrong",
         "away",
+        "outside",
         "backgr.",
         "error %",
         "RMSE",
+        "MAE",
+        "max",
+        "off > 0.1, %",
         "FLIP",
         "px off, median/p95/max",
         "GPU ms",
@@ -44,9 +48,13 @@ pub fn text(rows: &[Record]) -> String {
             r.shadow_correct.to_string(),
             r.shadow_incorrect.to_string(),
             r.away.to_string(),
+            r.outside.to_string(),
             r.background.to_string(),
             format!("{:.4}", r.error_share * 100.0),
             format!("{:.5}", r.rmse),
+            format!("{:.5}", r.mae),
+            format!("{:.3}", r.max_error),
+            format!("{:.3}", r.beyond_tolerance * 100.0),
             format!("{:.5}", r.flip),
             edge,
             format!("{:.3}", r.gpu_ms),
@@ -92,6 +100,12 @@ pub fn text(rows: &[Record]) -> String {
         out += &format!("adapter: {} ({}{software})\n", r.adapter, r.driver);
     }
     out += &aligned(&lines);
+    if let Some(r) = rows.first() {
+        out += &format!(
+            "Counts, error % and px off are against one sample a pixel; RMSE, MAE, max, off > 0.1 and FLIP against the mean of {}.\n",
+            r.truth_samples
+        );
+    }
     out += "\n";
     out += &aligned(&needs);
     out += "\n";

@@ -2,6 +2,7 @@
 
 use crate::light::KINDS;
 use crate::techniques;
+use crate::truth::Samples;
 use anyhow::{Result, bail};
 use toml::{Table, Value};
 
@@ -24,6 +25,10 @@ fn two_counts(v: &Value) -> bool {
     v.as_array().is_some_and(|v| v.len() == 2 && v.iter().all(count))
 }
 
+fn samples(v: &Value) -> bool {
+    v.clone().try_into::<Samples>().is_ok()
+}
+
 const TOP: &[Rule] = &[
     ("scene", text, "a built-in scene's name or the path of a glTF file, in quotes"),
     ("time", number, "a number from 0 to 1000000 s"),
@@ -33,6 +38,7 @@ const TOP: &[Rule] = &[
     ("split", number, "a number from 0 to 1"),
     ("size", two_counts, "two whole numbers from 1 to 16384 pixels, such as [1280, 720]"),
     ("seed", count, "a whole number from 0 to 4294967295"),
+    ("truth_samples", samples, Samples::TAKES),
     ("camera", |v| v.is_str() || v.is_table(), "a camera's name, in quotes, or a table"),
     ("light", |v| v.is_str() || v.is_table(), "a light's name, in quotes, or a table"),
     ("params", Value::is_table, "a table for each technique"),

@@ -33,6 +33,7 @@ pub static INFO: Info = Info {
     doc: "Draws a plain map, finds the jumps in its depth, and distorts a grid over the map so that these silhouettes get \
           more texels. It knows nothing of the camera: edges that nobody sees get as much.",
     lights: &["directional", "spot"],
+    filters: false,
     params: &[DsmParams::GROUP, RasterParams::GROUP, MapParams::GROUP],
     main: &[("resolution", "256..4096*2"), ("grid", "16,32,64"), ("iterations", "50,200")],
     maps: &[

@@ -37,6 +37,7 @@ pub static INFO: Info = Info {
     doc: "Adds up the aliasing errors of all pixels in the cells of a coarse grid, and lets the cells press against each \
           other until their areas follow the errors. Its seed, a system of springs solved at once, folds the grid.",
     lights: &["directional", "spot"],
+    filters: false,
     params: &[FemGridParams::GROUP, RasterParams::GROUP, crate::shadow_map::MapParams::GROUP],
     main: &[("resolution", "256..4096*2"), ("grid", "8,16,32"), ("steps", "0,100,300")],
     maps: &[

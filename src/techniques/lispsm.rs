@@ -31,6 +31,7 @@ pub static INFO: Info = Info {
     doc: "A shadow map warped along the view, so that texels are small near the camera and large far away. Where gaze and \
           light are parallel there is nothing to gain, and the warp fades out.",
     lights: &["directional", "spot"],
+    filters: false,
     params: &[LispsmParams::GROUP, MapParams::GROUP],
     main: &[("resolution", "256..8192*2"), ("strength", "0.5,1,1.5")],
     maps: &[

@@ -34,6 +34,7 @@ pub static INFO: Info = Info {
           The best that one map warped along the view can do, but straight edges become curves: large triangles must be \
           split, or drawn exactly.",
     lights: &["directional", "spot"],
+    filters: false,
     params: &[LogpsmParams::GROUP, RasterParams::GROUP, MapParams::GROUP],
     main: &[("resolution", "256..4096*2"), ("strength", "0.5,0.75,1")],
     maps: &[

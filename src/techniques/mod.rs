@@ -32,6 +32,9 @@ pub struct Info {
     pub doc: &'static str,
     /// The light kinds it serves, by their names in [`KINDS`].
     pub lights: &'static [&'static str],
+    /// Whether it aims at the mean visibility over a pixel, as filters do, and not at that of one sample: views and the
+    /// window then show the averaged truth beside it ([`crate::truth::Samples::Auto`]).
+    pub filters: bool,
     /// Its parameters; names are unique across the groups.
     pub params: &'static [Group],
     /// The parameters that decide between speed and accuracy, with values worth trying as `sweep` writes them. A chart's

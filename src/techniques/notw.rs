@@ -38,6 +38,7 @@ pub static INFO: Info = Info {
     doc: "Counts how many pixels look into each texel and stretches every row, then every column of the map until all \
           texels are equally busy. Where the warp turns fast between a triangle's corners, its shadow goes astray.",
     lights: &["directional", "spot"],
+    filters: false,
     params: &[NotwParams::GROUP, RasterParams::GROUP, MapParams::GROUP],
     main: &[("resolution", "256..4096*2"), ("window", "0.01,0.03125,0.125"), ("crop", "none,dv")],
     maps: &[

@@ -32,6 +32,7 @@ pub static INFO: Info = Info {
     doc: "Several depth comparisons around each pixel's place in the shadow map, averaged: the stairs blur. The blur \
           is as wide everywhere, also where the shadow touches its caster.",
     lights: &["directional", "spot"],
+    filters: true,
     params: &[PcfParams::GROUP, FitParams::GROUP, MapParams::GROUP, HardwareParams::GROUP],
     main: &[("resolution", "256..8192*2"), ("mode", "grid,tent"), ("kernel", "3,5,7")],
     maps: &[

@@ -34,6 +34,7 @@ pub static INFO: Info = Info {
     doc: "A shadow map of the scene as the camera's perspective leaves it: near things are large and get many texels. Ahead \
           of the camera the light becomes a point, behind it a sink, and the map changes as the camera turns.",
     lights: &["directional", "spot"],
+    filters: false,
     params: &[PsmParams::GROUP, MapParams::GROUP],
     main: &[("resolution", "256..8192*2"), ("least_near", "0.5,1,2,4")],
     maps: &[

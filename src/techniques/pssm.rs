@@ -48,6 +48,7 @@ pub static INFO: Info = Info {
     doc: "The view is cut into slices along its depth, and each slice has a map of its own: near things get more texels, \
           as perspective asks. Where slices meet, the sharpness jumps; light along the view gives all maps the same area.",
     lights: &["directional", "spot"],
+    filters: false,
     params: &[CascadeParams::GROUP, PssmParams::GROUP],
     main: &[("resolution", "256..4096*2"), ("cascades", "2,4"), ("lambda", "0.5,0.9")],
     maps: &[&MAPS, ANALYSED],

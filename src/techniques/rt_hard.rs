@@ -26,6 +26,7 @@ pub static INFO: Info = Info {
     doc: "One ray from each pixel to the light, against every triangle. Exact for a point or the sun's direction: the \
           truth that all others are measured against.",
     lights: &["directional", "spot", "omni"],
+    filters: false,
     params: &[RtParams::GROUP],
     main: &[],
     maps: &[&[View {

@@ -50,6 +50,7 @@ pub static INFO: Info = Info {
     doc: "Makes each row and each column of one map as wide as the most important thing in it asks. Two things on a \
           diagonal waste texels on the diagonal's other two corners.",
     lights: &["directional", "spot"],
+    filters: false,
     params: &[RtwParams::GROUP, RasterParams::GROUP, MapParams::GROUP],
     main: &[("resolution", "256..4096*2"), ("e", "0.005,0.02,0.1"), ("sigma", "0,4,16")],
     maps: &[

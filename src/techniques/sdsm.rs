@@ -31,6 +31,7 @@ pub static INFO: Info = Info {
     doc: "Cascades between the nearest and the farthest surface seen, each map drawn tightly around its part of the \
           picture: no texel for what nobody sees. A thing that comes into view can stretch a map at once: pops.",
     lights: &["directional", "spot"],
+    filters: false,
     params: &[CascadeParams::GROUP, SdsmParams::GROUP],
     main: &[("resolution", "256..4096*2"), ("cascades", "2,4"), ("scheme", "log,kmeans")],
     maps: &[

@@ -15,6 +15,7 @@ pub static INFO: Info = Info {
     doc: "Depth seen from the light, compared once per pixel. Fast; its edges are stairs of the map's texels, and \
           without bias surfaces shadow themselves (acne).",
     lights: &["directional", "spot"],
+    filters: false,
     params: &[FitParams::GROUP, MapParams::GROUP, HardwareParams::GROUP],
     main: &[("resolution", "256..8192*2")],
     maps: &[MAPS],

@@ -29,6 +29,7 @@ pub static INFO: Info = Info {
     doc: "The view frustum, seen from the light, is enclosed in a trapezoid that a perspective turns into the square map. \
           It depends on the frustum alone, so that it moves steadily. Nothing is gained where light and gaze are parallel.",
     lights: &["directional", "spot"],
+    filters: false,
     params: &[TsmParams::GROUP, MapParams::GROUP],
     main: &[("resolution", "256..8192*2"), ("focus", "0.1,0.2,0.4")],
     maps: &[

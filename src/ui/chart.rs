@@ -18,7 +18,19 @@ const TRAIL: usize = 32;
 /// Small pictures that are kept.
 const PICTURES: usize = 200;
 /// What a frame of the window tells without a measurement.
-const LIVE: [&str; 5] = ["error_share", "rmse", "boundary_p95_px", "gpu_ms", "gpu_bytes"];
+const LIVE: [&str; 7] = ["error_share", "rmse", "mae", "beyond_tolerance", "boundary_p95_px", "gpu_ms", "gpu_bytes"];
+/// Of these what is against the averaged truth: known where the picture has that of as many samples as measurements take.
+const AVERAGED: [&str; 3] = ["rmse", "mae", "beyond_tolerance"];
+
+/// Whether a frame with a truth of so many samples a pixel tells a figure as a measurement would.
+fn told(m: &Model, axis: &Axis, samples: u32) -> bool {
+    LIVE.contains(&axis.id) && (!AVERAGED.contains(&axis.id) || samples == m.setup.truth_samples.measured())
+}
+
+/// The trail as far as its errors are known.
+fn trail<'a>(m: &'a Model, error: &Axis) -> Vec<&'a Record> {
+    m.chart.trail.iter().filter(|r| told(m, error, r.truth_samples)).collect()
+}
 
 /// A small picture of a row's set-up.
 pub enum Picture {
@@ -116,9 +128,9 @@ pub fn show(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
     }
     let (cost, error) = (&COSTS[m.chart.cost], &ERRORS[m.chart.error]);
     let points: Vec<Option<(f64, f64)>> = m.rows.iter().map(|r| chart::point(r, cost, error)).collect();
-    let known = LIVE.contains(&cost.id) && LIVE.contains(&error.id);
+    let known = LIVE.contains(&cost.id);
     let trail: Vec<(f64, f64)> =
-        m.chart.trail.iter().filter(|_| known).filter_map(|r| chart::point(r, cost, error)).collect();
+        trail(m, error).into_iter().filter(|_| known).filter_map(|r| chart::point(r, cost, error)).collect();
     let all = || points.iter().flatten().chain(&trail);
     let (x, y) = (LogAxis::of(all().map(|p| p.0)), LogAxis::of(all().map(|p| p.1)));
     let at = |(cost, error): (f64, f64)| [x.at(cost), y.at(error)];
@@ -171,13 +183,14 @@ pub fn show(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
     };
     let screens: Vec<Option<Pos2>> = points.iter().map(|p| p.map(screen).filter(|s| frame.contains(*s))).collect();
     let mut labels = Labels::new(frame);
-    live(ui, m, frame, &mut labels, &trail.iter().copied().map(screen).collect::<Vec<_>>());
+    live(ui, m, error, frame, &mut labels, &trail.iter().copied().map(screen).collect::<Vec<_>>());
     for line in &m.chart.lines {
         if let Some(end) = line.points.iter().rev().find_map(|i| screens[*i]) {
             labels.write(ui, end, &line.label, color(&line.technique), false);
         }
     }
-    if let Some(axis) = [error, cost].into_iter().find(|a| !LIVE.contains(&a.id)) {
+    let samples = m.setup.truth_samples.shown(m.info());
+    if let Some(axis) = [error, cost].into_iter().find(|a| !told(m, a, samples)) {
         let text = format!("The picture now is not shown: its {} is not known without a measurement.", axis.id);
         let galley = ui.painter().layout_no_wrap(text, FontId::proportional(11.5), WEAK);
         let place = Align2::RIGHT_TOP.anchor_size(frame.right_top() + vec2(-8.0, 6.0), galley.size());
@@ -262,9 +275,9 @@ fn axes(ui: &mut Ui, m: &mut Model) {
 }
 
 /// The picture now, and where it has been: fading.
-fn live(ui: &Ui, m: &Model, frame: Rect, labels: &mut Labels, places: &[Pos2]) {
+fn live(ui: &Ui, m: &Model, error: &Axis, frame: Rect, labels: &mut Labels, places: &[Pos2]) {
     let painter = ui.painter().with_clip_rect(frame);
-    let trail = m.chart.trail.iter().collect::<Vec<_>>();
+    let trail = trail(m, error);
     let count = places.len();
     if count != trail.len() {
         return;
@@ -321,6 +334,7 @@ fn about(ui: &mut Ui, r: &Record, pictures: &HashMap<String, Picture>, busy: boo
     let rows = [
         ("wrong pixels", Some(percent(r.error_share))),
         ("RMSE", Some(format!("{:.5}", r.rmse))),
+        ("MAE", Some(format!("{:.5}", r.mae))),
         ("FLIP", Some(format!("{:.5}", r.flip))),
         ("edge error, 95 %", r.boundary_p95_px.map(|px| format!("{px:.1} px"))),
         ("flicker", r.flicker.map(percent)),

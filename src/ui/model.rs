@@ -10,6 +10,7 @@ use crate::measure::advise::Budget;
 use crate::scene::{Camera, Scene};
 use crate::setup::Setup;
 use crate::techniques::{self, Info};
+use crate::truth::Progress;
 use crate::view;
 use anyhow::Context;
 use glam::Vec3;
@@ -73,9 +74,19 @@ pub enum Traced {
     /// The light has no exact shadow here.
     #[default]
     NotServed,
-    /// Share of the picture, 0 to 1.
-    Partly(f32),
+    Partly(Progress),
     Fully,
+}
+
+impl Traced {
+    /// Share of the picture's rows that have a truth, 0 to 1.
+    pub fn covered(&self) -> f32 {
+        match self {
+            Traced::NotServed => 0.0,
+            Traced::Partly(progress) => progress.covered,
+            Traced::Fully => 1.0,
+        }
+    }
 }
 
 /// What the last frame told.
@@ -97,8 +108,8 @@ pub struct Facts {
     pub traced: Traced,
     /// The picture shown is an earlier one of fewer pixels, complete, while the truth is traced for all.
     pub keeping: bool,
-    /// Share of the pixels facing the light that are wrong; None until it is known.
-    pub error: Option<f64>,
+    /// Share of the pixels that can be wrong which are, and RMSE against the truth shown; None until they are known.
+    pub error: Option<[f64; 2]>,
 }
 
 impl Facts {

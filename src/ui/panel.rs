@@ -7,8 +7,11 @@ use super::style::WEAK;
 use super::{needs, results};
 use crate::scene::builtin;
 use crate::techniques;
+use crate::truth::{COUNTS, Samples};
 use crate::view;
-use egui::{Align, Button, CollapsingHeader, DragValue, Layout, RichText, ScrollArea, TextEdit, Ui, UiBuilder, vec2};
+use egui::{
+    Align, Button, CollapsingHeader, ComboBox, DragValue, Layout, RichText, ScrollArea, TextEdit, Ui, UiBuilder, vec2,
+};
 use std::path::PathBuf;
 
 /// Width of the panel, points.
@@ -79,8 +82,7 @@ fn scene(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
         "What stands in the light: one of the scenes that come with the program, or a file.",
         |ui, label| {
             let width = ui.available_width();
-            let combo =
-                egui::ComboBox::from_id_salt("scene").selected_text(m.setup.scene.as_str()).width(width).truncate();
+            let combo = ComboBox::from_id_salt("scene").selected_text(m.setup.scene.as_str()).width(width).truncate();
             let shown = combo.show_ui(ui, |ui| {
                 for b in builtin::SCENES {
                     let chosen = m.setup.scene == b.name;
@@ -140,6 +142,10 @@ pub fn grouped(n: usize) -> String {
     out
 }
 
+const TRUTH_TIP: &str = "Samples a pixel of the exact shadow. One, at the pixel's centre: what a hard technique aims at. \
+     More: the mean over the pixel, what a filter aims at and an eye sees. Auto: one or 16, as the technique aims. \
+     Measurements take 16 then, so that all techniques share one truth.";
+
 fn views(ui: &mut Ui, m: &mut Model) {
     let tip = |i: usize, doc: &str| if i < 9 { format!("{doc} (key {})", i + 1) } else { doc.to_string() };
     let now = m.setup.view.clone();
@@ -154,6 +160,20 @@ fn views(ui: &mut Ui, m: &mut Model) {
             m.setup.view = maps[i].id.into();
         }
     }
+    row(ui, "truth samples", TRUTH_TIP, |ui, label| {
+        let all = [Samples::Auto].into_iter().chain(COUNTS.map(Samples::Fixed));
+        let text = match m.setup.truth_samples {
+            Samples::Auto => format!("auto: {}", Samples::Auto.shown(m.info())),
+            fixed => fixed.to_string(),
+        };
+        let combo = ComboBox::from_id_salt("truth samples").selected_text(text).width(ui.available_width());
+        let shown = combo.show_ui(ui, |ui| {
+            for samples in all {
+                ui.selectable_value(&mut m.setup.truth_samples, samples, samples.to_string());
+            }
+        });
+        shown.response.labelled_by(label.id).on_hover_text(TRUTH_TIP);
+    });
     if m.setup.view == "split" {
         let mut percent = m.setup.split * 100.0;
         let tip = "Where the line stands, from the left edge. It can also be dragged in the picture.";
@@ -262,7 +282,7 @@ fn animation(ui: &mut Ui, m: &mut Model) {
             .collect();
         let mut chosen = m.setup.animation as usize;
         let width = ui.available_width();
-        let combo = egui::ComboBox::from_id_salt("animation").width(width).truncate();
+        let combo = ComboBox::from_id_salt("animation").width(width).truncate();
         let combo = combo.show_index(ui, &mut chosen, names.len(), |i| names.get(i).cloned().unwrap_or_default());
         combo.on_hover_text("Which of the file's animations plays.");
         m.setup.animation = chosen as u32;

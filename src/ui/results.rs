@@ -105,7 +105,7 @@ fn measured(ui: &mut Ui, i: usize, r: &Record) {
         (
             "facing the light",
             format!("{:>9}  pixels", r.facing),
-            "Pixels whose surface turns towards the light: those that count.",
+            "Pixels whose surface turns towards the light, within its cone and range: those that can be wrong.",
         ),
         ("lit, right", share(r.lit_correct), "Called lit, and lit."),
         ("lit, wrong", share(r.lit_incorrect), "Called lit, but in shadow: leaks."),
@@ -114,12 +114,19 @@ fn measured(ui: &mut Ui, i: usize, r: &Record) {
         (
             "wrong together",
             share(r.lit_incorrect + r.shadow_incorrect),
-            "Wrong pixels as a share of those facing the light.",
+            "Wrong pixels as a share of those that can be wrong, against one sample a pixel: for hard techniques.",
         ),
     ];
     let mut rows = counts.to_vec();
-    let tip = "Root mean square of visibility minus truth: counts soft errors too.";
+    let tip =
+        "Samples a pixel of the truth that the sizes of errors below are against; the counts above are against one.";
+    rows.push(("truth samples", r.truth_samples.to_string(), tip));
+    let tip = "Root mean square of visibility minus the averaged truth: fair to filters.";
     rows.push(("RMSE", format!("{:.5}", r.rmse), tip));
+    let tip = "Mean of the absolute value of visibility minus the averaged truth, and its largest.";
+    rows.push(("MAE, largest", format!("{:.5}, {:.3}", r.mae, r.max_error), tip));
+    let tip = "Pixels whose visibility is off by more than 0.1, as a share of those that can be wrong.";
+    rows.push(("off by over 0.1", percent(r.beyond_tolerance), tip));
     let tip = "Root mean square difference of the shaded picture from the one shaded with the truth.";
     rows.push(("RMSE of the picture", format!("{:.5}", r.rmse_image), tip));
     let tip = "How different the shaded picture looks from the true one to a human eye: 0 the same, 1 utterly.";

@@ -126,12 +126,17 @@ fn status(ui: &mut Ui, m: &Model) {
         };
         let error = match (f.traced, f.error) {
             (Traced::NotServed, _) => RichText::new("no exact shadow").color(WEAK),
-            (Traced::Partly(done), _) => RichText::new(format!("tracing {:.0} %", done * 100.0)).color(WEAK),
+            (Traced::Partly(p), _) => RichText::new(format!("tracing {:.0} %", p.done * 100.0)).color(WEAK),
             (Traced::Fully, None) => RichText::new("error …").color(WEAK),
-            (Traced::Fully, Some(share)) => RichText::new(format!("error {:.3} %", share * 100.0)).color(TEXT),
+            (Traced::Fully, Some([share, rmse])) => {
+                RichText::new(format!("error {:.3} %, RMSE {rmse:.4}", share * 100.0)).color(TEXT)
+            }
         };
-        let tip = "Wrong pixels as a share of those that face the light, against the exact shadow, in this picture. It is traced while the picture rests.";
-        field(ui, 118.0, error, tip);
+        let tip = format!(
+            "Against the exact shadow in this picture, which is traced while the picture rests. Error: wrong pixels as a share of those that the light can reach, against one sample a pixel, which suits hard techniques. RMSE: against the truth of {}, which is fair to filters if it is more than one.",
+            samples(m.setup.truth_samples.shown(m.info()))
+        );
+        field(ui, 210.0, error, &tip);
         let how = if f.wall_clock { "Wall clock." } else { "GPU time." };
         let technique = RichText::new(format!("technique {:.2} ms", f.technique_ms()));
         field(ui, 132.0, technique, &format!("The technique's passes together. {how}"));
@@ -150,6 +155,11 @@ fn status(ui: &mut Ui, m: &Model) {
             ui.add(Label::new(adapter).truncate()).on_hover_text(tip);
         });
     });
+}
+
+/// Samples in words.
+fn samples(n: u32) -> String {
+    if n == 1 { "one sample a pixel".into() } else { format!("{n} samples a pixel") }
 }
 
 fn messages(ctx: &Context, rect: Rect, m: &mut Model) {

@@ -6,6 +6,7 @@ use crate::frame::{Ask, Renderer, Truth};
 use crate::gpu::TimerMode;
 use crate::measure::{Record, metrics, params_text};
 use crate::setup::Setup;
+use crate::truth::{Progress, Samples};
 use crate::{techniques, view};
 use anyhow::Result;
 use glam::Vec3;
@@ -60,12 +61,14 @@ pub struct Stage {
     /// Nanoseconds a pixel, of all passes but the truth and of the truth.
     cost: f64,
     truth_cost: f64,
-    /// Pixels of truth traced in the last frame.
-    truth_pixels: f64,
-    traced: f32,
-    /// Share of the truth in the picture drawn last, and whether that frame lets it go on alone.
-    drawn_truth: f32,
+    /// Samples of pixels that the last frame traced of the truth.
+    truth_samples: f64,
+    traced: Progress,
+    /// How much of the truth is in the picture drawn last, and whether that frame lets it go on alone.
+    drawn_truth: Progress,
     traceable: bool,
+    /// The last frame made do with one sample a pixel where more are wanted.
+    coarse: bool,
     picture: Option<wgpu::Texture>,
     /// The picture is an earlier, complete one of fewer pixels.
     keeping: bool,
@@ -94,10 +97,11 @@ impl Stage {
             change: Change::Scene,
             cost,
             truth_cost: cost * 2.0,
-            truth_pixels: 0.0,
-            traced: 0.0,
-            drawn_truth: 0.0,
+            truth_samples: 0.0,
+            traced: Progress::default(),
+            drawn_truth: Progress::default(),
             traceable: false,
+            coarse: false,
             picture: None,
             keeping: false,
             steady: 0,
@@ -142,11 +146,11 @@ impl Stage {
         let scale = self.next_scale(rest, shown);
         let size = full.map(|side| ((side as f64 * scale).round() as u32).max(1));
         let refining = scale < 1.0;
-        let missing = served && self.traced < 1.0;
+        let missing = served && (self.traced.done < 1.0 || self.coarse);
         let still = change == Change::Nothing && size == self.size && rest && !refining;
         // The truth may have been completed by a frame that drew no picture.
-        let mut redraw = self.keeping && self.traced >= 1.0;
-        if still && missing && self.traceable {
+        let mut redraw = self.keeping && self.traced.covered >= 1.0;
+        if still && missing && self.traceable && !self.coarse {
             match self.trace() {
                 Ok(()) => self.times(m),
                 Err(e) => {
@@ -155,12 +159,18 @@ impl Stage {
                     return Next::Rest;
                 }
             }
-            let step = !self.keeping && self.traced - self.drawn_truth >= 0.2;
-            redraw = shown && (self.traced >= 1.0 || step);
+            // Whole rows first, then a better mean of all.
+            let (now, drawn) = (self.traced, self.drawn_truth);
+            let covered = now.covered >= 1.0 && drawn.covered < 1.0;
+            let step = !self.keeping && (now.covered - drawn.covered >= 0.2 || now.done - drawn.done >= 0.2);
+            redraw = shown && (covered || now.done >= 1.0 || step);
             if !redraw {
-                if !shown || self.keeping {
-                    m.facts.traced = if self.traced < 1.0 { Traced::Partly(self.traced) } else { Traced::Fully };
-                }
+                m.facts.traced = match self.traced.done < 1.0 {
+                    // What covers the untraced part of the picture fits the picture that is shown.
+                    true if shown && !self.keeping => Traced::Partly(Progress { covered: drawn.covered, ..now }),
+                    true => Traced::Partly(now),
+                    false => Traced::Fully,
+                };
                 return Next::Now;
             }
         }
@@ -181,7 +191,12 @@ impl Stage {
                 (false, _) => Next::In(SETTLE.saturating_sub(self.changed.elapsed()).max(Duration::from_millis(1))),
             };
         }
-        // While the scene moves every frame needs all of its truth: what an earlier frame left would be a lie.
+        // While the scene moves every frame needs all of its truth: what an earlier frame left would be a lie. One sample
+        // a pixel must do until it rests.
+        let several = m.setup.truth_samples.shown(m.info()) > 1;
+        self.coarse = several && (refining || !rest && self.change == Change::Scene);
+        let samples = if self.coarse { Samples::Fixed(1) } else { m.setup.truth_samples };
+        let setup = Setup { truth_samples: samples, ..m.setup.clone() };
         let truth = match () {
             _ if !served => Truth::Off,
             _ if rest && !refining => Truth::Some((TRUTH_MS * 1e6 / self.truth_cost) as u32),
@@ -189,24 +204,24 @@ impl Stage {
             _ if shown => Truth::Some((TRUTH_MS * 1e6 / self.truth_cost) as u32),
             _ => Truth::Off,
         };
-        let before = if size == self.size && change < Change::Scene { self.traced } else { 0.0 };
+        let before = if size == self.size && change < Change::Scene { self.traced.samples } else { 0 };
         self.steady = if size == self.size { self.steady + 1 } else { 0 };
         self.size = size;
         // A complete picture of fewer pixels stays until one of all pixels is complete too.
-        let complete = |traced: f32| shown && traced >= 1.0;
+        let complete = |traced: Progress| shown && traced.covered >= 1.0;
         self.keeping = change == Change::Nothing && rest && !refining && !redraw && complete(self.drawn_truth);
         let ask = Ask { size, truth, analysis: false, timed: true, picture: !self.keeping, fresh: false };
-        match self.renderer.render(&m.setup, ask) {
+        match self.renderer.render(&setup, ask) {
             Ok(told) => {
-                self.traced = told.truth_done;
+                self.traced = told.truth;
                 self.traceable = truth != Truth::Off;
                 if ask.picture {
-                    self.drawn_truth = told.truth_done;
+                    self.drawn_truth = told.truth;
                     self.picture = self.renderer.output().cloned();
                     m.reading = None;
                     m.facts.size = size;
                 }
-                self.truth_pixels = ((told.truth_done - before).max(0.0) as f64) * size[0] as f64 * size[1] as f64;
+                self.truth_samples = told.truth.samples.saturating_sub(before) as f64;
                 m.facts.told = told;
             }
             Err(e) => {
@@ -220,18 +235,19 @@ impl Stage {
         self.awaiting_times = self.times_late();
         self.times(m);
         m.facts.keeping = self.keeping;
-        m.facts.traced = match (served, self.traced) {
-            (false, _) => Traced::NotServed,
-            (true, done) if done < 1.0 || refining => Traced::Partly(if refining { 0.0 } else { done }),
-            _ => Traced::Fully,
+        m.facts.traced = match served {
+            false => Traced::NotServed,
+            true if refining => Traced::Partly(Progress::default()),
+            true if self.traced.done < 1.0 || self.coarse => Traced::Partly(self.traced),
+            true => Traced::Fully,
         };
-        if refining && shown && self.traced >= 1.0 {
+        if refining && shown && self.traced.done >= 1.0 {
             // A complete truth at fewer pixels: right as far as it goes.
-            m.facts.traced = Traced::Fully;
+            m.facts.traced = if self.coarse { Traced::Partly(self.traced) } else { Traced::Fully };
         }
         // The chart's live point follows while sliders move, as fast as pictures are counted.
         let followed = m.drawer == Some(Tab::Chart) && !self.pending;
-        if followed && served && self.traced >= 1.0 && self.size == self.full {
+        if followed && served && !self.coarse && self.traced.done >= 1.0 && self.size == self.full {
             self.count(m, desk);
         }
         Next::Now
@@ -243,7 +259,8 @@ impl Stage {
         if full != self.full || scene(d) != scene(setup) {
             return Change::Scene;
         }
-        if d.technique != setup.technique || d.params.get(&d.technique) != setup.params.get(&setup.technique) {
+        let technique = |s: &Setup| (s.technique.clone(), s.truth_samples);
+        if technique(d) != technique(setup) || d.params.get(&d.technique) != setup.params.get(&setup.technique) {
             return Change::Technique;
         }
         if d.view != setup.view || d.split != setup.split { Change::View } else { Change::Nothing }
@@ -262,7 +279,7 @@ impl Stage {
         let predicted = pixels * (self.cost + if moving && truth { self.truth_cost } else { 0.0 }) * 1e-6;
         let allowed = match moving {
             true => MOVING_MS,
-            false if self.traced >= 1.0 && self.size == self.full => KEEPING_MS,
+            false if self.traced.done >= 1.0 && self.size == self.full => KEEPING_MS,
             false => TUNING_MS,
         };
         let wanted = (allowed / predicted.max(1e-3)).sqrt();
@@ -289,11 +306,11 @@ impl Stage {
         f.wall_clock = !stamps;
         let latest = &self.renderer.timer.latest;
         let traced: f64 = latest.iter().filter(|p| p.0 == "truth").map(|p| p.1).sum();
-        if traced > 0.0 && self.truth_pixels > 0.0 {
-            let cost = (traced * 1e6 / self.truth_pixels).max(0.01);
+        if traced > 0.0 && self.truth_samples > 0.0 {
+            let cost = (traced * 1e6 / self.truth_samples).max(0.01);
             self.truth_cost = cost.clamp(self.truth_cost / 4.0, self.truth_cost * 4.0);
         }
-        if latest.len() == 1 {
+        if latest.iter().all(|p| p.0 == "truth") {
             // The truth went on alone: the list keeps the last whole frame.
             return;
         }
@@ -315,9 +332,9 @@ impl Stage {
 
     /// Goes on with the truth alone; the picture stays.
     fn trace(&mut self) -> Result<()> {
-        let before = self.traced;
+        let before = self.traced.samples;
         self.traced = self.renderer.trace((TRUTH_MS * 1e6 / self.truth_cost) as u32)?;
-        self.truth_pixels = (self.traced - before) as f64 * self.size[0] as f64 * self.size[1] as f64;
+        self.truth_samples = self.traced.samples.saturating_sub(before) as f64;
         self.awaiting_times = self.times_late();
         Ok(())
     }
@@ -339,7 +356,8 @@ impl Stage {
 
     /// Reads back what the errors need, and has them counted on a thread.
     fn start_counting(&mut self, m: &Model, desk: &Desk) -> Result<()> {
-        let (visibility, truth) = (self.renderer.read_visibility()?, self.renderer.read_truth()?);
+        let visibility = self.renderer.read_visibility()?;
+        let (hard, mean) = (self.renderer.read_hard_truth()?, self.renderer.read_truth()?);
         let mask = self.renderer.read_mask()?;
         let (width, generation) = (self.size[0] as usize, self.generation);
         let row = Record {
@@ -347,12 +365,14 @@ impl Stage {
             params: params_text(m.setup.values()),
             gpu_bytes: m.facts.told.gpu_bytes,
             gpu_ms: m.facts.technique_ms(),
+            truth_samples: m.setup.truth_samples.shown(m.info()),
             ..Record::default()
         };
         desk.start(move |post| {
-            let e = metrics::errors(&visibility, &truth, &mask, width);
+            let e = metrics::errors(&visibility, &hard, &mean, &mask, width);
             let boundary_p95_px = e.boundary.map(|b| b.p95 as f64);
-            let row = Record { error_share: e.share(), rmse: e.rmse, boundary_p95_px, ..row };
+            let (error_share, rmse, mae, beyond_tolerance) = (e.share(), e.rmse, e.mae, e.beyond_tolerance);
+            let row = Record { error_share, rmse, mae, beyond_tolerance, boundary_p95_px, ..row };
             post.send(Done::Counted(generation, Box::new(row)));
         });
         Ok(())

@@ -99,8 +99,8 @@ fn fly(ui: &Ui, m: &mut Model) {
 
 /// Shades the part of the picture whose truth is still missing, where the view shows it.
 fn untraced(ui: &Ui, rect: Rect, m: &Model) {
-    let Traced::Partly(done) = m.facts.traced else { return };
-    if m.facts.keeping || !view::needs_truth(&m.setup.view) {
+    let done = m.facts.traced.covered();
+    if m.facts.traced == Traced::NotServed || done >= 1.0 || m.facts.keeping || !view::needs_truth(&m.setup.view) {
         return;
     }
     let left = if m.setup.view == "split" { rect.left() + rect.width() * m.setup.split } else { rect.left() };

@@ -275,7 +275,7 @@ impl Open {
                 }
                 Done::Counted(generation, row) => {
                     if self.stage.as_mut().is_some_and(|s| s.counted(generation)) {
-                        m.facts.error = Some(row.error_share);
+                        m.facts.error = Some([row.error_share, row.rmse]);
                     }
                     m.chart.live(*row);
                 }
@@ -366,9 +366,9 @@ impl Open {
         if let (Some(stage), Some(m)) = (&mut self.stage, &mut self.model)
             && m.measuring.is_none()
         {
-            let traced = m.facts.traced;
+            let covered = m.facts.traced.covered();
             next = stage.frame(m, full, &self.desk);
-            if traced != m.facts.traced && view::needs_truth(&m.setup.view) {
+            if covered != m.facts.traced.covered() && view::needs_truth(&m.setup.view) {
                 // What covers the untraced part must fit this picture, not the last one.
                 let again = ctx.run_ui(quiet, |ui| _ = shell::layout(ui, m, &mut Vec::new()));
                 output.shapes = again.shapes;

@@ -9,6 +9,7 @@ use crate::measure::{self, table};
 use crate::scene::Camera;
 use crate::setup::Setup;
 use crate::techniques;
+use crate::truth::Samples;
 use anyhow::{Context, Result};
 use glam::Vec3;
 
@@ -444,7 +445,8 @@ fn shots(b: &mut Bench, scene: &str, all: &[Shot]) -> Result<[String; 2]> {
     for (i, shot) in all.iter().enumerate() {
         b.done(i, all.len());
         let (renderer, start) = b.open(scene)?;
-        let mut setup = Setup { size: [RESOLUTION; 2], view: shot.view.into(), ..start };
+        let once = Samples::Fixed(1);
+        let mut setup = Setup { size: [RESOLUTION; 2], view: shot.view.into(), truth_samples: once, ..start };
         setup.select(shot.technique)?;
         let selected = [shot.technique.to_string()];
         for set in [&[&*format!("resolution={RESOLUTION}")][..], shot.sets].concat() {
