@@ -276,10 +276,11 @@ fn what_cannot_be_drawn_is_left_out_or_said() {
     let svg = chart::svg(&some, &COSTS[1], &ERRORS[0], "\u{1} <title>").unwrap();
     assert_eq!(of_class(&Document::parse(&svg).unwrap(), "point").len(), 2);
     // Nothing wrong is an edge error of nothing; wrong pixels without an edge have none.
-    let edge = |r: &Record| chart::point(r, &COSTS[0], &ERRORS[3]).map(|p| p.1);
+    let axis = |id: &str| ERRORS.iter().find(|a| a.id == id).unwrap();
+    let edge = |r: &Record| chart::point(r, &COSTS[0], axis("boundary_p95_px")).map(|p| p.1);
     assert_eq!((edge(&rows[rows.len() - 1]), edge(&rows[0])), (Some(0.0), None));
     // Nothing but zeros is a row of zeros.
-    let svg = chart::svg(&rows, &COSTS[3], &ERRORS[2], "").unwrap();
+    let svg = chart::svg(&rows, &COSTS[3], axis("flip"), "").unwrap();
     let document = Document::parse(&svg).unwrap();
     let ticks: Vec<String> =
         ["tick-x", "tick-y"].iter().flat_map(|c| of_class(&document, c)).map(|t| text(&t)).collect();
