@@ -53,7 +53,7 @@ fn gather(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) loc
             continue;
         }
         let light = light_at(p.xyz);
-        if !light.reached || dot(octahedral_decode(textureLoad(g_surface, pixel, 0).x), light.to_light) <= 0.0 {
+        if !light.reached || dot(g_normal(textureLoad(g_surface, pixel, 0)), light.to_light) <= 0.0 {
             continue;
         }
         let clip = light_clip(light_view, p.xyz);

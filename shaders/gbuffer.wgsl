@@ -1,34 +1,86 @@
 //!include lib/frame.wgsl
-//!include lib/scene.wgsl
-//!include lib/color.wgsl
+//!include lib/gbuffer.wgsl
 // The G-buffer. Each triangle has vertices of its own here, so that its number needs no device feature.
+// The rasteriser says which triangle a pixel sees; where, the pixel's own ray says. Interpolated values would belong to
+// corners that the rasteriser has moved (by up to half a 256th of a pixel), and lie past the triangle's edges.
 
 struct Fragment {
     @builtin(position) clip: vec4f,
-    @location(0) position: vec3f,
-    @location(1) shading_normal: vec3f,
-    @location(2) uv: vec2f,
-    @location(3) @interpolate(flat) triangle: u32,
-    @location(4) @interpolate(flat) material: u32,
-    @location(5) @interpolate(flat) normal: vec3f,
+    // For its derivatives only.
+    @location(0) uv: vec2f,
+    @location(1) @interpolate(flat) triangle: u32,
+    @location(2) @interpolate(flat) material: u32,
+    // The first corner in world space, and from it to the two others.
+    @location(3) @interpolate(flat) corner: vec3f,
+    @location(4) @interpolate(flat) second: vec3f,
+    @location(5) @interpolate(flat) third: vec3f,
+    @location(6) @interpolate(flat) normal: vec3f,
+    // Least weight of each corner: keeps samples off the edges by more than the rounding of a position.
+    @location(7) @interpolate(flat) least: vec3f,
+    @location(8) @interpolate(flat) uvs: vec4f,
+    @location(9) @interpolate(flat) last_uv: vec2f,
+    @location(10) @interpolate(flat) shading_normals: vec3u,
+}
+
+fn longest(a: vec3f) -> f32 {
+    return max(abs(a.x), max(abs(a.y), abs(a.z)));
 }
 
 @vertex
 fn vertex(@builtin(vertex_index) index: u32) -> Fragment {
     let triangle = index / 3u;
     let corners = triangles[triangle];
-    let a = vertices[corners.x].position;
-    let normal = cross(vertices[corners.y].position - a, vertices[corners.z].position - a);
-    let v = vertices[corners[index % 3u]];
+    let a = vertices[corners.x];
+    let b = vertices[corners.y];
+    let c = vertices[corners.z];
+    let ab = b.position - a.position;
+    let ac = c.position - a.position;
+    let normal = cross(ab, ac);
+    let area = max(length(normal), 1e-37);
+    let k = index % 3u;
+    let p = select(select(a.position, b.position, k == 1u), c.position, k == 2u);
     var out: Fragment;
-    out.clip = frame.view_proj * vec4f(v.position, 1.0);
-    out.position = v.position;
-    out.shading_normal = octahedral_decode(v.normal);
-    out.uv = v.uv;
+    out.clip = frame.eye_proj * vec4f(p - frame.eye, 1.0);
+    out.uv = select(select(a.uv, b.uv, k == 1u), c.uv, k == 2u);
     out.triangle = triangle;
-    out.material = v.material;
-    out.normal = normal / max(length(normal), 1e-37);
+    out.material = a.material;
+    out.corner = a.position;
+    out.second = ab;
+    out.third = ac;
+    out.normal = normal / area;
+    let rounding = 4.0 * unit * max(longest(a.position), max(longest(b.position), longest(c.position)));
+    // Over the triangle's heights; a sliver's are too small for it.
+    out.least = min(rounding / area * vec3f(distance(b.position, c.position), length(ac), length(ab)), vec3f(1e-3));
+    out.uvs = vec4f(a.uv, b.uv);
+    out.last_uv = c.uv;
+    out.shading_normals = vec3u(a.normal, b.normal, c.normal);
     return out;
+}
+
+// The corners' weights at the point of a triangle that a ray from the eye meets; outside, at that of its border that the ray
+// passes nearest. `a`: the first corner from the eye; `ab`, `ac`: from it to the others; `side`: 1 if the eye sees the front.
+fn weights_at(ray: vec3f, a: vec3f, ab: vec3f, ac: vec3f, normal: vec3f, side: f32) -> vec3f {
+    // Volumes spanned by the ray and the edges as the eye sees them: all positive in front of the eye and inside (Möller,
+    // Trumbore 1997, whose determinant is the sum).
+    let second = side * dot(ray, cross(a, ac));
+    let third = side * dot(ray, cross(ab, a));
+    let whole = -side * dot(ray, cross(ab, ac));
+    let first = whole - second - third;
+    if whole > 0.0 && min(first, min(second, third)) >= 0.0 {
+        return vec3f(first, second, third) / whole;
+    }
+    // The edge that is passed by most.
+    let is_second = second <= first && second <= third;
+    let is_third = third < second && third <= first;
+    let is_first = !is_second && !is_third;
+    let start = select(a, a + ab, is_first);
+    let edge = select(select(ab, ac, is_second), ac - ab, is_first);
+    // Both seen along the ray.
+    let along = ray / dot(ray, ray);
+    let p = start - along * dot(start, ray);
+    let e = edge - along * dot(edge, ray);
+    let s = clamp(-dot(p, e) / max(dot(e, e), 1e-37), 0.0, 1.0);
+    return select(select(vec3f(1.0 - s, s, 0.0), vec3f(1.0 - s, 0.0, s), is_second), vec3f(0.0, 1.0 - s, s), is_first);
 }
 
 struct Targets {
@@ -42,19 +94,26 @@ fn fragment(in: Fragment) -> Targets {
     let uv_dx = dpdx(in.uv);
     let uv_dy = dpdy(in.uv);
     // The winding decides, not the rasteriser: the same rule as for rays.
-    let front = dot(in.normal, frame.eye - in.position) >= 0.0;
-    if masked_out(m, in.uv) || (!front && m.double_sided == 0u) {
+    let a = in.corner - frame.eye;
+    let front = dot(in.normal, a) <= 0.0;
+    let exact = weights_at(pixel_ray(in.clip.xy), a, in.second, in.third, in.normal, select(-1.0, 1.0, front));
+    let off_edges = max(exact, in.least);
+    let w = off_edges / (off_edges.x + off_edges.y + off_edges.z);
+    let uv = w.x * in.uvs.xy + w.y * in.uvs.zw + w.z * in.last_uv;
+    if masked_out(m, uv) || (!front && m.double_sided == 0u) {
         discard;
     }
     var albedo = m.base_color.rgb;
     if m.texture > 0u {
-        albedo *= textureSampleGrad(textures, texture_sampler, material_uv(m, in.uv), m.texture - 1u, uv_dx, uv_dy).rgb;
+        albedo *= textureSampleGrad(textures, texture_sampler, material_uv(m, uv), m.texture - 1u, uv_dx, uv_dy).rgb;
     }
+    // From the first corner: however the weights are rounded, this lies on the triangle.
+    let position = in.corner + (w.y * in.second + w.z * in.third);
     let normal = select(-in.normal, in.normal, front);
-    var shading = normalize(in.shading_normal);
+    let n = in.shading_normals;
+    var shading = w.x * octahedral_decode(n.x) + w.y * octahedral_decode(n.y) + w.z * octahedral_decode(n.z);
+    shading = normalize(select(shading, in.normal, dot(shading, shading) < 1e-12));
     shading = select(-shading, shading, dot(shading, normal) >= 0.0);
-    // Albedo is kept sRGB-encoded: eight bits band less so.
-    let packed = pack4x8unorm(vec4f(linear_to_srgb(saturate(albedo)), 1.0));
-    let depth = dot(in.position - frame.eye, frame.forward);
-    return Targets(vec4f(in.position, depth), vec4u(octahedral_encode(normal), octahedral_encode(shading), packed, in.triangle));
+    let depth = max(dot(position - frame.eye, frame.forward), 1e-3 * frame.near);
+    return Targets(vec4f(position, depth), surface_words(normal, shading, albedo, in.triangle));
 }

@@ -22,12 +22,6 @@ struct View {
 
 // The common views are numbered by Rust: constants `view_shaded`, `view_split` and so on.
 
-fn view_ray(pixel: vec2u) -> vec3f {
-    let ndc = (vec2f(pixel) + 0.5) / vec2f(frame.size) * 2.0 - 1.0;
-    let p = frame.inverse_view_proj * vec4f(ndc.x, -ndc.y, 0.5, 1.0);
-    return normalize(p.xyz / p.w - frame.eye);
-}
-
 fn sky(direction: vec3f) -> vec3f {
     let horizon = vec3f(0.78, 0.83, 0.88);
     if direction.y < 0.0 {
@@ -144,7 +138,7 @@ fn color_of(pixel: vec2u) -> vec3f {
     if !s.valid {
         // Only pictures have a sky; data have a plain background.
         let data = frame.view != view_shaded && frame.view != view_split;
-        return select(linear_to_srgb(sky(view_ray(pixel))), vec3f(0.22, 0.24, 0.27), data);
+        return select(linear_to_srgb(sky(normalize(pixel_ray(vec2f(pixel) + 0.5)))), vec3f(0.22, 0.24, 0.27), data);
     }
     switch frame.view {
         case view_split: {

@@ -1,7 +1,7 @@
 //! Pictures to files, with the set-up inside, and the set-up out of them again.
 
 use crate::frame::{Ask, Renderer, Truth};
-use crate::scene::geometry::octahedral_decode;
+use crate::scene::geometry::shading_normal;
 use crate::setup::Setup;
 use crate::{techniques, view};
 use anyhow::{Context, Result, bail, ensure};
@@ -144,7 +144,7 @@ fn write_exr(renderer: &Renderer, setup: &Setup, path: &Path) -> Result<()> {
         _ => {
             let position = renderer.read_position()?;
             let normal =
-                |(s, p): (&[u32; 4], &[f32; 4])| if p[3] > 0.0 { octahedral_decode(s[1]).to_array() } else { [0.0; 3] };
+                |(s, p): (&[u32; 4], &[f32; 4])| if p[3] > 0.0 { shading_normal(*s).to_array() } else { [0.0; 3] };
             three(renderer.read_surface()?.iter().zip(&position).map(normal).collect())
         }
     };

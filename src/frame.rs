@@ -18,7 +18,7 @@ use crate::truth::{Progress, Tracing};
 use crate::view;
 use anyhow::{Context, Result, ensure};
 use bytemuck::{Pod, Zeroable};
-use glam::{Mat4, Vec2, Vec3};
+use glam::{Mat3, Mat4, Vec2, Vec3, Vec4};
 use std::collections::HashMap;
 use std::sync::Arc;
 use std::time::Instant;
@@ -29,7 +29,8 @@ use wgpu::TextureFormat as Format;
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub struct FrameUniform {
     pub view_proj: Mat4,
-    pub inverse_view_proj: Mat4,
+    pub eye_proj: Mat4,
+    pub rays: [Vec4; 3],
     pub eye: Vec3,
     pub near: f32,
     pub forward: Vec3,
@@ -55,7 +56,7 @@ pub struct FrameUniform {
 impl FrameUniform {
     fn new(setup: &Setup, info: &Info, size: [u32; 2], bounds: [Vec3; 2]) -> FrameUniform {
         let camera = setup.camera;
-        let view_proj = camera.projection(size[0] as f32 / size[1] as f32) * camera.view();
+        let projection = camera.projection(size[0] as f32 / size[1] as f32);
         let light = setup.light;
         let (cosine, half_u, half_v) = match light {
             Light::Spot { outer_angle, .. } => (outer_angle.to_radians().cos(), Vec3::ZERO, Vec3::ZERO),
@@ -63,8 +64,9 @@ impl FrameUniform {
             _ => (0.0, Vec3::ZERO, Vec3::ZERO),
         };
         FrameUniform {
-            view_proj,
-            inverse_view_proj: view_proj.inverse(),
+            view_proj: projection * camera.view(),
+            eye_proj: projection * Mat4::from_mat3(Mat3::from_mat4(camera.view())),
+            rays: camera.rays(size).map(|r| r.as_vec3().extend(0.0)),
             eye: camera.position,
             near: camera.near,
             forward: camera.forward(),
@@ -93,8 +95,14 @@ impl FrameUniform {
     pub fn shifted(&self, by: Vec2) -> FrameUniform {
         let [width, height] = self.size.map(|s| s as f32);
         let ndc = Vec3::new(-2.0 * by.x / width, 2.0 * by.y / height, 0.0);
-        let view_proj = Mat4::from_translation(ndc) * self.view_proj;
-        FrameUniform { view_proj, inverse_view_proj: view_proj.inverse(), ..*self }
+        let moved = Mat4::from_translation(ndc);
+        let [x, y, corner] = self.rays;
+        FrameUniform {
+            view_proj: moved * self.view_proj,
+            eye_proj: moved * self.eye_proj,
+            rays: [x, y, corner + x * by.x + y * by.y],
+            ..*self
+        }
     }
 }
 

@@ -64,9 +64,10 @@ struct Sample {
     off: f64,
 }
 
-fn octahedral(bits: u32) -> DVec3 {
-    let at = |word: u32| ((word as u16 as i16) as f64 / 32767.0).max(-1.0);
-    let (x, y) = (at(bits), at(bits >> 16));
+/// The geometric normal of a pixel's surface words.
+fn octahedral(words: [u32; 4]) -> DVec3 {
+    let at = |word: u32| ((word << 8) as i32 >> 8) as f64 / 8388607.0;
+    let (x, y) = (at(words[0]), at(words[0] >> 24 | words[1] >> 24 << 8 | words[2] >> 24 << 16));
     let z = 1.0 - x.abs() - y.abs();
     let fold = |a: f64| a - (-z).max(0.0) * if a >= 0.0 { 1.0 } else { -1.0 };
     DVec3::new(fold(x), fold(y), z).normalize()
@@ -86,19 +87,19 @@ fn samples(r: &mut Renderer, light: &Light, size: [u32; 2]) -> Vec<Sample> {
     let position = |i: usize| DVec3::new(at[i][0] as f64, at[i][1] as f64, at[i][2] as f64);
     let off = |i: usize| {
         let (x, y) = (i as i64 % size[0], i as i64 / size[0]);
-        let normal = octahedral(surface[i][0]);
+        let normal = octahedral(surface[i]);
         let around = [[-1, 0], [1, 0], [0, -1], [0, 1]].map(|[dx, dy]| [x + dx, y + dy]);
         let inside = around.into_iter().filter(|p| (0..2).all(|k| (0..size[k]).contains(&p[k])));
         let each = inside.map(|[x, y]| {
             let j = (y * size[0] + x) as usize;
-            let turned = mask[j] == BACKGROUND || normal.dot(octahedral(surface[j][0])) < 0.866;
+            let turned = mask[j] == BACKGROUND || normal.dot(octahedral(surface[j])) < 0.866;
             if turned { f64::INFINITY } else { normal.dot(position(j) - position(i)).abs() / at[i][3] as f64 }
         });
         each.fold(0.0, f64::max)
     };
     (0..mask.len())
         .filter(|i| mask[*i] == FACING)
-        .map(|i| Sample { position: position(i), normal: octahedral(surface[i][0]), off: off(i) })
+        .map(|i| Sample { position: position(i), normal: octahedral(surface[i]), off: off(i) })
         .filter(|s| reached(s.position))
         .collect()
 }

@@ -225,3 +225,33 @@ fn coplanar_neighbours_do_not_speckle() {
     let dark = (0..truth.len()).filter(|i| mask[*i] == FACING && truth[*i] == 0.0).count();
     assert_eq!(dark, 0);
 }
+
+/// A hemisphere light has the shadow of an omni light at the same place in front of its plane, and lights nothing behind it.
+#[test]
+fn a_hemisphere_light_is_half_an_omni_light() {
+    let direction = Vec3::new(0.4, -0.5, 0.3);
+    let position = Vec3::new(0.3, 1.2, -0.4);
+    let omni = Light::Omni { position, range: 50.0, color: Vec3::ONE };
+    let hemisphere = Light::Hemisphere { position, direction, range: 50.0, color: Vec3::ONE };
+    let (mut renderer, mut setup) = start(cloud(7, omni), [160, 120]);
+    setup.select("rt-hard").unwrap();
+    let mut truth = |light: Light| {
+        setup.light = light;
+        renderer.render(&setup, ask(&setup)).unwrap();
+        let truth = renderer.read_truth().unwrap();
+        assert_eq!(truth, renderer.read_visibility().unwrap());
+        (truth, renderer.read_mask().unwrap(), renderer.read_position().unwrap())
+    };
+    let (whole, mask, at) = truth(omni);
+    let (half, ..) = truth(hemisphere);
+    let mut counts = [0; 3];
+    for i in (0..mask.len()).filter(|i| mask[*i] == FACING) {
+        let ahead = (Vec3::from_slice(&at[i]) - position).normalize().dot(direction.normalize());
+        if ahead.abs() < 1e-5 {
+            continue;
+        }
+        assert_eq!(half[i], if ahead > 0.0 { whole[i] } else { 0.0 }, "pixel {i}, cosine {ahead}");
+        counts[if ahead < 0.0 { 2 } else { half[i] as usize }] += 1;
+    }
+    assert!(counts.iter().all(|n| *n > 500), "dark, lit, behind: {counts:?}");
+}

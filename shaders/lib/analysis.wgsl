@@ -44,18 +44,9 @@ fn counted(p: Place) -> bool {
     return true;
 }
 
-// How the rays of this pixel's neighbours to the right and below differ, scaled to a depth of 1 along the camera's axis.
-fn pixel_rays() -> mat2x3f {
-    let m = frame.view_proj;
-    let row_x = vec3f(m[0].x, m[1].x, m[2].x);
-    let row_y = vec3f(m[0].y, m[1].y, m[2].y);
-    return mat2x3f(row_x * (2.0 / (f32(frame.size.x) * dot(row_x, row_x))),
-                   row_y * (-2.0 / (f32(frame.size.y) * dot(row_y, row_y))));
-}
-
-// How far it is on the surface's plane to where those rays meet it, metres.
+// How far it is on the surface's plane to where the rays of this pixel's neighbours to the right and below meet it, metres.
 fn pixel_steps(s: Surface) -> mat2x3f {
-    let rays = pixel_rays();
+    let rays = frame.rays;
     let ray = (s.position - frame.eye) / s.depth;
     let slope = dot(s.normal, ray);
     let along_normal = select(slope, select(-1e-7, 1e-7, slope >= 0.0), abs(slope) < 1e-7);
@@ -77,7 +68,7 @@ fn analysed(s: Surface) -> vec4f {
     let to_light = normalize(light.to_light);
     let other = select(vec3f(1.0, 0.0, 0.0), vec3f(0.0, 1.0, 0.0), abs(to_light.x) > 0.5);
     let u = normalize(cross(to_light, other));
-    let pixel = s.depth * length(pixel_rays()[1]);
+    let pixel = s.depth * length(frame.rays[1]);
     let facing = place(s, u * pixel, cross(to_light, u) * pixel);
     let whole = footprint(p);
     let perspective = footprint(facing).x;

@@ -21,7 +21,7 @@ fn receivers(@builtin(global_invocation_id) id: vec3u) {
             continue;
         }
         let light = light_at(p.xyz);
-        let normal = octahedral_decode(textureLoad(g_surface, pixel, 0).x);
+        let normal = g_normal(textureLoad(g_surface, pixel, 0));
         if !light.reached || dot(normal, light.to_light) <= 0.0 {
             continue;
         }

@@ -3,7 +3,11 @@
 
 struct Frame {
     view_proj: mat4x4f,
-    inverse_view_proj: mat4x4f,
+    // To clip space from what is given relative to the eye.
+    eye_proj: mat4x4f,
+    // The rays of the picture: their change from a pixel to the next on the right, to the next below, and the ray through the
+    // upper left corner. Depth 1 along `forward`.
+    rays: mat3x3f,
     eye: vec3f,
     near: f32,
     forward: vec3f,
@@ -37,6 +41,11 @@ const hemisphere = 3u;
 const rect_area = 4u;
 
 @group(0) @binding(0) var<uniform> frame: Frame;
+
+// The camera's ray through a place of the picture, pixels from its upper left corner; the length is 1 along `forward`.
+fn pixel_ray(at: vec2f) -> vec3f {
+    return frame.rays * vec3f(at, 1.0);
+}
 
 struct LightSample {
     // Towards the light, not normalised: its length is the distance (1 for a directional light).

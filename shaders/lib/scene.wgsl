@@ -27,19 +27,21 @@ struct Material {
 @group(0) @binding(4) var textures: texture_2d_array<f32>;
 @group(0) @binding(5) var texture_sampler: sampler;
 
-fn octahedral_decode(bits: u32) -> vec3f {
-    let e = unpack2x16snorm(bits);
-    var n = vec3f(e, 1.0 - abs(e.x) - abs(e.y));
+// A unit vector from its place on the octahedron, unfolded to the square [-1, 1]².
+fn from_octahedron(e: vec2f) -> vec3f {
+    let n = vec3f(e, 1.0 - abs(e.x) - abs(e.y));
     let t = max(-n.z, 0.0);
-    n.x += select(t, -t, n.x >= 0.0);
-    n.y += select(t, -t, n.y >= 0.0);
-    return normalize(n);
+    return normalize(vec3f(n.xy + select(vec2f(t), vec2f(-t), n.xy >= vec2f(0.0)), n.z));
 }
 
-fn octahedral_encode(n: vec3f) -> u32 {
+fn to_octahedron(n: vec3f) -> vec2f {
     let p = n.xy / (abs(n.x) + abs(n.y) + abs(n.z));
     let folded = (1.0 - abs(p.yx)) * select(vec2f(-1.0), vec2f(1.0), p >= vec2f(0.0));
-    return pack2x16snorm(select(folded, p, n.z >= 0.0));
+    return select(folded, p, n.z >= 0.0);
+}
+
+fn octahedral_decode(bits: u32) -> vec3f {
+    return from_octahedron(unpack2x16snorm(bits));
 }
 
 fn wrapped(x: f32, mode: u32, inset: f32) -> f32 {

@@ -9,12 +9,14 @@
 
 fn shadow_ray(s: Surface, light: LightSample) -> Ray {
     let far = select(1.0, 3.4e38, frame.light_kind == directional);
-    let reach = length(light.to_light);
     let size = max(abs(s.position.x), max(abs(s.position.y), abs(s.position.z)));
-    // The position is known to a few ulp only: nearer than that along the ray a coplanar neighbour says nothing.
-    let rounding = 4.8e-7 * size / max(dot(s.normal, light.to_light) / reach, 0.01);
-    let start = max(rounding, params.epsilon * max(size, 1.0)) / reach;
-    return Ray(s.position, light.to_light, start, far, triangles[s.triangle].w, params.two_sided != 0u, params.max_visits);
+    // The position lies on its triangle but for its rounding, up to half an ulp in each coordinate; and the test of a triangle
+    // in the same plane errs by a few more. Off the surface by that much, the ray crosses neither this plane again nor
+    // a neighbour's edge, however low the light. Lifted, it still meets all that stands on the surface.
+    let rounding = 8.0 * unit * size;
+    let start = max(0.5 * rounding, params.epsilon * max(size, 1.0)) / length(light.to_light);
+    let origin = s.position + rounding * s.normal;
+    return Ray(origin, light.to_light, start, far, triangles[s.triangle].w, params.two_sided != 0u, params.max_visits);
 }
 
 fn visible(pixel: vec2u) -> Hit {

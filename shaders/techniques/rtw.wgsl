@@ -99,8 +99,7 @@ fn has_camera_term() -> bool {
 // How far from the eye anything in view can be, metres: the scene's farthest corner or the camera's.
 fn farthest() -> f32 {
     let scene = length(max(abs(frame.bounds_min - frame.eye), abs(frame.bounds_max - frame.eye)));
-    let corner = frame.inverse_view_proj * vec4f(1.0, 1.0, 0.0, 1.0);
-    let view = distance(corner.xyz / max(corner.w, 1e-9), frame.eye);
+    let view = frame.far * length(pixel_ray(vec2f(0.0)));
     return max(min(scene, view), 1e-6);
 }
 

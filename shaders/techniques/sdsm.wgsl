@@ -27,7 +27,7 @@ fn sample_depth(pixel: vec2u) -> f32 {
     }
     let p = textureLoad(g_position, pixel, 0);
     let light = light_at(p.xyz);
-    if p.w <= 0.0 || !light.reached || dot(octahedral_decode(textureLoad(g_surface, pixel, 0).x), light.to_light) <= 0.0 {
+    if p.w <= 0.0 || !light.reached || dot(g_normal(textureLoad(g_surface, pixel, 0)), light.to_light) <= 0.0 {
         return 0.0;
     }
     return p.w;

@@ -163,7 +163,7 @@ impl Renderer {
         Ok(bytemuck::pod_read_unaligned(&self.gpu.read_texels(texture, pixel, PIXEL)?))
     }
 
-    /// Reads the G-buffer's surface words back: geometric normal, shading normal, albedo, triangle.
+    /// Reads the G-buffer's surface words back: normals and albedo, and last the triangle.
     pub fn read_surface(&self) -> Result<Vec<[u32; 4]>> {
         Ok(bytemuck::pod_collect_to_vec(&self.read(&self.targets.surface)?))
     }

@@ -234,7 +234,7 @@ fn transformed(scene: &Scene, placed: &[(usize, Mat4)]) -> Vec<Vertex> {
     parts.concat()
 }
 
-/// Packs a unit vector as `octahedral_encode` of the shaders does.
+/// Packs a unit vector for `octahedral_decode` of the shaders.
 fn octahedral(n: Vec3) -> u32 {
     let p = Vec2::new(n.x, n.y) / (n.x.abs() + n.y.abs() + n.z.abs());
     let sign = |x: f32| if x >= 0.0 { 1.0 } else { -1.0 };
@@ -243,10 +243,10 @@ fn octahedral(n: Vec3) -> u32 {
     pack(p.x) | pack(p.y) << 16
 }
 
-/// Unpacks a unit vector as `octahedral_decode` of the shaders does.
-pub fn octahedral_decode(bits: u32) -> Vec3 {
-    let unpack = |b: u32| (b as u16 as i16 as f32 / 32767.0).max(-1.0);
-    let (x, y) = (unpack(bits), unpack(bits >> 16));
+/// The shading normal of the G-buffer's surface words, as `g_shading_normal` of the shaders unpacks it.
+pub fn shading_normal(words: [u32; 4]) -> Vec3 {
+    let unpack = |shift: u32| ((words[1] << shift) as i32 >> 20) as f32 / 2047.0;
+    let (x, y) = (unpack(20), unpack(8));
     let z = 1.0 - x.abs() - y.abs();
     let t = (-z).max(0.0);
     let x = x + if x >= 0.0 { -t } else { t };

@@ -6,7 +6,7 @@ pub mod gltf;
 mod textures;
 
 use crate::light::Light;
-use glam::{Mat4, Quat, Vec2, Vec3, Vec4};
+use glam::{DVec3, Mat4, Quat, Vec2, Vec3, Vec4};
 use serde::{Deserialize, Serialize};
 
 /// A scene in object space: meshes placed by a node hierarchy. Right-handed, y up, metres.
@@ -181,6 +181,17 @@ impl Camera {
     /// View space to clip space with reversed depth: 1 at `near`, 0 at `far`.
     pub fn projection(&self, aspect: f32) -> Mat4 {
         glam::camera::rh::proj::directx::perspective(self.fov.to_radians(), aspect, self.far, self.near)
+    }
+
+    /// The rays of a picture of `size` pixels, each 1 long along the camera's axis: how they change from a pixel to the next
+    /// on the right and to the next below, and the ray through the upper left corner.
+    pub fn rays(&self, size: [u32; 2]) -> [DVec3; 3] {
+        let forward = (self.target.as_dvec3() - self.position.as_dvec3()).normalize_or(DVec3::NEG_Z);
+        let up = if self.forward().y.abs() > 0.9999 { DVec3::NEG_Z } else { DVec3::Y };
+        let right = forward.cross(up).normalize();
+        let pixel = 2.0 * ((self.fov as f64).to_radians() / 2.0).tan() / size[1] as f64;
+        let (x, y) = (right * pixel, forward.cross(right) * pixel);
+        [x, y, forward - x * (size[0] as f64 / 2.0) - y * (size[1] as f64 / 2.0)]
     }
 }
 

@@ -25,7 +25,7 @@ pub static INFO: Info = Info {
     paper: "watertight test: Woop, Benthin, Wald 2013",
     doc: "One ray from each pixel to the light, against every triangle. Exact for a point or the sun's direction: the \
           truth that all others are measured against.",
-    lights: &["directional", "spot", "omni"],
+    lights: &["directional", "spot", "omni", "hemisphere"],
     filters: false,
     params: &[RtParams::GROUP],
     main: &[],
