@@ -584,11 +584,11 @@ fn know_scene(recorder: &mut Recorder, scene: &SceneGpu) {
         ("vertices", &scene.vertices),
         ("triangles", &scene.triangles),
         ("materials", &scene.materials),
-        ("nodes", &scene.nodes),
-        ("corners", &scene.corners),
     ] {
         recorder.set(name, buffer);
     }
+    recorder.set("nodes", scene.nodes.view());
+    recorder.set("corners", scene.corners.view());
     recorder.set("textures", &scene.textures);
     recorder.set("texture_sampler", &scene.sampler);
 }

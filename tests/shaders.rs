@@ -6,7 +6,7 @@ use shadowscope::frame::{Counting, FrameUniform, ViewUniform};
 use shadowscope::gpu::{Shaders, shader_files};
 use shadowscope::light::LightView;
 use shadowscope::params::Group;
-use shadowscope::scene::geometry::{Corners, GpuMaterial, Vertex};
+use shadowscope::scene::geometry::{GpuMaterial, Vertex};
 use shadowscope::{techniques, view};
 use std::mem::{offset_of, size_of};
 use wgpu::naga;
@@ -94,10 +94,6 @@ fn shared_structs_agree() {
         position "position", normal "normal", uv "uv", material "material", padding "padding");
     same!("gbuffer.wgsl", "Material", GpuMaterial,
         base_color "base_color", texture "texture", cutoff "cutoff", double_sided "double_sided", wrap "wrap");
-    same!("techniques/rt_hard.wgsl", "Corners", Corners,
-        a "a", surface "surface", b "b", masked "masked", c "c", triangle "triangle");
-    same!("techniques/rt_hard.wgsl", "Node", obvhs::bvh2::node::Bvh2Node,
-        min "low", prim_count "count", max "high", first_index "first");
     same!("techniques/shadow_map.wgsl", "LightView", LightView,
         row_x "row_x", row_y "row_y", row_z "row_z", row_w "row_w", axis "axis", near "near", far "far",
         perspective "perspective", texel "texel", resolution "resolution", margin "margin", padding "padding");

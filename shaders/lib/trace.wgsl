@@ -1,28 +1,18 @@
 //!include lib/scene.wgsl
 // Shadow rays: any-hit traversal of the BVH with a watertight triangle test.
 
-struct Node {
-    low: vec3f,
-    // 0: inner node, whose children are `first` and `first + 1`; else a leaf's triangles.
-    count: u32,
-    high: vec3f,
-    first: u32,
+// Texels by number: the BVH's nodes, three each as `Node` in src/scene/bvh.rs, and its triangles, three each: a corner
+// in x, y, z; in w the surface id, which exact duplicates share; material + 1 if it is masked, else 0; the index.
+@group(0) @binding(6) var nodes: texture_2d<u32>;
+@group(0) @binding(7) var corners: texture_2d<u32>;
+
+fn node_texel(i: u32) -> vec4u {
+    return textureLoad(nodes, vec2u(i & 4095u, i >> 12u), 0);
 }
 
-// A triangle in BVH order.
-struct Corners {
-    a: vec3f,
-    // Shared by exact duplicates.
-    surface: u32,
-    b: vec3f,
-    // Index + 1 if its material is masked, else 0.
-    masked: u32,
-    c: vec3f,
-    triangle: u32,
+fn corner_texel(i: u32) -> vec4u {
+    return textureLoad(corners, vec2u(i & 4095u, i >> 12u), 0);
 }
-
-@group(0) @binding(6) var<storage, read> nodes: array<Node>;
-@group(0) @binding(7) var<storage, read> corners: array<Corners>;
 
 // What the rays of a frame add up to.
 struct Tally {
@@ -99,94 +89,137 @@ fn sheared(p: vec3f, h: Shear) -> vec3f {
     return vec3f(q.x - h.s.x * q.z, q.y - h.s.y * q.z, h.s.z * q.z);
 }
 
-fn hits_triangle(ray: Ray, h: Shear, t: Corners) -> bool {
-    let a = sheared(t.a - ray.origin, h);
-    let b = sheared(t.b - ray.origin, h);
-    let c = sheared(t.c - ray.origin, h);
+// A triangle that the ray hits.
+struct Candidate {
+    // Else nothing is hit.
+    found: bool,
+    // Of which the material may leave holes: material + 1, else 0.
+    masked: u32,
+    triangle: u32,
+    // Barycentric.
+    weights: vec3f,
+}
+
+// Meets triangle `i` in BVH order.
+fn meets(ray: Ray, h: Shear, i: u32) -> Candidate {
+    let ta = corner_texel(3u * i);
+    let tb = corner_texel(3u * i + 1u);
+    let tc = corner_texel(3u * i + 2u);
+    let pa = bitcast<vec3f>(ta.xyz);
+    let pb = bitcast<vec3f>(tb.xyz);
+    let pc = bitcast<vec3f>(tc.xyz);
+    let a = sheared(pa - ray.origin, h);
+    let b = sheared(pb - ray.origin, h);
+    let c = sheared(pc - ray.origin, h);
     let u = edge(c.xy, b.xy);
     let v = edge(a.xy, c.xy);
     let w = edge(b.xy, a.xy);
-    if (u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0) {
-        return false;
-    }
+    let outside = (u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0);
     let determinant = u + v + w;
-    if determinant == 0.0 {
-        return false;
-    }
     let distance = (u * a.z + v * b.z + w * c.z) / determinant;
-    if !(distance > ray.t_min && distance < ray.t_max) {
-        return false;
-    }
-    if !ray.two_sided && dot(cross(t.b - t.a, t.c - t.a), ray.direction) <= 0.0 {
-        return false;
-    }
-    if t.masked > 0u {
-        let index = triangles[t.triangle];
-        let weights = vec3f(u, v, w) / determinant;
-        let uv = weights.x * vertices[index.x].uv + weights.y * vertices[index.y].uv + weights.z * vertices[index.z].uv;
-        return !masked_out(materials[t.masked - 1u], uv);
-    }
-    return true;
+    let between = distance > ray.t_min && distance < ray.t_max;
+    let faces = ray.two_sided || dot(cross(pb - pa, pc - pa), ray.direction) > 0.0;
+    let found = ta.w != ray.own && !outside && determinant != 0.0 && between && faces;
+    return Candidate(found, tb.w, tc.w, vec3f(u, v, w) / determinant);
 }
 
-// The slab test, widened by 3 ulp so that rounding never loses a hit (Ize 2013).
-fn enters(ray: Ray, inverse: vec3f, n: Node) -> f32 {
-    let t0 = (n.low - ray.origin) * inverse;
-    let t1 = (n.high - ray.origin) * inverse;
-    let near = min(t0, t1);
-    let far = max(t0, t1);
-    let first = max(max(near.x, near.y), max(near.z, 0.0));
-    let last = min(min(far.x, far.y), min(far.z, ray.t_max)) * 1.0000005;
-    return select(-1.0, first, first <= last);
+// Whether the material has a hole where the ray passes.
+fn passes(c: Candidate) -> bool {
+    if c.masked == 0u {
+        return false;
+    }
+    let index = triangles[c.triangle];
+    let uv = c.weights.x * vertices[index.x].uv + c.weights.y * vertices[index.y].uv + c.weights.z * vertices[index.z].uv;
+    return masked_out(materials[c.masked - 1u], uv);
 }
 
+// Where the ray meets one plane of each of the four children's boxes: the decoded planes are exact, see src/scene/bvh.rs.
+fn planes(bytes: u32, origin: f32, scale: f32, at: f32, inverse: f32) -> vec4f {
+    return (origin + vec4f(unpack4xU8(bytes)) * scale - at) * inverse;
+}
+
+// Which children's boxes the ray enters, a bit each. The slab test, widened by 3 ulp so that rounding never loses a hit
+// (Ize 2013).
+fn entered(ray: Ray, inverse: vec3f, origin: vec3f, scales: u32, low: vec3u, high: vec3u) -> u32 {
+    let scale = bitcast<vec3f>((vec3u(scales, scales >> 8u, scales >> 16u) & vec3u(255u)) << vec3u(23u));
+    let turned = inverse < vec3f(0.0);
+    let near = select(low, high, turned);
+    let far = select(high, low, turned);
+    let first = max(
+        max(planes(near.x, origin.x, scale.x, ray.origin.x, inverse.x), planes(near.y, origin.y, scale.y, ray.origin.y, inverse.y)),
+        max(planes(near.z, origin.z, scale.z, ray.origin.z, inverse.z), vec4f(0.0)));
+    let last = min(
+        min(planes(far.x, origin.x, scale.x, ray.origin.x, inverse.x), planes(far.y, origin.y, scale.y, ray.origin.y, inverse.y)),
+        min(planes(far.z, origin.z, scale.z, ray.origin.z, inverse.z), vec4f(ray.t_max))) * 1.0000005;
+    let hit = select(vec4u(0u), vec4u(1u, 2u, 4u, 8u), first <= last);
+    return hit.x | hit.y | hit.z | hit.w;
+}
+
+// Nodes and triangles in turns, each as long as one of the threads that run together has some: what is masked waits
+// until all have found a candidate.
 fn trace(ray: Ray) -> Hit {
     let h = shear_of(ray.direction);
     // No zero component: 0 * inf would be NaN.
     let tiny = select(vec3f(-1e-30), vec3f(1e-30), ray.direction >= vec3f(0.0));
     let inverse = 1.0 / select(ray.direction, tiny, abs(ray.direction) < vec3f(1e-30));
+    // Inner nodes that lie side by side: the first × 16, and a bit for each that is to be visited.
     var stack: array<u32, 64>;
     var top = 0u;
-    var index = 0u;
-    var visits = 1u;
-    if enters(ray, inverse, nodes[0]) < 0.0 {
-        return Hit(false, false, visits);
-    }
+    var inner = 1u;
+    // Triangles that lie side by side: the first, and a bit for each that is to be tested.
+    var first = 0u;
+    var leaves = 0u;
+    var visits = 0u;
     loop {
-        let node = nodes[index];
-        if node.count > 0u {
-            for (var i = node.first; i < node.first + node.count; i++) {
-                if corners[i].surface != ray.own && hits_triangle(ray, h, corners[i]) {
-                    return Hit(true, false, visits);
+        var candidate = Candidate(false, 0u, 0u, vec3f(0.0));
+        loop {
+            while leaves == 0u && visits <= ray.max_visits {
+                if (inner & 15u) == 0u {
+                    if top == 0u {
+                        break;
+                    }
+                    top--;
+                    inner = stack[top];
                 }
-            }
-        } else {
-            let left = enters(ray, inverse, nodes[node.first]);
-            let right = enters(ray, inverse, nodes[node.first + 1u]);
-            visits += 2u;
-            if visits > ray.max_visits {
-                return Hit(false, true, visits);
-            }
-            if left >= 0.0 && right >= 0.0 {
-                // The nearer child first.
-                let swap = u32(right < left);
-                if top < 64u {
-                    stack[top] = node.first + 1u - swap;
+                let at = 3u * ((inner >> 4u) + firstTrailingBit(inner));
+                inner &= inner - 1u;
+                if (inner & 15u) != 0u && top < 64u {
+                    stack[top] = inner;
                     top++;
                 }
-                index = node.first + swap;
-                continue;
+                let a = node_texel(at);
+                let b = node_texel(at + 1u);
+                let c = node_texel(at + 2u);
+                visits++;
+                let hits = entered(ray, inverse, bitcast<vec3f>(a.xyz), a.w, vec3u(b.zw, c.x), c.yzw);
+                inner = ((b.x >> 3u) << 4u) | (hits & ((1u << (b.x & 7u)) - 1u));
+                first = b.y;
+                // Each leaf's triangles behind those of the leaves before it.
+                let count = (vec4u(a.w) >> vec4u(24u, 26u, 28u, 30u)) & vec4u(3u);
+                let before = vec4u(0u, count.x, count.x + count.y, count.x + count.y + count.z);
+                let bits = select(vec4u(0u), ((vec4u(1u) << count) - 1u) << before, (vec4u(hits) & vec4u(1u, 2u, 4u, 8u)) != vec4u(0u));
+                leaves = bits.x | bits.y | bits.z | bits.w;
             }
-            if left >= 0.0 || right >= 0.0 {
-                index = node.first + u32(right >= 0.0);
-                continue;
+            if leaves == 0u || visits > ray.max_visits {
+                break;
+            }
+            while leaves != 0u && !candidate.found {
+                candidate = meets(ray, h, first + firstTrailingBit(leaves));
+                leaves &= leaves - 1u;
+            }
+            if candidate.found {
+                break;
             }
         }
-        if top == 0u {
-            break;
+        if visits > ray.max_visits {
+            return Hit(false, true, visits);
         }
-        top--;
-        index = stack[top];
+        if !candidate.found {
+            return Hit(false, false, visits);
+        }
+        if !passes(candidate) {
+            return Hit(true, false, visits);
+        }
     }
     return Hit(false, false, visits);
 }

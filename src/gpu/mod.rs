@@ -2,10 +2,12 @@
 
 mod pass;
 mod shader;
+mod table;
 mod timer;
 
 pub use pass::{Pass, Raster, Recorder, Resource, Run};
 pub use shader::{Shaders, files as shader_files};
+pub use table::Table;
 pub use timer::{Timer, TimerMode, TriangleCount};
 
 use anyhow::{Context, Result, anyhow};

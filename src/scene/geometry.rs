@@ -1,11 +1,11 @@
 //! A scene flattened to world-space triangles with a BVH: what raster and rays work on.
 
+use super::bvh::Bvh;
 use super::{Interpolation, Local, Property, Scene, Wrap};
-use crate::gpu::Gpu;
+use crate::gpu::{Gpu, Table};
 use anyhow::{Result, ensure};
 use bytemuck::{Pod, Zeroable};
 use glam::{Mat3, Mat4, Quat, Vec2, Vec3, Vec4};
-use obvhs::bvh2::node::Bvh2Node;
 use obvhs::triangle::Triangle;
 use rayon::prelude::*;
 
@@ -21,7 +21,7 @@ pub struct Vertex {
     pub padding: u32,
 }
 
-/// A triangle in BVH order, as `Corners` in `shaders/lib/trace.wgsl`.
+/// A triangle in BVH order, as three texels that `shaders/lib/trace.wgsl` reads.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub struct Corners {
@@ -53,14 +53,9 @@ pub struct Geometry {
     /// How many of the triangles are opaque.
     pub opaque: usize,
     pub bounds: [Vec3; 2],
-    /// The BVH: the root first, children side by side.
-    pub nodes: Vec<Bvh2Node>,
-    /// The triangles in the order in which the BVH's leaves name them.
-    pub order: Vec<u32>,
+    /// Of the triangles without those that would stop no ray beside their exact duplicates.
+    pub bvh: Bvh,
 }
-
-/// Levels that the shader's traversal stack can hold.
-const MAX_DEPTH: usize = 64;
 
 impl Geometry {
     /// Flattens the scene as it stands at `time` seconds of animation `clip`, and builds its BVH.
@@ -91,14 +86,15 @@ impl Geometry {
         }
         ensure!(!triangles.is_empty(), "{} holds no triangles to draw", scene.name);
         let vertices = transformed(scene, &placed);
-        number_surfaces(&vertices, &mut triangles);
-        let (mut nodes, order) = hierarchy(&vertices, &triangles);
-        // An ulp of room, so that rounding in the shader loses nothing.
-        for node in &mut nodes {
-            node.min = node.min.to_array().map(f32::next_down).into();
-            node.max = node.max.to_array().map(f32::next_up).into();
-        }
-        Ok(Geometry { bounds: [nodes[0].min, nodes[0].max], vertices, triangles, opaque, nodes, order })
+        let distinct = number_surfaces(&vertices, &mut triangles, opaque);
+        let corner = |i: u32, c: usize| vertices[triangles[i as usize][c] as usize].position.into();
+        let tris: Vec<_> = distinct
+            .iter()
+            .map(|i| Triangle { v0: corner(*i, 0), v1: corner(*i, 1), v2: corner(*i, 2) })
+            .collect();
+        let mut bvh = Bvh::new(&tris);
+        bvh.order.iter_mut().for_each(|i| *i = distinct[*i as usize]);
+        Ok(Geometry { bounds: bvh.bounds, vertices, triangles, opaque, bvh })
     }
 
     /// The three corners of a triangle.
@@ -116,7 +112,7 @@ impl Geometry {
             let masked = scene.materials[material as usize].alpha_cutoff.is_some();
             Corners { a, surface: t[3], b, masked: if masked { material + 1 } else { 0 }, c, triangle: *p }
         };
-        self.order.par_iter().map(corners).collect()
+        self.bvh.order.par_iter().map(corners).collect()
     }
 
     fn flat_indices(&self) -> Vec<u32> {
@@ -124,76 +120,43 @@ impl Geometry {
     }
 }
 
-/// A BVH over the triangles, and their order in it, no deeper than the shader's stack.
-fn hierarchy(vertices: &[Vertex], triangles: &[[u32; 4]]) -> (Vec<Bvh2Node>, Vec<u32>) {
-    let corner = |t: &[u32; 4], i: usize| vertices[t[i] as usize].position.into();
-    let tris: Vec<_> =
-        triangles.iter().map(|t| Triangle { v0: corner(t, 0), v1: corner(t, 1), v2: corner(t, 2) }).collect();
-    let config = obvhs::BvhBuildParams { pre_split: false, ..obvhs::BvhBuildParams::fast_build() };
-    let bvh = obvhs::bvh2::builder::build_bvh2_from_tris(&tris, config, &mut Default::default());
-    if depth(&bvh.nodes) <= MAX_DEPTH {
-        return (bvh.nodes, bvh.primitive_indices);
-    }
-    // Many triangles in one place can make that builder nest without end; halving the list cannot.
-    let boxes: Vec<[Vec3; 2]> =
-        tris.iter().map(|t| [t.v0.min(t.v1).min(t.v2).into(), t.v0.max(t.v1).max(t.v2).into()]).collect();
-    let mut order: Vec<u32> = (0..triangles.len() as u32).collect();
-    let mut nodes = vec![Bvh2Node::default()];
-    halve(&boxes, &mut order, 0, 0, &mut nodes);
-    (nodes, order)
-}
-
-/// Makes node `at` of the triangles `order`, which begin at `first` of the whole list, by halves along the longest axis.
-fn halve(boxes: &[[Vec3; 2]], order: &mut [u32], first: usize, at: usize, nodes: &mut Vec<Bvh2Node>) {
-    let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
-    for i in order.iter() {
-        low = low.min(boxes[*i as usize][0]);
-        high = high.max(boxes[*i as usize][1]);
-    }
-    nodes[at] = Bvh2Node { min: low, max: high, prim_count: order.len() as u32, first_index: first as u32 };
-    if order.len() > 4 {
-        let axis = (high - low).max_position();
-        let middle = order.len() / 2;
-        let place = |i: &u32| boxes[*i as usize][0][axis] + boxes[*i as usize][1][axis];
-        order.select_nth_unstable_by(middle, |a, b| place(a).total_cmp(&place(b)));
-        let children = nodes.len();
-        nodes[at].prim_count = 0;
-        nodes[at].first_index = children as u32;
-        nodes.extend([Bvh2Node::default(); 2]);
-        let (left, right) = order.split_at_mut(middle);
-        halve(boxes, left, first, children, nodes);
-        halve(boxes, right, first + middle, children + 1, nodes);
-    }
-}
-
-fn depth(nodes: &[Bvh2Node]) -> usize {
-    let mut deepest = 0;
-    let mut stack = vec![(0usize, 1usize)];
-    while let Some((i, depth)) = stack.pop() {
-        deepest = deepest.max(depth);
-        if !nodes[i].is_leaf() {
-            stack.push((nodes[i].first_index as usize, depth + 1));
-            stack.push((nodes[i].first_index as usize + 1, depth + 1));
-        }
-    }
-    deepest
-}
-
-/// Gives exact duplicates (same corners in any order) one surface id, so that a ray that starts on one
-/// does not hit the other.
-fn number_surfaces(vertices: &[Vertex], triangles: &mut [[u32; 4]]) {
+/// Gives exact duplicates (same corners in any order) one surface id, so that a ray that starts on one does not hit the
+/// other. Returns the triangles without those that stop just the rays that a duplicate stops.
+fn number_surfaces(vertices: &[Vertex], triangles: &mut [[u32; 4]], opaque: usize) -> Vec<u32> {
+    let place = |v: u32| vertices[v as usize].position.to_array().map(|x| (x + 0.0).to_bits());
     let key = |t: &[u32; 4]| {
-        let mut key = [0, 1, 2].map(|c| vertices[t[c] as usize].position.to_array().map(|x| (x + 0.0).to_bits()));
+        let mut key = [t[0], t[1], t[2]].map(place);
         key.sort_unstable();
         key
     };
     let mut sorted: Vec<_> = triangles.par_iter().enumerate().map(|(i, t)| (key(t), i as u32)).collect();
     sorted.par_sort_unstable();
+    // The way round, and of a masked triangle the material and where its corners lie in the texture.
+    let manner = |t: &[u32; 4], i: u32| {
+        let mut corners = [0, 1, 2];
+        corners.sort_by_key(|c| place(t[*c]));
+        let turned = (corners[1] + 3 - corners[0]) % 3 == 2;
+        let masked = i as usize >= opaque;
+        let texture = masked.then(|| {
+            let uvs = corners.map(|c| vertices[t[c] as usize].uv.to_array().map(f32::to_bits));
+            (vertices[t[0] as usize].material, uvs)
+        });
+        (turned, texture)
+    };
+    let mut spare = vec![false; triangles.len()];
     for same in sorted.chunk_by(|a, b| a.0 == b.0) {
         for (_, i) in same {
             triangles[*i as usize][3] = same[0].1;
         }
+        if same.len() > 1 {
+            let mut manners: Vec<_> = same.iter().map(|(_, i)| (manner(&triangles[*i as usize], *i), *i)).collect();
+            manners.sort_unstable();
+            for two in manners.windows(2) {
+                spare[two[1].1 as usize] = two[0].0 == two[1].0;
+            }
+        }
     }
+    (0..triangles.len() as u32).filter(|i| !spare[*i as usize]).collect()
 }
 
 /// Every mesh with the matrix it is drawn with, in a fixed order.
@@ -309,8 +272,9 @@ pub struct SceneGpu {
     pub indices: wgpu::Buffer,
     pub triangles: wgpu::Buffer,
     pub materials: wgpu::Buffer,
-    pub nodes: wgpu::Buffer,
-    pub corners: wgpu::Buffer,
+    /// The BVH's nodes and triangles.
+    pub nodes: Table,
+    pub corners: Table,
     pub textures: wgpu::TextureView,
     pub sampler: wgpu::Sampler,
     pub triangle_count: u32,
@@ -324,22 +288,25 @@ impl SceneGpu {
     /// # Errors
     /// A buffer or texture larger than the adapter allows.
     pub fn new(gpu: &Gpu, scene: &Scene, geometry: &Geometry) -> Result<SceneGpu> {
-        let limits = gpu.device.limits();
-        let corners = geometry.bvh_order(scene);
-        let mut nodes = geometry.nodes.clone();
-        if !scene.animations.is_empty() {
-            // An animation rebuilds the BVH: room for the largest one of as many triangles.
-            nodes.resize(2 * corners.len(), Bvh2Node::default());
-        }
-        let sizes = [size_of_val(&geometry.vertices[..]), size_of_val(&nodes[..]), size_of_val(&corners[..])];
-        let largest = sizes.into_iter().max().unwrap_or(0) as u64;
+        let (vertices, triangles) = (geometry.vertices.len(), geometry.triangles.len());
+        let largest = size_of_val(&geometry.vertices[..]).max(size_of_val(&geometry.triangles[..])) as u64;
         ensure!(
-            largest <= limits.max_storage_buffer_binding_size,
-            "{} needs {} MiB in one buffer, and {} allows {}",
+            largest <= gpu.most_bound(),
+            "{} has {vertices} vertices in {triangles} triangles: that takes {} MiB in one buffer, and {} allows {}; \
+             open a scene with fewer of them",
             scene.name,
-            largest >> 20,
+            largest.div_ceil(1 << 20),
             gpu.info.name,
-            limits.max_storage_buffer_binding_size >> 20
+            gpu.most_bound() >> 20
+        );
+        // A BVH never has more nodes than triangles, and they are as large.
+        let room = Table::most(gpu) / size_of::<Corners>() as u64;
+        ensure!(
+            triangles as u64 <= room,
+            "{} has {triangles} triangles, and {} has room for {room} in the texture that shadow rays read; \
+             open a scene with fewer of them",
+            scene.name,
+            gpu.info.name
         );
         let storage = wgpu::BufferUsages::STORAGE;
         let wrap = |w: Wrap| w as u32;
@@ -362,8 +329,8 @@ impl SceneGpu {
             indices: gpu.buffer("indices", bytemuck::cast_slice(&geometry.flat_indices()), wgpu::BufferUsages::INDEX),
             triangles: gpu.buffer("triangles", bytemuck::cast_slice(&geometry.triangles), storage),
             materials: gpu.buffer("materials", bytemuck::cast_slice(&materials), storage),
-            nodes: gpu.buffer("BVH nodes", bytemuck::cast_slice(&nodes), storage),
-            corners: gpu.buffer("BVH triangles", bytemuck::cast_slice(&corners), storage),
+            nodes: Table::new(gpu, "BVH nodes", bytemuck::cast_slice(&geometry.bvh.nodes)),
+            corners: Table::new(gpu, "BVH triangles", bytemuck::cast_slice(&geometry.bvh_order(scene))),
             textures: super::textures::upload(gpu, scene)?,
             sampler: gpu.device.create_sampler(&wgpu::SamplerDescriptor {
                 label: Some("textures"),
@@ -398,8 +365,8 @@ impl SceneGpu {
         // Winding and surface ids can change too: a scale may pass through zero.
         gpu.queue.write_buffer(&self.indices, 0, bytemuck::cast_slice(&geometry.flat_indices()));
         gpu.queue.write_buffer(&self.triangles, 0, bytemuck::cast_slice(&geometry.triangles));
-        gpu.queue.write_buffer(&self.nodes, 0, bytemuck::cast_slice(&geometry.nodes));
-        gpu.queue.write_buffer(&self.corners, 0, bytemuck::cast_slice(&geometry.bvh_order(scene)));
+        self.nodes.write(gpu, bytemuck::cast_slice(&geometry.bvh.nodes));
+        self.corners.write(gpu, bytemuck::cast_slice(&geometry.bvh_order(scene)));
         self.bounds = geometry.bounds;
     }
 }

@@ -1,0 +1,78 @@
+//! Records that shaders read by number from a texture.
+
+use super::Gpu;
+
+/// Texels in a row, as `texel` in `shaders/lib/trace.wgsl` has it.
+const WIDTH: usize = 4096;
+/// Bytes of a texel: four words.
+const TEXEL: usize = 16;
+
+/// Texels of four words that shaders read by number. Software adapters read a texture far faster than a storage buffer,
+/// and all adapters allow more of it to be bound.
+pub struct Table {
+    label: &'static str,
+    texture: wgpu::Texture,
+    view: wgpu::TextureView,
+}
+
+impl Table {
+    /// A table of the given contents, whole texels.
+    pub fn new(gpu: &Gpu, label: &'static str, contents: &[u8]) -> Table {
+        let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
+            label: Some(label),
+            size: wgpu::Extent3d {
+                width: WIDTH as u32,
+                height: contents.len().div_ceil(WIDTH * TEXEL).max(1) as u32,
+                depth_or_array_layers: 1,
+            },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format: wgpu::TextureFormat::Rgba32Uint,
+            usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+            view_formats: &[],
+        });
+        let view = texture.create_view(&Default::default());
+        let mut table = Table { label, texture, view };
+        table.write(gpu, contents);
+        table
+    }
+
+    /// Replaces the contents; the texture is made anew if it is too small.
+    pub fn write(&mut self, gpu: &Gpu, contents: &[u8]) {
+        let row = WIDTH * TEXEL;
+        if contents.len() > self.texture.height() as usize * row {
+            *self = Table::new(gpu, self.label, contents);
+            return;
+        }
+        // Whole rows, then what is left over.
+        let (rows, rest) = contents.split_at(contents.len() / row * row);
+        for (y, part, width) in [(0, rows, WIDTH), (rows.len() / row, rest, rest.len() / TEXEL)] {
+            if !part.is_empty() {
+                gpu.queue.write_texture(
+                    wgpu::TexelCopyTextureInfo {
+                        origin: wgpu::Origin3d { x: 0, y: y as u32, z: 0 },
+                        ..self.texture.as_image_copy()
+                    },
+                    part,
+                    wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(row as u32), rows_per_image: None },
+                    wgpu::Extent3d {
+                        width: width as u32,
+                        height: part.len().div_ceil(row) as u32,
+                        depth_or_array_layers: 1,
+                    },
+                );
+            }
+        }
+    }
+
+    /// What shaders bind.
+    pub fn view(&self) -> &wgpu::TextureView {
+        &self.view
+    }
+
+    /// Bytes that a table can hold on this adapter.
+    pub fn most(gpu: &Gpu) -> u64 {
+        gpu.device.limits().max_texture_dimension_2d as u64 * (WIDTH * TEXEL) as u64
+    }
+}
