@@ -14,21 +14,24 @@ const KEYWORD: &str = "shadowscope-setup";
 
 /// Renders a set-up at its size and writes it: .png the view with the set-up inside, .exr the raw 32-bit
 /// floats of the views visibility, truth, depth (one channel), position, normals (shading normals) and aliasing (three),
-/// and of counts the map itself (several below each other), a number a texel.
+/// and of counts the map itself (several below each other), a number a texel. Returns what the picture shows wrong, as
+/// [`Renderer::notes`].
 ///
 /// # Errors
 /// A light that the technique does not serve, another file ending, or what the file system says.
-pub fn capture(renderer: &mut Renderer, setup: &Setup, path: &Path) -> Result<()> {
+pub fn capture(renderer: &mut Renderer, setup: &Setup, path: &Path) -> Result<Vec<String>> {
     check(&setup.view, path)?;
     techniques::find_or_say(&setup.technique)?.serve(&setup.light)?;
     let truth = if view::needs_truth(&setup.view) { Truth::All } else { Truth::Off };
     let analysis = is_exr(path);
     renderer.render(setup, Ask { size: setup.size, truth, analysis, timed: false, picture: true, fresh: false })?;
     if is_exr(path) {
-        return write_exr(renderer, setup, path);
+        write_exr(renderer, setup, path)?;
+    } else {
+        create_folder(path)?;
+        write_png(path, setup.size, &renderer.read_picture()?, Some(&setup.to_toml(path)?))?;
     }
-    create_folder(path)?;
-    write_png(path, setup.size, &renderer.read_picture()?, Some(&setup.to_toml(path)?))
+    renderer.notes()
 }
 
 /// The views that an .exr can hold.

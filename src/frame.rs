@@ -138,6 +138,7 @@ pub struct Frame<'a> {
     pub fresh: bool,
     shown: Option<Shown>,
     held: u64,
+    pieces: Option<wgpu::Buffer>,
     analysis: Option<&'a mut Analysis>,
 }
 
@@ -475,6 +476,7 @@ impl Renderer {
             fresh: ask.fresh || analysed,
             shown: None,
             held: 0,
+            pieces: None,
             analysis,
         };
         let start = Instant::now();
@@ -486,7 +488,7 @@ impl Renderer {
         }
         told.cpu_ms = start.elapsed().as_secs_f64() * 1e3 - (f.waited() - waited);
         told.gpu_bytes = f.held;
-        let Frame { mut recorder, shown, analysis, .. } = f;
+        let Frame { mut recorder, shown, pieces, analysis, .. } = f;
         if let Some(count) = analysis.and_then(|a| a.triangles.as_mut()) {
             recorder.keep_triangles(count);
         }
@@ -525,6 +527,7 @@ impl Renderer {
         let title = info.maps().find(|m| m.id == setup.view).map_or("", |m| m.title);
         self.seen = (setup.view.clone(), title, shown);
         recorder.finish()?;
+        self.analysis.pieces = pieces;
         gpu.check()?;
         Ok(told)
     }

@@ -4,11 +4,14 @@ mod common;
 
 use common::*;
 use glam::{Vec2, Vec3, Vec4};
+use shadowscope::capture;
 use shadowscope::frame::{Ask, PieceCount, Renderer};
+use shadowscope::gpu::{self, Gpu};
 use shadowscope::light::{Light, LightView};
 use shadowscope::measure::metrics::{Errors, FACING};
 use shadowscope::measure::{self, stability};
-use shadowscope::setup::Setup;
+use shadowscope::scene::Mesh;
+use shadowscope::setup::{Setup, parse_camera, parse_light};
 use std::sync::Arc;
 
 fn built_in(name: &str, size: [u32; 2]) -> (Renderer, Setup) {
@@ -282,10 +285,101 @@ fn a_full_list_is_no_chance() {
         seen.push((pieces, r.read_visibility().unwrap()));
     }
     assert!(seen[0] == seen[1] && seen[0] == seen[2]);
+    let folder = tempfile::tempdir().unwrap();
+    let notes = capture::capture(&mut r, &s, &folder.path().join("a.png")).unwrap();
+    assert_eq!(notes.len(), 1, "{notes:?}");
+    assert!(notes[0].starts_with(&format!("{} parts of triangles were not split", seen[0].0.unserved)), "{notes:?}");
     let split = errors(&mut r, &mut s, "notw", &["resolution=1024", "raster=subdivide"]).share();
     let exact = errors(&mut r, &mut s, "notw", &["resolution=1024", "raster=exact"]).share();
     assert!(exact < 0.02 && exact < 0.2 * split, "{exact} against {split}");
     assert_eq!(analysed(&mut r, &s).unserved, 0);
+}
+
+/// The adapter of the tests with less room: no more than so many bytes are bound at once.
+fn small_gpu(bytes: u64) -> Arc<Gpu> {
+    let limits = |l: wgpu::Limits| wgpu::Limits { max_storage_buffer_binding_size: bytes, ..l };
+    Arc::new(Gpu::within(&gpu::instance(), None, None, limits).unwrap())
+}
+
+/// More rays than there is room for: the map is made in bands, the same each time, and the same as at once.
+#[test]
+fn rays_without_room_go_in_bands() {
+    let view = camera(Vec3::new(0.0, 4.0, 9.0), Vec3::new(0.0, 0.0, 0.5));
+    let scene = || scene(vec![mesh(&yard(), 0)], vec![material(Vec3::ONE)], view, sun(Vec3::new(0.4, 1.0, 0.3)));
+    let (mut whole, mut s) = start(scene(), [240, 180]);
+    let mut banded = Renderer::new(small_gpu(1 << 17), Arc::new(scene())).unwrap();
+    for technique in ["notw", "rtw"] {
+        select(&mut s, technique, &["resolution=128"]);
+        for view in ["visibility", "shadow-map"] {
+            s.view = view.into();
+            let exact = analysed(&mut whole, &s);
+            let visibility = whole.read_visibility().unwrap();
+            for _ in 0..4 {
+                // Some triangle is needed by texels of two bands, and counts once.
+                assert_eq!(analysed(&mut banded, &s), exact, "{technique} {view}");
+                assert!(banded.read_visibility().unwrap() == visibility, "{technique} {view}");
+            }
+            let room = table::<[u32; 4]>(&banded, "rays").len();
+            let mut needed = 0;
+            banded.analysis().counts(&banded.gpu, |_, part| needed += part.iter().filter(|c| **c > 0).count()).unwrap();
+            assert!(room == 8192 && needed > if technique == "notw" { room } else { 0 }, "{needed} in {room}");
+        }
+        let dark = whole.read_visibility().unwrap().iter().filter(|v| **v == 0.0).count();
+        assert!(dark > 300, "{dark}");
+    }
+}
+
+/// A hill 20 km from the origin, where rounding has each view sample ask for up to nine texels.
+#[test]
+fn far_rays_find_room() {
+    let (mut s, scene) = Setup::open("tests/data/notw-20km.glb").unwrap();
+    s.camera = parse_camera(&scene, "-19994,312,5012:-20000,300,5000:50").unwrap();
+    s.light = parse_light(&scene, "directional:to_light=0.5,1,0.3").unwrap();
+    s.size = [160, 160];
+    select(&mut s, "notw", &[]);
+    let mut r = Renderer::new(gpu(), Arc::new(scene)).unwrap();
+    let mut seen = Vec::new();
+    for _ in 0..6 {
+        r.render(&s, Ask { fresh: true, ..ask(&s) }).unwrap();
+        let v = r.read_visibility().unwrap();
+        let dark = r.read_mask().unwrap().iter().zip(&v).filter(|(m, v)| **m == FACING && **v == 0.0).count();
+        assert_eq!(dark, 331);
+        seen.push(v);
+    }
+    assert!(seen.iter().all(|v| *v == seen[0]));
+}
+
+/// Triangles that do not all find room are not split: which ones were would be chance.
+#[test]
+fn too_many_triangles_are_not_split() {
+    let n = 24;
+    let mut ground = Mesh::default();
+    for i in 0..=n {
+        for j in 0..=n {
+            ground.positions.push(Vec3::new(i as f32, 0.0, j as f32) * 0.5 - Vec3::new(6.0, 0.0, 6.0));
+            ground.normals.push(Vec3::Y);
+            ground.uvs.push(Vec2::ZERO);
+            if i < n && j < n {
+                let [a, b, c, d] =
+                    [(i, j), (i, j + 1), (i + 1, j + 1), (i + 1, j)].map(|(i, j)| (i * (n + 1) + j) as u32);
+                ground.indices.extend([a, b, c, a, c, d]);
+            }
+        }
+    }
+    let view = camera(Vec3::new(0.0, 4.0, 9.0), Vec3::ZERO);
+    let lamp = spot(Vec3::new(0.0, 6.0, 0.0), Vec3::ZERO, 40.0);
+    let (_, mut s) = start(scene(vec![ground.clone()], vec![material(Vec3::ONE)], view, lamp), [64, 64]);
+    let scene = scene(vec![ground], vec![material(Vec3::ONE)], view, lamp);
+    let mut r = Renderer::new(small_gpu(1 << 17), Arc::new(scene)).unwrap();
+    select(&mut s, "notw", &["resolution=64", "raster=subdivide"]);
+    let error = r.render(&s, ask(&s)).unwrap_err().to_string();
+    assert!(error.contains("1152 triangles") && error.contains("choose raster = exact"), "{error}");
+    select(&mut s, "notw", &["resolution=64", "raster=exact"]);
+    r.render(&s, ask(&s)).unwrap();
+    // The sun cuts no triangle in two.
+    s.light = sun(Vec3::Y);
+    select(&mut s, "notw", &["resolution=64", "raster=subdivide"]);
+    r.render(&s, ask(&s)).unwrap();
 }
 
 /// What does not change is not made again; what is timed is.

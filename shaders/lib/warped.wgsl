@@ -20,7 +20,7 @@
 // Vertices and instances of the casters' draw, from 0 on.
 @group(1) @binding(51) var<storage, read_write> arguments: array<u32, 4>;
 
-// Places in `counters`: what is drawn, what was not split far enough or found no room, the triangles that some view sample needs, and folds.
+// Places in `counters`: what is drawn, what was not split far enough, the triangles that some view sample needs, and folds.
 const drawn_count = 0u;
 const unserved_count = 1u;
 const kept_count = 2u;

@@ -1,6 +1,9 @@
 // The exact raster: the rays of the texels that view samples need, kept by cells of the light's image, meet the triangles
 // themselves (the irregular z-buffer: Johnson, Lee, Burns, Mark 2005; Aila, Laine 2004). Before the warp triangles are flat:
 // nothing is split, and the warp is asked for each ray only. Cells cover that box of the light's image which the rays lie in.
+//
+// Where more texels are needed than there is room for rays, the map is made band by band. In which order threads fill the
+// lists changes nothing: every ray keeps the nearest of all that it meets.
 
 struct Ray {
     // Where the texel's centre lies before the warp.
@@ -16,8 +19,10 @@ struct Ray {
 // The first ray of each cell, from 1 on.
 @group(1) @binding(43) var<storage, read_write> cells: array<atomic<u32>>;
 @group(1) @binding(44) var<storage, read> drawn_cells: array<u32>;
-// A bit a texel: whether it has its ray.
-@group(1) @binding(45) var<storage, read_write> texels_taken: array<atomic<u32>>;
+// A bit a texel: whether it needs a ray.
+@group(1) @binding(45) var<storage, read_write> texels_needed: array<atomic<u32>>;
+// A bit a triangle: whether it met a cell with rays.
+@group(1) @binding(74) var<storage, read_write> triangles_met: array<atomic<u32>>;
 // What each ray meets first, stored depth as bits; 0: nothing.
 @group(1) @binding(46) var<storage, read_write> nearest: array<atomic<u32>>;
 @group(1) @binding(64) var<storage, read> drawn_nearest: array<u32>;
@@ -27,8 +32,23 @@ struct Ray {
 // Triangles to draw: the number, and the first and last cell that may hold a ray of theirs, x + 65536 y.
 @group(1) @binding(65) var<storage, read_write> boxes: array<vec4u>;
 @group(1) @binding(66) var<storage, read> drawn_boxes: array<vec4u>;
-// Vertices of the draw of the rays.
+// Vertices and instances of the draw of the rays, from 0 on.
 @group(1) @binding(67) var<storage, read_write> ray_arguments: array<atomic<u32>, 4>;
+
+struct RayBand {
+    // 0: the whole map at once, void if its rays find no room. From 1 on: a part of it, if there was none.
+    number: u32,
+    // Its first word in `texels_needed`, and how many.
+    first: u32,
+    words: u32,
+    padding: u32,
+}
+
+@group(1) @binding(75) var<uniform> ray_band: RayBand;
+
+// Places in `counters`: rays that the whole map needs, and triangles that a band leaves to the rasteriser.
+const asked_count = 62u;
+const box_count = 63u;
 
 fn map_texels() -> u32 {
     return u32(map_side());
@@ -50,26 +70,17 @@ fn bounds_of_rays() -> Bounds {
     return Bounds(low, max(vec2f(found_bounds[2], found_bounds[3]) - low, vec2f(1e-6)));
 }
 
-fn add_ray(texel: vec2u) {
+fn need_ray(texel: vec2u) {
     let index = texel.y * map_texels() + texel.x;
     let bit = 1u << (index & 31u);
-    if (atomicLoad(&texels_taken[index / 32u]) & bit) != 0u
-        || (atomicOr(&texels_taken[index / 32u], bit) & bit) != 0u {
-        return;
+    if (atomicLoad(&texels_needed[index / 32u]) & bit) == 0u {
+        atomicOr(&texels_needed[index / 32u], bit);
     }
-    let at = atomicAdd(&ray_arguments[0], 1u);
-    if at >= arrayLength(&rays) {
-        atomicSub(&ray_arguments[0], 1u);
-        atomicAdd(&counters[unserved_count], 1u);
-        return;
-    }
-    rays[at].texel = index;
-    atomicStore(&nearest[at], 0u);
 }
 
-// The rays of the texels that view samples look up.
+// The texels that view samples look up.
 @compute @workgroup_size(8, 8)
-fn needed_rays(@builtin(global_invocation_id) id: vec3u) {
+fn need_looked_up(@builtin(global_invocation_id) id: vec3u) {
     let s = view_sample(id.xy);
     if !s.valid {
         return;
@@ -82,17 +93,47 @@ fn needed_rays(@builtin(global_invocation_id) id: vec3u) {
     let high = vec2i(floor(at.texel + min(spare, vec2f(1.0))));
     for (var y = max(low.y, 0); y <= min(high.y, i32(map_texels()) - 1); y++) {
         for (var x = max(low.x, 0); x <= min(high.x, i32(map_texels()) - 1); x++) {
-            add_ray(vec2u(vec2i(x, y)));
+            need_ray(vec2u(vec2i(x, y)));
         }
     }
 }
 
-// The rays of all texels, to look at the map.
+// All texels, to look at the map.
 @compute @workgroup_size(8, 8)
-fn all_rays(@builtin(global_invocation_id) id: vec3u) {
+fn need_all(@builtin(global_invocation_id) id: vec3u) {
     if all(id.xy < vec2u(map_texels())) {
-        add_ray(id.xy);
+        need_ray(id.xy);
     }
+}
+
+// Makes the rays of a band.
+@compute @workgroup_size(64)
+fn make_rays(@builtin(global_invocation_id) id: vec3u) {
+    if ray_band.number > 0u && atomicLoad(&counters[asked_count]) <= arrayLength(&rays) {
+        return;
+    }
+    for (var i = ray_band.first + id.x; i < ray_band.first + ray_band.words; i += stride) {
+        var bits = atomicLoad(&texels_needed[i]);
+        let number = countOneBits(bits);
+        if number == 0u {
+            continue;
+        }
+        let first = atomicAdd(&ray_arguments[0], number);
+        if first + number > arrayLength(&rays) {
+            continue;
+        }
+        for (var k = first; k < first + number; k++) {
+            rays[k].texel = 32u * i + firstTrailingBit(bits);
+            bits &= bits - 1u;
+            atomicStore(&nearest[k], 0u);
+        }
+    }
+}
+
+// Rays of the band: none where not all of them found room.
+fn ray_number() -> u32 {
+    let number = atomicLoad(&ray_arguments[0]);
+    return select(number, 0u, number > arrayLength(&nearest));
 }
 
 var<workgroup> group_bounds: array<atomic<u32>, 4>;
@@ -100,7 +141,7 @@ var<workgroup> group_bounds: array<atomic<u32>, 4>;
 // Traces the rays back through the warp, and finds their box.
 @compute @workgroup_size(64)
 fn trace_needed_rays(@builtin(global_invocation_id) id: vec3u, @builtin(local_invocation_index) index: u32) {
-    let number = atomicLoad(&ray_arguments[0]);
+    let number = ray_number();
     var most = vec4f(0.0);
     for (var i = id.x; i < number; i += stride) {
         let texel = rays[i].texel;
@@ -120,7 +161,7 @@ fn trace_needed_rays(@builtin(global_invocation_id) id: vec3u, @builtin(local_in
 // Sorts the rays into their cells.
 @compute @workgroup_size(64)
 fn sort_rays(@builtin(global_invocation_id) id: vec3u) {
-    let number = atomicLoad(&ray_arguments[0]);
+    let number = ray_number();
     let bounds = bounds_of_rays();
     for (var i = id.x; i < number; i += stride) {
         let at = saturate((rays[i].u - bounds.low) / bounds.size);
@@ -213,9 +254,20 @@ fn meet(c: Caster, cell: vec2u, first: u32) {
 // Most cells of a box that is gone through at once; larger ones are left to the rasteriser.
 const few = 64u;
 
+// Counts a triangle that some view sample needs, once in all bands.
+fn keep(triangle: u32) {
+    let bit = 1u << (triangle & 31u);
+    if (atomicOr(&triangles_met[triangle / 32u], bit) & bit) == 0u {
+        atomicAdd(&counters[kept_count], 1u);
+    }
+}
+
 // Finds the cells that each triangle may meet rays in.
 @compute @workgroup_size(64)
 fn box_triangles(@builtin(global_invocation_id) id: vec3u) {
+    if ray_number() == 0u {
+        return;
+    }
     let bounds = bounds_of_rays();
     for (var i = id.x; i < arrayLength(&triangles); i += stride) {
         let cut = cut_off(triangle_corners(triangles[i].xyz));
@@ -237,9 +289,9 @@ fn box_triangles(@builtin(global_invocation_id) id: vec3u) {
         let last_cell = vec2u(clamp(high * f32(cells_side()), vec2f(0.0), last));
         let size = last_cell - first_cell + 1u;
         if size.x * size.y > few {
-            let at = atomicAdd(&counters[drawn_count], 1u);
+            let at = atomicAdd(&counters[box_count], 1u);
             boxes[at] = vec4u(i, first_cell.x + 65536u * first_cell.y, last_cell.x + 65536u * last_cell.y, 0u);
-            atomicAdd(&counters[kept_count], 1u);
+            keep(i);
             continue;
         }
         let caster = caster_of(i);
@@ -253,18 +305,27 @@ fn box_triangles(@builtin(global_invocation_id) id: vec3u) {
             }
         }
         if needed {
-            atomicAdd(&counters[kept_count], 1u);
+            keep(i);
         }
     }
 }
 
+// Writes the draws of a band, and empties what the next one fills.
 @compute @workgroup_size(1)
-fn finish_boxes() {
-    arguments[0] = 6u * atomicLoad(&counters[drawn_count]);
+fn finish_band() {
+    arguments[0] = 6u * atomicLoad(&counters[box_count]);
+    arguments[1] = 1u;
+    atomicStore(&counters[box_count], 0u);
     // No triangle was split.
     atomicStore(&counters[drawn_count], atomicLoad(&counters[kept_count]));
-    arguments[1] = 1u;
+    if ray_band.number == 0u {
+        atomicStore(&counters[asked_count], atomicLoad(&ray_arguments[0]));
+    }
+    atomicStore(&ray_arguments[0], ray_number());
     atomicStore(&ray_arguments[1], 1u);
+    for (var i = 0u; i < 128u; i++) {
+        atomicStore(&image_tiles[i], 0u);
+    }
 }
 
 struct BoxCaster {

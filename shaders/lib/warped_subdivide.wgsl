@@ -224,12 +224,9 @@ fn draw(t: Part) -> bool {
         atomicAdd(&counters[fold_count], 1u);
         atomicOr(&folds[t.triangle / 32u], 1u << (t.triangle & 31u));
     }
+    // There is room: see `full`. Where it stands in the list changes nothing: the nearest is kept.
     let at = drawn_before(level.number) + atomicAdd(&counters[drawn_of_level + level.number], 1u);
-    if at < level.most_drawn {
-        pieces[at] = packed(t);
-    } else {
-        atomicAdd(&counters[unserved_count], 1u);
-    }
+    pieces[at] = packed(t);
     return true;
 }
 
@@ -243,7 +240,7 @@ fn drawn_before(number: u32) -> u32 {
 }
 
 // Whether a level has more pieces than there is room for. Then the level before it splits none: which ones found room
-// would be chance, and cracks would open between them and the others.
+// would be chance, and cracks would open between them and the others. All triangles find room, by the size of the list.
 fn full(number: u32) -> bool {
     let its = atomicLoad(&counters[of_level + number]);
     return its > level.most || drawn_before(number) + its > level.most_drawn;
@@ -348,7 +345,7 @@ fn split(@builtin(global_invocation_id) id: vec3u) {
 
 @compute @workgroup_size(1)
 fn finish() {
-    let number = min(drawn_before(drawn_of_level - of_level), level.most_drawn);
+    let number = drawn_before(drawn_of_level - of_level);
     atomicStore(&counters[drawn_count], number);
     arguments[0] = number * 3u;
     arguments[1] = 1u;

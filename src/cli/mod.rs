@@ -182,7 +182,9 @@ pub fn run() -> Result<ExitCode> {
             let selected = [setup.technique.clone()];
             wanted.apply(&mut setup, &scene, &selected)?;
             let mut renderer = Renderer::new(Arc::new(Gpu::new(adapter)?), Arc::new(scene))?;
-            capture::capture(&mut renderer, &setup, &output)?;
+            for note in capture::capture(&mut renderer, &setup, &output)? {
+                eprintln!("{note}");
+            }
             eprintln!("wrote {}", output.display());
             Ok(())
         }

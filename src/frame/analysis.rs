@@ -47,7 +47,7 @@ pub struct Analysis {
     maps: Option<Maps>,
     bands: Vec<Band>,
     pub(super) triangles: Option<TriangleCount>,
-    pieces: Option<wgpu::Buffer>,
+    pub(super) pieces: Option<wgpu::Buffer>,
     /// Buffers that a warped map is made of, by their names in WGSL.
     tables: Vec<(&'static str, wgpu::Buffer)>,
     draw_counts: Pass,
@@ -60,7 +60,7 @@ pub struct PieceCount {
     pub kept: u64,
     /// Triangles drawn in their place; the exact raster takes them as they are.
     pub drawn: u64,
-    /// Pieces drawn that should have been split further, and texels whose rays found no room.
+    /// Pieces drawn that should have been split further.
     pub unserved: u64,
     /// Pieces that the map holds turned inside out.
     pub folded: u64,
@@ -186,7 +186,7 @@ impl Analysis {
         Ok(Some([x, y, layer, count]))
     }
 
-    /// What a warped map's casters were split into; None of techniques without a warp.
+    /// What a warped map's casters were split into, of every frame; None of techniques without a warp.
     pub fn pieces(&self, gpu: &Gpu) -> Result<Option<PieceCount>> {
         let Some(counters) = &self.pieces else { return Ok(None) };
         let words: [u32; 4] = bytemuck::pod_read_unaligned(&gpu.read_range(counters, 0, 16)?);
@@ -217,9 +217,7 @@ impl Band {
 impl Frame<'_> {
     /// Tells where a warped map counts its pieces (`counters` in `shaders/lib/warped.wgsl`).
     pub(crate) fn count_pieces(&mut self, counters: &wgpu::Buffer) {
-        if let Some(analysis) = self.analysis.as_deref_mut() {
-            analysis.pieces = Some(counters.clone());
-        }
+        self.pieces = Some(counters.clone());
     }
 
     /// Keeps a buffer of a warped map for [`Analysis::table`].

@@ -66,6 +66,23 @@ impl Renderer {
         Ok([self.read_tally(&self.tally)?[0], self.read_tally(&self.truth.tally)?[0]])
     }
 
+    /// What the last frame did not do as it should, a sentence each.
+    pub fn notes(&self) -> Result<Vec<String>> {
+        let mut notes = Vec::new();
+        if let Some(pieces) = self.analysis.pieces(&self.gpu)?.filter(|p| p.unserved > 0) {
+            notes.push(format!(
+                "{} parts of triangles were not split as far as they should be: shadows are wrong there.",
+                pieces.unserved
+            ));
+        }
+        for (rays, whose) in self.read_gave_up()?.into_iter().zip(["the technique's", "the truth's"]) {
+            if rays > 0 {
+                notes.push(format!("{rays} of {whose} rays passed max_visits and count as lit."));
+            }
+        }
+        Ok(notes)
+    }
+
     /// How many shadow rays the technique traced in the last frame, which must have been analysed.
     pub fn read_rays(&self) -> Result<u32> {
         Ok(self.read_tally(&self.tally)?[1])

@@ -78,6 +78,16 @@ impl Gpu {
 
     /// Opens an adapter that can draw on `surface`.
     pub fn on(instance: &wgpu::Instance, surface: Option<&wgpu::Surface>, name: Option<&str>) -> Result<Gpu> {
+        Gpu::within(instance, surface, name, |limits| limits)
+    }
+
+    /// As [`Gpu::on`], with the limits that `lower` makes of the adapter's own: what a weaker one would do.
+    pub fn within(
+        instance: &wgpu::Instance,
+        surface: Option<&wgpu::Surface>,
+        name: Option<&str>,
+        lower: impl FnOnce(wgpu::Limits) -> wgpu::Limits,
+    ) -> Result<Gpu> {
         let all = adapters(instance);
         let names = || all.iter().map(|a| a.get_info().name).collect::<Vec<_>>().join(", ");
         if all.is_empty() {
@@ -99,7 +109,7 @@ impl Gpu {
         let (device, queue) = pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor {
             label: Some("shadowscope"),
             required_features: features,
-            required_limits: adapter.limits(),
+            required_limits: lower(adapter.limits()),
             ..Default::default()
         }))
         .with_context(|| format!("{} refused to open", info.name))?;

@@ -55,18 +55,7 @@ pub fn accuracy(renderer: &mut Renderer, setup: &Setup, index: u64) -> Result<Re
     let counts = maps.filter(|_| counted).map(|m| Counts::of(m.texels(), filled));
     let triangles = analysis.triangles(gpu)?;
     let pieces = analysis.pieces(gpu)?;
-    let [own, truth] = renderer.read_gave_up()?;
-    let mut notes = Vec::new();
-    if let Some(unserved) = pieces.map(|p| p.unserved).filter(|n| *n > 0) {
-        notes.push(format!(
-            "{unserved} parts of triangles were not split as far as they should be, or texels had no room: shadows are wrong there."
-        ));
-    }
-    for (rays, whose) in [(own, "the technique's"), (truth, "the truth's")] {
-        if rays > 0 {
-            notes.push(format!("{rays} of {whose} rays passed max_visits and count as lit."));
-        }
-    }
+    let mut notes = renderer.notes()?;
     if let Some(maps) = maps.filter(|_| !counted) {
         notes.push(format!("View samples a texel are not counted: {} texels are too many.", maps.texels()));
     }

@@ -110,6 +110,8 @@ pub struct Facts {
     pub keeping: bool,
     /// Share of the pixels that can be wrong which are, and RMSE against the truth shown; None until they are known.
     pub error: Option<[f64; 2]>,
+    /// What the picture shows wrong, known with the error.
+    pub notes: Vec<String>,
 }
 
 impl Facts {

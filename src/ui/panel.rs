@@ -203,6 +203,9 @@ fn technique(ui: &mut Ui, m: &mut Model) {
     if let Some(reason) = chosen.refuses(&m.setup.light) {
         ui.label(RichText::new(reason).color(ui.visuals().warn_fg_color));
     }
+    for note in &m.facts.notes {
+        ui.label(RichText::new(note).small().color(ui.visuals().warn_fg_color));
+    }
 }
 
 fn parameters(ui: &mut Ui, m: &mut Model) {

@@ -134,6 +134,7 @@ impl Stage {
             self.generation += 1;
             self.counting = false;
             m.facts.error = None;
+            m.facts.notes.clear();
         }
         self.full = full;
         m.facts.full = full;
@@ -355,7 +356,8 @@ impl Stage {
     }
 
     /// Reads back what the errors need, and has them counted on a thread.
-    fn start_counting(&mut self, m: &Model, desk: &Desk) -> Result<()> {
+    fn start_counting(&mut self, m: &mut Model, desk: &Desk) -> Result<()> {
+        m.facts.notes = self.renderer.notes()?;
         let visibility = self.renderer.read_visibility()?;
         let (hard, mean) = (self.renderer.read_hard_truth()?, self.renderer.read_truth()?);
         let mask = self.renderer.read_mask()?;

@@ -269,7 +269,10 @@ impl Open {
                 Done::Captured(result) => {
                     m.capturing = false;
                     match result {
-                        Ok(path) => m.say(format!("Saved {}.", path.display())),
+                        Ok((path, notes)) => {
+                            m.say(format!("Saved {}.", path.display()));
+                            notes.into_iter().for_each(|note| m.say(note));
+                        }
                         Err(e) => m.fail(&e),
                     }
                 }

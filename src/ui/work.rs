@@ -37,7 +37,8 @@ pub enum Done {
     Measured(u64, Result<()>),
     Stability(u64, Result<Stability>),
     Advised(u64, Result<Box<(Budget, Advice)>>),
-    Captured(Result<PathBuf>),
+    /// The file, and what its picture shows wrong.
+    Captured(Result<(PathBuf, Vec<String>)>),
     Saved(Result<PathBuf>),
     Read(PathBuf, Result<Vec<Record>>),
     /// A row's set-up, small.
@@ -220,7 +221,7 @@ impl Desk {
     pub fn capture(&mut self, adapter: String, scene: Arc<Scene>, setup: Setup, path: PathBuf) {
         let thread = self.start(move |post| {
             let captured = renderer(&adapter, scene).and_then(|mut r| capture::capture(&mut r, &setup, &path));
-            post.send(Done::Captured(captured.map(|()| path)));
+            post.send(Done::Captured(captured.map(|notes| (path, notes))));
         });
         self.drawing.push(thread);
     }

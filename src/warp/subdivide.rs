@@ -3,6 +3,7 @@
 use super::{Casters, Way, storage};
 use crate::frame::Frame;
 use crate::gpu::{Gpu, Pass, Raster, Resource, hold};
+use crate::light::Light;
 use crate::params::Group;
 use anyhow::{Result, ensure};
 use bytemuck::{Pod, Zeroable};
@@ -78,6 +79,14 @@ impl Casters for Subdivide {
     ) -> Result<()> {
         let resolution = map.texture().width();
         let passes = [&self.need, &self.spread, &self.trace, &self.split, &self.finish, &self.draw];
+        // What lies behind a lamp is cut off: of a triangle two parts may be left.
+        let parts = f.scene.triangle_count as u64 * if matches!(f.setup.light, Light::Spot { .. }) { 2 } else { 1 };
+        ensure!(
+            parts * PIECE <= f.gpu.most_bound(),
+            "{} binds too little memory at once to split {} triangles; choose raster = exact",
+            f.gpu.info.name,
+            f.scene.triangle_count
+        );
         let held = hold(&mut self.held, [f.scene.triangle_count, resolution], |of| {
             passes.iter().for_each(|p| p.forget());
             Held::new(f.gpu, *of, self.linear)

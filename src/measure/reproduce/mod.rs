@@ -236,7 +236,7 @@ impl Bench<'_> {
     fn capture(&mut self, name: &str, says: &str, setup: &Setup) -> Result<String> {
         let folder = self.folder;
         let (renderer, _) = self.open(&setup.scene)?;
-        picture(folder, name, says, |path| capture::capture(renderer, setup, path))
+        picture(folder, name, says, |path| capture::capture(renderer, setup, path).map(|_| ()))
     }
 
     fn chart(&self, name: &str, lines: &Lines) -> Result<String> {
