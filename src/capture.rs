@@ -153,7 +153,13 @@ fn write_exr(renderer: &Renderer, setup: &Setup, path: &Path) -> Result<()> {
     };
     create_folder(path)?;
     let mut attributes = LayerAttributes::named(setup.view.as_str());
-    attributes.comments = Text::new_or_none(setup.to_toml(path)?);
+    let mut comments = setup.to_toml(path)?;
+    if setup.view == "position" {
+        // At full distance they would be rounded.
+        let [x, y, z] = renderer.scene().origin.to_array();
+        comments += &format!("# Positions are relative to [{x:?}, {y:?}, {z:?}].\n");
+    }
+    attributes.comments = Text::new_or_none(comments);
     let layer = Layer::new((w, h), attributes, Encoding::SMALL_LOSSLESS, channels);
     Image::from_layer(layer).write().to_file(path).with_context(doing)
 }

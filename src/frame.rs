@@ -403,6 +403,15 @@ impl Renderer {
     /// # Errors
     /// A picture larger than the adapter takes, or what the device reports.
     pub fn render(&mut self, setup: &Setup, ask: Ask) -> Result<Told> {
+        let mut moved;
+        let setup = if setup.origin == self.scene.origin {
+            setup
+        } else {
+            // Kept from when the scene's file stood or reached elsewhere.
+            moved = setup.clone();
+            moved.count_from(self.scene.origin);
+            &moved
+        };
         let info = techniques::find_or_say(&setup.technique)?;
         let limit = self.gpu.device.limits().max_texture_dimension_2d;
         let [width, height] = ask.size;

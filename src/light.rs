@@ -4,7 +4,7 @@ use bytemuck::{Pod, Zeroable};
 use glam::{Vec3, Vec4};
 use serde::{Deserialize, Serialize};
 
-/// One light. Positions in metres (world space), angles in degrees, colours linear RGB.
+/// One light. Positions in metres (scene space), angles in degrees, colours linear RGB.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Light {
@@ -81,7 +81,7 @@ impl Light {
         KINDS[self.index()]
     }
 
-    /// Position in world space, or the unit vector towards a directional light.
+    /// Position in scene space, or the unit vector towards a directional light.
     pub fn position(&self) -> Vec3 {
         match *self {
             Light::Directional { to_light, .. } => to_light.normalize_or(Vec3::Y),
@@ -89,6 +89,17 @@ impl Light {
                 position
             }
             Light::RectArea { center, .. } => center,
+        }
+    }
+
+    /// Where it stands, if it stands somewhere.
+    pub fn place_mut(&mut self) -> Option<&mut Vec3> {
+        match self {
+            Light::Directional { .. } => None,
+            Light::Spot { position, .. } | Light::Omni { position, .. } | Light::Hemisphere { position, .. } => {
+                Some(position)
+            }
+            Light::RectArea { center, .. } => Some(center),
         }
     }
 

@@ -2,6 +2,7 @@
 //!
 //! It is a bookmark, the command line's input, what a capture embeds, and what undo steps through.
 
+pub mod place;
 mod shape;
 
 use crate::light::Light;
@@ -10,17 +11,21 @@ use crate::scene::{Camera, Scene, builtin, gltf};
 use crate::truth::Samples;
 use crate::{capture, techniques, view};
 use anyhow::{Context, Result, bail, ensure};
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-/// Everything a frame depends on. Saved as TOML; lengths in metres, angles in degrees.
+/// Everything a frame depends on. Saved as TOML; lengths in metres, angles in degrees. Here camera and light stand in scene
+/// space, in files in the scene's own coordinates ([`place`]).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(remote = "Self", deny_unknown_fields)]
 pub struct Setup {
     /// A built-in scene's name or the path of a glTF file.
     pub scene: String,
+    /// Scene space's zero in the scene's own coordinates, [`Scene::origin`]. No part of a file as TOML: the scene knows it.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub origin: DVec3,
     /// The scene's clock, seconds: where its animation stands.
     #[serde(default)]
     pub time: f32,
@@ -52,6 +57,9 @@ pub struct Setup {
     pub params: BTreeMap<String, Values>,
 }
 
+fn is_zero(origin: &DVec3) -> bool {
+    *origin == DVec3::ZERO
+}
 fn default_technique() -> String {
     "shadow-map".into()
 }
@@ -75,6 +83,7 @@ impl Setup {
         let light = scene.lights.first().context("the scene has no light")?.light;
         let mut setup = Setup {
             scene: name.into(),
+            origin: scene.origin,
             time: 0.0,
             animation: 0,
             technique: default_technique(),
@@ -125,6 +134,7 @@ impl Setup {
         let name = beside(name, path.parent().unwrap_or(Path::new("")));
         let scene = load_scene(&name)?;
         table.insert("scene".into(), name.into());
+        place::take_off(&mut table, scene.origin);
         let camera = match table.get("camera") {
             Some(toml::Value::String(name)) => Some(scene_camera(&scene, name)?),
             None => Some(scene.cameras[0].camera),
@@ -167,7 +177,7 @@ impl Setup {
             // Slashes are understood everywhere.
             setup.scene = path.to_string_lossy().replace('\\', "/");
         }
-        toml::to_string(&setup).context("the set-up cannot be written as TOML")
+        setup.text().context("the set-up cannot be written as TOML")
     }
 
     /// Fills in the defaults of the selected technique's parameters, so that a saved set-up holds them all.
@@ -369,7 +379,8 @@ pub fn scene_light(scene: &Scene, name: &str) -> Result<Light> {
     }
 }
 
-/// Reads `--camera`: a name, or `px,py,pz:tx,ty,tz:fov` (near and far then follow the scene's first camera).
+/// Reads `--camera`: a name, or `px,py,pz:tx,ty,tz:fov` in the scene's own coordinates (near and far then follow the scene's
+/// first camera).
 pub fn parse_camera(scene: &Scene, text: &str) -> Result<Camera> {
     let parts: Vec<&str> = text.split(':').collect();
     if parts.len() != 3 || scene.cameras.iter().any(|c| c.name == text) {
@@ -377,9 +388,10 @@ pub fn parse_camera(scene: &Scene, text: &str) -> Result<Camera> {
     }
     let form = || format!("--camera {text}: write it as NAME or px,py,pz:tx,ty,tz:fov");
     let first = scene.cameras[0].camera;
+    let place = |text| anyhow::Ok((parse_vec3(text)? - scene.origin).as_vec3());
     Ok(Camera {
-        position: parse_vec3(parts[0]).with_context(form)?,
-        target: parse_vec3(parts[1]).with_context(form)?,
+        position: place(parts[0]).with_context(form)?,
+        target: place(parts[1]).with_context(form)?,
         fov: parts[2].parse().with_context(form)?,
         ..first
     })
@@ -405,11 +417,12 @@ pub fn parse_light(scene: &Scene, text: &str) -> Result<Light> {
         table.insert(key.trim().into(), value);
     }
     shape::check_light(&table).with_context(|| format!("--light {text}"))?;
+    place::take_off_light(&mut table, scene.origin);
     Light::deserialize(toml::Value::Table(table)).map_err(|e| one_line(&format!("--light {text}: {e}")))
 }
 
-fn parse_vec3(text: &str) -> Result<Vec3> {
-    let numbers: Vec<f32> = text.split(',').map(|n| n.trim().parse()).collect::<Result<_, _>>()?;
+fn parse_vec3(text: &str) -> Result<DVec3> {
+    let numbers: Vec<f64> = text.split(',').map(|n| n.trim().parse()).collect::<Result<_, _>>()?;
     ensure!(numbers.len() == 3, "{text} is not three numbers");
-    Ok(Vec3::from_slice(&numbers))
+    Ok(DVec3::from_slice(&numbers))
 }

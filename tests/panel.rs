@@ -8,7 +8,7 @@ use shadowscope::measure::advise::{Advice, Budget};
 use shadowscope::measure::{self, Record, params_text, stability};
 use shadowscope::params::Value;
 use shadowscope::scene::geometry::Geometry;
-use shadowscope::setup::Setup;
+use shadowscope::setup::{self, Setup};
 use shadowscope::techniques;
 use shadowscope::ui::{self, Action, Job, Model, Reading, Tab, Traced};
 use std::sync::Arc;
@@ -570,4 +570,27 @@ fn the_live_point_leaves_a_trail_that_ends() {
     let bounds = harness.state().model.bounds;
     harness.state_mut().model.open(other, Arc::new(scene), bounds, false);
     assert_eq!(trail(&harness), 0, "another scene, another matter");
+}
+
+/// A scene 141 km from the zero point of its coordinates: the fields show and take those, the camera turns in its own.
+#[test]
+fn places_are_shown_in_the_files_coordinates() {
+    let mut harness = harness("tests/data/origin-100km.glb", 2400.0);
+    for section in ["Light", "Camera"] {
+        open(&mut harness, section);
+    }
+    let m = &mut harness.state_mut().model;
+    m.setup.camera = setup::parse_camera(&m.scene, "100002,4,100004.25:100000,0,100000:50").unwrap();
+    harness.run_steps(3);
+    for shown in ["100002.00", "4.00 m", "100004.25"] {
+        let texts: Vec<_> = harness.get_all_by_role(egui::accesskit::Role::SpinButton).map(|n| n.value()).collect();
+        assert!(texts.iter().flatten().any(|t| t == shown), "{shown} is not in {texts:?}");
+    }
+    let before = setup(&harness).camera;
+    harness.state_mut().model.setup.camera.orbit(0.3, 0.1);
+    harness.run_steps(3);
+    let after = setup(&harness).camera;
+    assert_eq!(after.target, before.target);
+    assert!((after.reach() - before.reach()).abs() < 1e-5 && after.position.distance(before.position) > 1.0);
+    assert!(after.position.length() < 10.0, "{after:?}");
 }

@@ -3,7 +3,7 @@
 mod common;
 
 use common::*;
-use glam::{Mat4, Quat, Vec2, Vec3};
+use glam::{DMat4, DQuat, DVec3, Vec2, Vec3};
 use shadowscope::frame::Renderer;
 use shadowscope::light::Light;
 use shadowscope::measure;
@@ -290,7 +290,7 @@ fn back_faces_are_culled_unless_double_sided() {
         let mat = Material { double_sided, ..material(Vec3::ONE) };
         let mut test = scene(vec![mesh(&down, 0)], vec![mat], view, sun(Vec3::Y));
         if mirror {
-            test.nodes[0].local = Local::Matrix(Mat4::from_scale(Vec3::new(1.0, -1.0, 1.0)));
+            test.nodes[0].local = Local::Matrix(DMat4::from_scale(DVec3::new(1.0, -1.0, 1.0)));
         }
         let (mut r, s) = start(test, [64, 48]);
         r.render(&s, ask(&s)).unwrap();
@@ -309,7 +309,7 @@ fn geometry_and_bvh_follow_the_clock() {
     let view = camera(Vec3::new(0.0, 8.0, 7.0), Vec3::ZERO);
     let mut moving = scene(vec![ground, block], vec![material(Vec3::ONE)], view, sun(Vec3::new(0.2, 1.0, 0.0)));
     moving.nodes[0].meshes = vec![0];
-    let identity = Local::Trs { translation: Vec3::ZERO, rotation: Quat::IDENTITY, scale: Vec3::ONE };
+    let identity = Local::Trs { translation: DVec3::ZERO, rotation: DQuat::IDENTITY, scale: DVec3::ONE };
     moving.nodes.push(Node { parent: Some(0), local: identity, meshes: vec![1], instances: vec![] });
     moving.animations.push(Animation {
         name: "slide".into(),
@@ -371,7 +371,8 @@ fn moving(parts: Vec<[Vec3; 3]>, from: (Vec3, f32), to: (Vec3, f32)) -> Scene {
     let meshes = vec![ground, mesh(&parts, 0)];
     let mut scene = scene(meshes, vec![material(Vec3::ONE)], view, sun(Vec3::new(0.2, 1.0, 0.1)));
     scene.nodes[0].meshes = vec![0];
-    let local = Local::Trs { translation: from.0, rotation: Quat::IDENTITY, scale: Vec3::splat(from.1) };
+    let (translation, scale) = (from.0.as_dvec3(), DVec3::splat(from.1 as f64));
+    let local = Local::Trs { translation, rotation: DQuat::IDENTITY, scale };
     scene.nodes.push(Node { parent: None, local, meshes: vec![1], instances: vec![] });
     let channel = |property, from: Vec3, to: Vec3| Channel {
         node: 1,

@@ -1,11 +1,11 @@
-//! A scene flattened to world-space triangles with a BVH: what raster and rays work on.
+//! A scene flattened to triangles in scene space with a BVH: what raster and rays work on.
 
 use super::bvh::Bvh;
 use super::{Interpolation, Local, Property, Scene, Wrap};
 use crate::gpu::{Gpu, Table};
 use anyhow::{Result, ensure};
 use bytemuck::{Pod, Zeroable};
-use glam::{Mat3, Mat4, Quat, Vec2, Vec3, Vec4};
+use glam::{DMat4, DQuat, DVec4, Mat3, Vec2, Vec3, Vec4};
 use obvhs::triangle::Triangle;
 use rayon::prelude::*;
 
@@ -45,7 +45,7 @@ pub struct GpuMaterial {
     pub wrap: u32,
 }
 
-/// World-space triangles at one moment of the scene's clock.
+/// Triangles in scene space at one moment of the scene's clock.
 pub struct Geometry {
     pub vertices: Vec<Vertex>,
     /// Three vertices and the surface id that exact duplicates share. Opaque triangles come first.
@@ -160,31 +160,31 @@ fn number_surfaces(vertices: &[Vertex], triangles: &mut [[u32; 4]], opaque: usiz
 }
 
 /// Every mesh with the matrix it is drawn with, in a fixed order.
-pub fn placements(scene: &Scene, worlds: &[Mat4]) -> Vec<(usize, Mat4)> {
+pub fn placements(scene: &Scene, worlds: &[DMat4]) -> Vec<(usize, DMat4)> {
     let mut placed = Vec::new();
     for (node, world) in scene.nodes.iter().zip(worlds) {
         for mesh in &node.meshes {
             if node.instances.is_empty() {
                 placed.push((*mesh as usize, *world));
             }
-            placed.extend(node.instances.iter().map(|i| (*mesh as usize, *world * *i)));
+            placed.extend(node.instances.iter().map(|i| (*mesh as usize, *world * i.as_dmat4())));
         }
     }
     placed
 }
 
-fn transformed(scene: &Scene, placed: &[(usize, Mat4)]) -> Vec<Vertex> {
+fn transformed(scene: &Scene, placed: &[(usize, DMat4)]) -> Vec<Vertex> {
     let parts: Vec<Vec<Vertex>> = placed
         .par_iter()
         .map(|(mesh, world)| {
             let mesh = &scene.meshes[*mesh];
-            let normal = Mat3::from_mat4(*world).inverse().transpose();
+            let normal = Mat3::from_mat4(world.as_mat4()).inverse().transpose();
             let flat = !normal.is_finite();
             (0..mesh.positions.len())
                 .map(|i| {
                     let n = if flat { mesh.normals[i] } else { normal * mesh.normals[i] };
                     Vertex {
-                        position: world.transform_point3(mesh.positions[i]),
+                        position: world.transform_point3(mesh.positions[i].as_dvec3()).as_vec3(),
                         normal: octahedral(n.normalize_or(Vec3::Y)),
                         uv: mesh.uvs[i],
                         material: mesh.material,
@@ -217,46 +217,49 @@ pub fn shading_normal(words: [u32; 4]) -> Vec3 {
     Vec3::new(x, y, z).normalize()
 }
 
-/// The nodes' matrices at `time` seconds of animation `clip`; without one as the file has them.
-pub fn world_matrices(scene: &Scene, clip: Option<usize>, time: f32) -> Vec<Mat4> {
+/// The nodes' matrices to scene space at `time` seconds of animation `clip`; without one as the file has them.
+pub fn world_matrices(scene: &Scene, clip: Option<usize>, time: f32) -> Vec<DMat4> {
     let mut locals: Vec<Local> = scene.nodes.iter().map(|n| n.local).collect();
     for channel in clip.and_then(|c| scene.animations.get(c)).map(|a| a.channels.as_slice()).unwrap_or_default() {
         if let Local::Trs { translation, rotation, scale } = &mut locals[channel.node as usize] {
             let v = sample(channel, time);
             match channel.property {
                 Property::Translation => *translation = v.truncate(),
-                Property::Rotation => *rotation = Quat::from_vec4(v).normalize(),
+                Property::Rotation => *rotation = DQuat::from_vec4(v).normalize(),
                 Property::Scale => *scale = v.truncate(),
             }
         }
     }
-    let mut worlds: Vec<Mat4> = Vec::with_capacity(locals.len());
+    // The origin goes off at the roots, so that what hangs below them is the same bit for bit wherever they stand.
+    let top = DMat4::from_translation(-scene.origin);
+    let mut worlds: Vec<DMat4> = Vec::with_capacity(locals.len());
     for (node, local) in scene.nodes.iter().zip(locals) {
-        let parent = node.parent.map_or(Mat4::IDENTITY, |p| worlds[p as usize]);
+        let parent = node.parent.map_or(top, |p| worlds[p as usize]);
         worlds.push(parent * local.matrix());
     }
     worlds
 }
 
 /// A channel's value at `time`, as the glTF 2.0 specification (appendix C) interpolates it.
-fn sample(channel: &super::Channel, time: f32) -> Vec4 {
+fn sample(channel: &super::Channel, time: f32) -> DVec4 {
     let times = &channel.times;
     let cubic = channel.interpolation == Interpolation::CubicSpline;
-    let value = |i: usize| channel.values[if cubic { 3 * i + 1 } else { i }];
+    let raw = |i: usize| channel.values[i].as_dvec4();
+    let value = |i: usize| raw(if cubic { 3 * i + 1 } else { i });
     let next = times.partition_point(|t| *t <= time);
     if next == 0 || next == times.len() {
         return value(next.saturating_sub(1));
     }
-    let (i, span) = (next - 1, times[next] - times[next - 1]);
-    let t = (time - times[i]) / span;
+    let (i, span) = (next - 1, (times[next] - times[next - 1]) as f64);
+    let t = (time - times[i]) as f64 / span;
     match channel.interpolation {
         Interpolation::Step => value(i),
         Interpolation::Linear if channel.property == Property::Rotation => {
-            Quat::from_vec4(value(i)).normalize().slerp(Quat::from_vec4(value(next)).normalize(), t).into()
+            DQuat::from_vec4(value(i)).normalize().slerp(DQuat::from_vec4(value(next)).normalize(), t).into()
         }
         Interpolation::Linear => value(i).lerp(value(next), t),
         Interpolation::CubicSpline => {
-            let (out, into) = (channel.values[3 * i + 2] * span, channel.values[3 * next] * span);
+            let (out, into) = (raw(3 * i + 2) * span, raw(3 * next) * span);
             let (t2, t3) = (t * t, t * t * t);
             value(i) * (2.0 * t3 - 3.0 * t2 + 1.0)
                 + out * (t3 - 2.0 * t2 + t)

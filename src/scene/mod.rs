@@ -7,21 +7,26 @@ pub mod gltf;
 mod textures;
 
 use crate::light::Light;
-use glam::{DVec3, Mat4, Quat, Vec2, Vec3, Vec4};
+use glam::{DMat4, DQuat, DVec3, Mat4, Vec2, Vec3, Vec4};
 use serde::{Deserialize, Serialize};
 
-/// A scene in object space: meshes placed by a node hierarchy. Right-handed, y up, metres.
+/// Meshes placed by a node hierarchy. Right-handed, y up, metres.
+///
+/// Nodes stand in the file's coordinates. All that is made of them stands in *scene space*, which is the same but for
+/// [`Scene::origin`]: geometry, cameras and lights, whose 32-bit numbers are fine only near zero.
 #[derive(Clone, Debug, Default)]
 pub struct Scene {
     pub name: String,
+    /// Scene space's zero in the file's coordinates; zero for scenes that no file holds.
+    pub origin: DVec3,
     pub meshes: Vec<Mesh>,
     pub nodes: Vec<Node>,
     pub materials: Vec<Material>,
     pub textures: Vec<Texture>,
     pub animations: Vec<Animation>,
-    /// At least one, after loading.
+    /// In scene space; at least one, after loading.
     pub cameras: Vec<NamedCamera>,
-    /// At least one, after loading.
+    /// In scene space; at least one, after loading.
     pub lights: Vec<NamedLight>,
     /// What the loader left out or drew differently, a sentence each.
     pub notes: Vec<String>,
@@ -51,25 +56,25 @@ pub struct Node {
     pub instances: Vec<Mat4>,
 }
 
-/// A node's transform relative to its parent.
+/// A node's transform relative to its parent, with the digits that the file gives it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Local {
-    Matrix(Mat4),
+    Matrix(DMat4),
     /// Can be animated.
     Trs {
-        translation: Vec3,
-        rotation: Quat,
-        scale: Vec3,
+        translation: DVec3,
+        rotation: DQuat,
+        scale: DVec3,
     },
 }
 
 impl Local {
     /// To the parent's space.
-    pub fn matrix(&self) -> Mat4 {
+    pub fn matrix(&self) -> DMat4 {
         match *self {
             Local::Matrix(matrix) => matrix,
             Local::Trs { translation, rotation, scale } => {
-                Mat4::from_scale_rotation_translation(scale, rotation, translation)
+                DMat4::from_scale_rotation_translation(scale, rotation, translation)
             }
         }
     }
@@ -141,7 +146,7 @@ pub enum Interpolation {
     CubicSpline,
 }
 
-/// A pinhole camera, up = +y. Metres and degrees.
+/// A pinhole camera in scene space, up = +y. Metres and degrees.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Camera {
@@ -172,7 +177,7 @@ impl Camera {
         (self.target - self.position).normalize_or(Vec3::NEG_Z)
     }
 
-    /// World to view space (x right, y up, looking along -z).
+    /// Scene to view space (x right, y up, looking along -z).
     pub fn view(&self) -> Mat4 {
         let forward = self.forward();
         let up = if forward.y.abs() > 0.9999 { Vec3::NEG_Z } else { Vec3::Y };

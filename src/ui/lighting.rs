@@ -6,7 +6,7 @@ use super::panel::vector;
 use crate::light::{KINDS, Light};
 use crate::techniques;
 use egui::{ComboBox, DragValue, Ui};
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 /// What a kind of light is, in the order of [`KINDS`].
 const DOCS: [&str; 5] = [
@@ -40,6 +40,7 @@ pub fn show(ui: &mut Ui, m: &mut Model) {
     });
     let speed = m.diagonal() * 0.002;
     let far = m.diagonal() * 20.0;
+    let origin = scene.origin;
     match &mut m.setup.light {
         Light::Directional { to_light, .. } => {
             let (mut azimuth, mut elevation) = angles(*to_light);
@@ -66,29 +67,30 @@ pub fn show(ui: &mut Ui, m: &mut Model) {
             }
         }
         Light::Spot { position, direction, outer_angle, range, .. } => {
-            vector(ui, "position", "Where the light is.", position, speed);
+            vector(ui, "position", "Where the light is.", position, origin, speed);
             aim(ui, direction);
             let tip = "Angle between the cone's axis and its edge.";
             slide(ui, "cone", tip, outer_angle, 1.0..=85.0, false, "°");
             reach(ui, range, far);
         }
         Light::Omni { position, range, .. } => {
-            vector(ui, "position", "Where the light is.", position, speed);
+            vector(ui, "position", "Where the light is.", position, origin, speed);
             reach(ui, range, far);
         }
         Light::Hemisphere { position, direction, range, .. } => {
-            vector(ui, "position", "Where the light is.", position, speed);
+            vector(ui, "position", "Where the light is.", position, origin, speed);
             aim(ui, direction);
             reach(ui, range, far);
         }
         Light::RectArea { center, half_u, half_v, range, .. } => {
-            vector(ui, "center", "Middle of the rectangle.", center, speed);
-            vector(ui, "half width", "From the middle to the right edge.", half_u, speed);
+            vector(ui, "center", "Middle of the rectangle.", center, origin, speed);
+            vector(ui, "half width", "From the middle to the right edge.", half_u, DVec3::ZERO, speed);
             vector(
                 ui,
                 "half height",
                 "From the middle to the upper edge. The front is where width × height points.",
                 half_v,
+                DVec3::ZERO,
                 speed,
             );
             reach(ui, range, far);

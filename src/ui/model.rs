@@ -371,11 +371,12 @@ impl Model {
         self.take(after)
     }
 
-    fn take(&mut self, setup: Setup) -> Option<Action> {
+    fn take(&mut self, mut setup: Setup) -> Option<Action> {
         if setup.scene != self.setup.scene {
             self.loading = Some(setup.scene.clone());
             return Some(Action::Restore(Box::new(setup)));
         }
+        setup.count_from(self.scene.origin);
         self.setup = setup;
         None
     }

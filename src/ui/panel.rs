@@ -6,12 +6,14 @@ use super::model::{Action, Model};
 use super::style::WEAK;
 use super::{needs, results};
 use crate::scene::builtin;
+use crate::setup::place;
 use crate::techniques;
 use crate::truth::{COUNTS, Samples};
 use crate::view;
 use egui::{
     Align, Button, CollapsingHeader, ComboBox, DragValue, Layout, RichText, ScrollArea, TextEdit, Ui, UiBuilder, vec2,
 };
+use glam::{DVec3, Vec3};
 use std::path::PathBuf;
 
 /// Width of the panel, points.
@@ -238,8 +240,16 @@ fn camera(ui: &mut Ui, m: &mut Model) {
     let near = c.near;
     let tip = "Nothing farther than this is drawn.";
     slide(ui, "far", tip, &mut c.far, (near * 2.0)..=(near * 2.0).max(1e5), true, "m");
-    vector(ui, "position", "Where the camera stands: x, y (up), z in metres.", &mut c.position, 0.05);
-    vector(ui, "target", "The point that it looks at and turns around: x, y (up), z in metres.", &mut c.target, 0.05);
+    let o = scene.origin;
+    vector(ui, "position", "Where the camera stands: x, y (up), z in metres.", &mut c.position, o, 0.05);
+    vector(
+        ui,
+        "target",
+        "The point that it looks at and turns around: x, y (up), z in metres.",
+        &mut c.target,
+        o,
+        0.05,
+    );
     if c.position == c.target {
         c.target.z -= 0.01;
     }
@@ -253,16 +263,25 @@ fn camera(ui: &mut Ui, m: &mut Model) {
     }
 }
 
-/// A row with the three parts of a vector.
-pub fn vector(ui: &mut Ui, name: &str, tip: &str, v: &mut glam::Vec3, speed: f32) -> bool {
+/// A row with the three parts of a vector, shown with `origin` added: a place's in the scene's own coordinates.
+pub fn vector(ui: &mut Ui, name: &str, tip: &str, v: &mut Vec3, origin: DVec3, speed: f32) -> bool {
     let before = *v;
     row(ui, name, tip, |ui, label| {
         let gap = 4.0;
         ui.spacing_mut().item_spacing.x = gap;
         let width = (ui.available_width() - 2.0 * gap) / 3.0;
-        for (part, axis) in [&mut v.x, &mut v.y, &mut v.z].into_iter().zip(["x", "y", "z"]) {
-            let drag = DragValue::new(part).speed(speed).max_decimals(2).suffix(" m").range(-1e7..=1e7);
-            field(ui, width, drag, &format!("{axis} in metres")).labelled_by(label.id);
+        let parts = [&mut v.x, &mut v.y, &mut v.z].into_iter().zip(origin.to_array());
+        for ((part, origin), axis) in parts.zip(["x", "y", "z"]) {
+            let now = place::original(*part, origin);
+            let mut shown = now;
+            // Far from zero the unit gives way to the digits.
+            let unit = if now.abs() < 1e4 { " m" } else { "" };
+            let drag = DragValue::new(&mut shown).speed(speed).max_decimals(2).suffix(unit);
+            let drag = drag.range(origin - 1e7..=origin + 1e7);
+            field(ui, width, drag, &format!("{axis} in metres: {now}")).labelled_by(label.id);
+            if shown != now {
+                *part = place::local(shown, origin);
+            }
         }
     });
     *v != before

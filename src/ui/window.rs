@@ -427,7 +427,7 @@ impl Open {
         });
     }
 
-    /// Lets the clock run, and the camera turn.
+    /// Lets the clock run, and the camera turn; camera and light keep to places that a file can hold.
     fn tick(&mut self) {
         let seconds = self.clock.elapsed().as_secs_f32().min(0.5);
         self.clock = Instant::now();
@@ -442,6 +442,7 @@ impl Open {
                 self.glide = None;
             }
         }
+        m.setup.count_from(m.scene.origin);
     }
 
     /// Rebuilds the passes where shaders are read from a folder and have changed.

@@ -285,7 +285,9 @@ impl Desk {
     }
 }
 
-fn prepared(setup: Setup, scene: Scene) -> Result<Box<Loaded>> {
+fn prepared(mut setup: Setup, scene: Scene) -> Result<Box<Loaded>> {
+    // A step that is restored may have been made before the file changed.
+    setup.count_from(scene.origin);
     let geometry = Geometry::new(&scene, 0, 0.0)?;
     Ok(Box::new(Loaded { setup, scene: Arc::new(scene), geometry }))
 }

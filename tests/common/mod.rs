@@ -1,7 +1,7 @@
 //! What the tests share: one device, and scenes made by hand.
 #![allow(dead_code)]
 
-use glam::{Mat4, Vec2, Vec3};
+use glam::{DMat4, Vec2, Vec3};
 use shadowscope::frame::{Ask, Renderer, Truth};
 use shadowscope::gpu::Gpu;
 use shadowscope::light::Light;
@@ -51,7 +51,7 @@ pub fn floor(low: Vec2, high: Vec2, height: f32) -> Vec<[Vec3; 3]> {
 pub fn scene(meshes: Vec<Mesh>, materials: Vec<Material>, camera: Camera, light: Light) -> Scene {
     let nodes = vec![Node {
         parent: None,
-        local: Local::Matrix(Mat4::IDENTITY),
+        local: Local::Matrix(DMat4::IDENTITY),
         meshes: (0..meshes.len() as u32).collect(),
         instances: vec![],
     }];

@@ -1,6 +1,7 @@
 //! Primitives, accessors, quantisation, skins and morph targets.
 
 use crate::file::{F32, File, I8, I16, U8, U16, U32};
+use crate::nodes::world;
 use glam::{Mat4, Vec2, Vec3};
 use serde_json::json;
 use std::f32::consts::FRAC_1_SQRT_2;
@@ -259,7 +260,7 @@ fn skinned_meshes_stand_at_the_files_pose() {
     assert!(scene.nodes[0].meshes.is_empty());
     assert_eq!(scene.nodes[4].meshes, [0]);
     assert_eq!(scene.nodes[4].parent, None);
-    let positions = &scene.meshes[0].positions;
+    let positions: Vec<Vec3> = scene.meshes[0].positions.iter().map(|p| world(&scene, 4, *p)).collect();
     assert!(positions[0].abs_diff_eq(Vec3::Z, 1e-6));
     assert!(positions[1].abs_diff_eq(Vec3::X, 1e-6));
     // Half of (0, 1, 1) and half of the turned (-1, 1, 0), which is (0, -1, 0).

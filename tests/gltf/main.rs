@@ -6,6 +6,7 @@ mod geometry;
 mod malformed;
 mod material;
 mod nodes;
+mod origin;
 mod views;
 
 use file::{File, base64, load_bytes, load_in, one_sentence, picture};

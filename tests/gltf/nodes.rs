@@ -1,14 +1,15 @@
 //! The node hierarchy and instances.
 
 use crate::file::{File, I8, I16};
-use glam::{Mat4, Quat, Vec3};
+use glam::{DVec3, Mat4, Quat, Vec3};
 use serde_json::json;
 use shadowscope::scene::geometry::world_matrices;
 use shadowscope::scene::{Local, Scene};
 use std::f32::consts::FRAC_1_SQRT_2;
 
-fn world(scene: &Scene, node: usize, point: Vec3) -> Vec3 {
-    world_matrices(scene, None, 0.0)[node].transform_point3(point)
+/// In the file's coordinates.
+pub fn world(scene: &Scene, node: usize, point: Vec3) -> Vec3 {
+    (world_matrices(scene, None, 0.0)[node].transform_point3(point.as_dvec3()) + scene.origin).as_vec3()
 }
 
 #[test]
@@ -23,7 +24,7 @@ fn trs_matrices_and_negative_scales_multiply_down_the_tree() {
     let scene = file.load();
     assert_eq!(scene.nodes.iter().map(|node| node.parent).collect::<Vec<_>>(), [None, Some(0), Some(1)]);
     assert!(matches!(scene.nodes[1].local, Local::Matrix(matrix) if matrix.w_axis.z == 5.0));
-    assert!(matches!(scene.nodes[2].local, Local::Trs { scale, .. } if scale == Vec3::new(-1.0, 2.0, 1.0)));
+    assert!(matches!(scene.nodes[2].local, Local::Trs { scale, .. } if scale == DVec3::new(-1.0, 2.0, 1.0)));
     // (1, 1, 0) -> (-1, 2, 0) -> (-1, 2, 5) -> a quarter turn about y: (5, 2, 1) -> (15, 2, 1).
     assert!(world(&scene, 2, Vec3::new(1.0, 1.0, 0.0)).abs_diff_eq(Vec3::new(15.0, 2.0, 1.0), 1e-5));
     // The winding stays as it is: the determinant tells.
@@ -109,7 +110,8 @@ fn instances_have_translation_rotation_and_scale() {
         Mat4::from_scale_rotation_translation(Vec3::new(1.0, 1.0, -1.0), Quat::IDENTITY, Vec3::new(4.0, 5.0, 6.0));
     assert_eq!(instances[1], second);
     // The presets know of the instances.
-    assert!(scene.cameras[0].camera.target.abs_diff_eq(Vec3::new(2.0, 4.5, 4.5), 1.5));
+    let target = scene.cameras[0].camera.target + scene.origin.as_vec3();
+    assert!(target.abs_diff_eq(Vec3::new(2.0, 4.5, 4.5), 1.5));
 }
 
 #[test]

@@ -7,12 +7,19 @@ use shadowscope::light::Light;
 use shadowscope::scene::{Camera, Scene};
 use std::f32::consts::{FRAC_1_SQRT_2, FRAC_PI_2, FRAC_PI_4};
 
+/// In the file's coordinates.
 fn camera(scene: &Scene, name: &str) -> Camera {
-    scene.cameras.iter().find(|camera| camera.name == name).unwrap().camera
+    let mut camera = scene.cameras.iter().find(|camera| camera.name == name).unwrap().camera;
+    camera.position += scene.origin.as_vec3();
+    camera.target += scene.origin.as_vec3();
+    camera
 }
 
+/// In the file's coordinates.
 fn light(scene: &Scene, name: &str) -> Light {
-    scene.lights.iter().find(|light| light.name == name).unwrap().light
+    let mut light = scene.lights.iter().find(|light| light.name == name).unwrap().light;
+    light.place_mut().into_iter().for_each(|place| *place += scene.origin.as_vec3());
+    light
 }
 
 #[test]
@@ -90,19 +97,19 @@ fn lights_of_the_file_come_first_and_where_they_are() {
     let scene = file.load();
     let names: Vec<_> = scene.lights.iter().map(|light| light.name.as_str()).collect();
     assert_eq!(names, ["sun", "lamp", "light 2", "light 3", "sun 2", "low-sun", "spot", "omni"]);
-    let Light::Directional { to_light, color } = scene.lights[0].light else { panic!() };
+    let Light::Directional { to_light, color } = light(&scene, "sun") else { panic!() };
     assert!(to_light.abs_diff_eq(Vec3::NEG_Y, 1e-5), "{to_light}");
     assert_eq!(color, Vec3::new(1.0, 0.5, 0.0));
-    let Light::Omni { position, range, color } = scene.lights[1].light else { panic!() };
+    let Light::Omni { position, range, color } = light(&scene, "lamp") else { panic!() };
     assert_eq!((position, range), (Vec3::new(0.5, 10.5, 0.0), 7.0));
     // Ten away from the middle of the triangle's box.
     assert!(color.abs_diff_eq(Vec3::splat(100.0), 1e-3));
-    let Light::Spot { position, direction, outer_angle, range, color } = scene.lights[2].light else { panic!() };
+    let Light::Spot { position, direction, outer_angle, range, color } = light(&scene, "light 2") else { panic!() };
     assert_eq!((position, direction), (Vec3::new(0.5, 0.5, 4.0), Vec3::NEG_Z));
     assert!((outer_angle - 0.5f32.to_degrees()).abs() < 1e-3);
     assert!(range > 4.0 && range.is_finite());
     assert!(color.abs_diff_eq(Vec3::splat(16.0), 1e-3));
-    let Light::Spot { outer_angle, color, .. } = scene.lights[3].light else { panic!() };
+    let Light::Spot { outer_angle, color, .. } = light(&scene, "light 3") else { panic!() };
     assert!(outer_angle < 89.0);
     assert_eq!(color, Vec3::ONE);
     assert!(scene.notes[0].starts_with("4 lights have a brightness"), "{:?}", scene.notes);
@@ -131,11 +138,11 @@ fn cameras_of_the_file_come_first_and_where_they_are() {
     let scene = file.load();
     let names: Vec<_> = scene.cameras.iter().map(|camera| camera.name.as_str()).collect();
     assert_eq!(names, ["overview", "plan", "overview 2", "low"]);
-    let first = scene.cameras[0].camera;
+    let first = camera(&scene, "overview");
     assert_eq!((first.position, first.target), (Vec3::new(0.5, 0.5, 8.0), Vec3::new(0.5, 0.5, 0.0)));
     assert!((first.fov - 45.0).abs() < 1e-3);
     assert_eq!((first.near, first.far), (0.5, 50.0));
-    let plan = scene.cameras[1].camera;
+    let plan = camera(&scene, "plan");
     assert!((plan.far - 10.0 * 2f32.sqrt()).abs() < 1e-4);
     let view = glam::camera::rh::view::look_at_mat4(plan.position, plan.target, Vec3::Y);
     assert!(view.is_finite());

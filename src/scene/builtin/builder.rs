@@ -10,7 +10,7 @@ pub use random::{Rng, fbm, noise};
 
 use crate::light::Light;
 use crate::scene::{Camera, Local, Material, Mesh, NamedCamera, NamedLight, Node, Scene, Texture, Wrap};
-use glam::{Mat4, Quat, Vec2, Vec3, Vec4, vec2};
+use glam::{DMat4, Mat4, Quat, Vec2, Vec3, Vec4, vec2};
 
 /// How a shape's normals come about.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -196,7 +196,7 @@ impl Builder {
         scene.meshes.retain(|mesh| !mesh.indices.is_empty());
         scene.nodes = vec![Node {
             parent: None,
-            local: Local::Matrix(Mat4::IDENTITY),
+            local: Local::Matrix(DMat4::IDENTITY),
             meshes: (0..scene.meshes.len() as u32).collect(),
             instances: Vec::new(),
         }];

@@ -1,23 +1,24 @@
 //! The file's node hierarchy, checked to be trees.
 
-use super::{broken, get, name_of};
+use super::{Transform, broken, get, name_of};
 use crate::scene::Local;
-use ::gltf::json::{Node, Root};
+use ::gltf::json::Root;
 use anyhow::Result;
-use glam::{Mat4, Quat, Vec3};
+use glam::{DMat4, DQuat, DVec3};
 
 /// The file's nodes, by their index in the file.
 pub struct Hierarchy {
     pub parents: Vec<Option<usize>>,
     pub locals: Vec<Local>,
-    /// World matrices at the file's pose.
-    pub world: Vec<Mat4>,
+    /// To the file's coordinates, at the file's pose.
+    pub world: Vec<DMat4>,
     /// The nodes of the drawn scene, parents before their children.
     pub scene: Vec<usize>,
 }
 
 impl Hierarchy {
-    pub fn new(root: &Root) -> Result<Self> {
+    /// `transforms` are those of the file's nodes.
+    pub fn new(root: &Root, transforms: &[Transform]) -> Result<Self> {
         let count = root.nodes.len();
         let mut parents = vec![None; count];
         for (index, node) in root.nodes.iter().enumerate() {
@@ -42,16 +43,17 @@ impl Hierarchy {
         }
 
         let mut locals = Vec::with_capacity(count);
-        for (index, node) in root.nodes.iter().enumerate() {
+        for (index, transform) in transforms.iter().enumerate() {
             locals.push(
-                local(node).ok_or_else(|| broken(format!("the transform of {} is not finite", label(root, index))))?,
+                local(transform)
+                    .ok_or_else(|| broken(format!("the transform of {} is not finite", label(root, index))))?,
             );
         }
-        let mut world = vec![Mat4::IDENTITY; count];
+        let mut world = vec![DMat4::IDENTITY; count];
         for index in order {
-            let parent = parents[index].map_or(Mat4::IDENTITY, |parent| world[parent]);
+            let parent = parents[index].map_or(DMat4::IDENTITY, |parent| world[parent]);
             world[index] = parent * locals[index].matrix();
-            if !world[index].is_finite() {
+            if !world[index].as_mat4().is_finite() {
                 return Err(broken(format!(
                     "the transforms down to {} leave the range of 32-bit floats",
                     label(root, index)
@@ -107,24 +109,19 @@ pub fn label(root: &Root, index: usize) -> String {
     format!("node {index}{}", name_of(root.nodes[index].name.as_deref()))
 }
 
-/// `None` if a number is not finite.
-fn local(node: &Node) -> Option<Local> {
-    if let Some(matrix) = node.matrix {
-        let matrix = Mat4::from_cols_array(&matrix);
-        return matrix.is_finite().then_some(Local::Matrix(matrix));
+/// `None` if a number is not finite as a 32-bit float.
+fn local(transform: &Transform) -> Option<Local> {
+    if let Some(matrix) = transform.matrix {
+        let matrix = DMat4::from_cols_array(&matrix);
+        return matrix.as_mat4().is_finite().then_some(Local::Matrix(matrix));
     }
-    let translation = node.translation.map_or(Vec3::ZERO, Vec3::from);
-    let scale = node.scale.map_or(Vec3::ONE, Vec3::from);
-    let rotation = node.rotation.map_or(Quat::IDENTITY, |rotation| Quat::from_array(rotation.0));
-    if !(translation.is_finite() && scale.is_finite() && rotation.is_finite()) {
+    let translation = transform.translation.map_or(DVec3::ZERO, DVec3::from);
+    let scale = transform.scale.map_or(DVec3::ONE, DVec3::from);
+    let rotation = transform.rotation.map_or(DQuat::IDENTITY, DQuat::from_array);
+    if !(translation.as_vec3().is_finite() && scale.as_vec3().is_finite() && rotation.as_quat().is_finite()) {
         return None;
     }
-    let rotation = unit(rotation);
-    Some(Local::Trs { translation, rotation, scale })
-}
-
-/// The rotation of unit length; none if it has no direction.
-pub fn unit(rotation: Quat) -> Quat {
     let length = rotation.length();
-    if length > 0.0 && length.is_finite() { rotation * (1.0 / length) } else { Quat::IDENTITY }
+    let rotation = if length > 0.0 && length.is_finite() { rotation * (1.0 / length) } else { DQuat::IDENTITY };
+    Some(Local::Trs { translation, rotation, scale })
 }

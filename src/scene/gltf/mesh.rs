@@ -53,8 +53,8 @@ impl<'a> Meshes<'a> {
         }
     }
 
-    /// The scene's meshes for a node. With `joints`, the matrices of its skin, they are in world
-    /// space; else in the node's space.
+    /// The scene's meshes for a node. With `joints`, the matrices of its skin, they are in the space
+    /// that those lead to; else in the node's space.
     pub fn of_node(&mut self, node: &Node, joints: Option<&[Mat4]>, owner: &str) -> Result<Vec<u32>> {
         let Some(index) = node.mesh else { return Ok(Vec::new()) };
         let mesh = get(&self.root.meshes, index, "mesh", owner)?;

@@ -8,6 +8,7 @@ mod animation;
 mod hierarchy;
 mod material;
 mod mesh;
+mod origin;
 pub mod presets;
 mod punctual;
 mod uri;
@@ -16,9 +17,10 @@ use super::{Local, Node, Scene};
 use ::gltf::json::{self, Index, Root};
 use accessors::Accessors;
 use anyhow::{Result, anyhow, bail};
-use glam::{Mat4, Quat, Vec3};
+use glam::{DMat4, DQuat, DVec3, Mat4, Quat, Vec3};
 use hierarchy::{Hierarchy, label};
 use mesh::Meshes;
+use serde::Deserialize;
 use serde_json::{Map, Value};
 use std::path::Path;
 
@@ -48,13 +50,13 @@ fn read(path: &Path) -> Result<Scene> {
     let data = std::fs::read(path).map_err(|error| anyhow!("{}; check the path", unreadable(&error)))?;
     let folder = path.parent().unwrap_or(Path::new(""));
     let (text, bin) = split(&data)?;
-    let root = parse(text)?;
+    let (root, transforms) = parse(text)?;
     let mut scene = Scene {
         name: path.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
         notes: check_extensions(&root)?,
         ..Scene::default()
     };
-    let hierarchy = Hierarchy::new(&root)?;
+    let hierarchy = Hierarchy::new(&root, &transforms)?;
     let accessors = Accessors::new(&root, bin, folder)?;
     let mut meshes = Meshes::new(&root, &accessors);
 
@@ -71,16 +73,16 @@ fn read(path: &Path) -> Result<Scene> {
             instances: instances(node, &accessors, &owner)?.unwrap_or_default(),
         };
         let joints = joints(&root, &hierarchy, &accessors, node, &owner)?;
-        let list = meshes.of_node(node, joints.as_deref(), &owner)?;
+        let list = meshes.of_node(node, joints.as_ref().map(|(_, matrices)| &matrices[..]), &owner)?;
         match joints {
             // The joints alone place a skinned mesh.
-            Some(_) => skinned.push(list),
+            Some((place, _)) => skinned.push((place, list)),
             None => placed.meshes = list,
         }
         scene.nodes.push(placed);
     }
-    for meshes in skinned {
-        let local = Local::Trs { translation: Vec3::ZERO, rotation: Quat::IDENTITY, scale: Vec3::ONE };
+    for (place, meshes) in skinned {
+        let local = Local::Trs { translation: place, rotation: DQuat::IDENTITY, scale: DVec3::ONE };
         scene.nodes.push(Node { parent: None, local, meshes, instances: Vec::new() });
     }
 
@@ -106,7 +108,7 @@ fn read(path: &Path) -> Result<Scene> {
     scene.notes.extend(notes(&root, &meshes, reduced, &skipped));
     scene.materials = std::mem::take(&mut meshes.materials.list);
     scene.meshes = std::mem::take(&mut meshes.list);
-    let Some(bounds) = presets::bounds(&scene) else {
+    let Some(bounds) = origin::take_off(&mut scene) else {
         return Err(broken("its triangles leave the range of 32-bit floats".into()));
     };
     punctual::add(&root, &hierarchy, bounds, &mut scene)?;
@@ -153,7 +155,18 @@ fn split(data: &[u8]) -> Result<(&[u8], Option<&[u8]>)> {
     Ok((text.ok_or_else(cut)?, None))
 }
 
-fn parse(text: &[u8]) -> Result<Root> {
+/// A node's transform with all its digits, of which the crate keeps those of 32-bit floats.
+#[derive(Default, Deserialize)]
+#[serde(default)]
+struct Transform {
+    matrix: Option<[f64; 16]>,
+    translation: Option<[f64; 3]>,
+    rotation: Option<[f64; 4]>,
+    scale: Option<[f64; 3]>,
+}
+
+/// The file's JSON, and its nodes' transforms.
+fn parse(text: &[u8]) -> Result<(Root, Vec<Transform>)> {
     let invalid = |error| broken(format!("its JSON is not valid glTF ({error})"));
     let mut value: Value = json::deserialize::from_slice(text).map_err(invalid)?;
     let asset = &value["asset"];
@@ -174,7 +187,8 @@ fn parse(text: &[u8]) -> Result<Root> {
             channels.retain(|channel| !channel["target"]["node"].is_null());
         }
     });
-    json::deserialize::from_value(value).map_err(invalid)
+    let transforms = Option::deserialize(&value["nodes"]).map_err(invalid)?.unwrap_or_default();
+    Ok((json::deserialize::from_value(value).map_err(invalid)?, transforms))
 }
 
 /// Refuses what cannot be drawn without an extension, and notes the extensions that are ignored.
@@ -230,7 +244,9 @@ fn instances(node: &json::Node, accessors: &Accessors, owner: &str) -> Result<Op
         let translation = translations.as_ref().map_or(Vec3::ZERO, |values| Vec3::from(values[i]));
         let rotation = rotations.as_ref().map_or(Quat::IDENTITY, |values| Quat::from_array(values[i]));
         let scale = scales.as_ref().map_or(Vec3::ONE, |values| Vec3::from(values[i]));
-        Mat4::from_scale_rotation_translation(scale, hierarchy::unit(rotation), translation)
+        let length = rotation.length();
+        let rotation = if length > 0.0 && length.is_finite() { rotation * (1.0 / length) } else { Quat::IDENTITY };
+        Mat4::from_scale_rotation_translation(scale, rotation, translation)
     };
     let matrices: Vec<Mat4> = (0..count).map(matrix).collect();
     if let Some(at) = matrices.iter().position(|matrix| !matrix.is_finite()) {
@@ -239,14 +255,15 @@ fn instances(node: &json::Node, accessors: &Accessors, owner: &str) -> Result<Op
     Ok(Some(matrices))
 }
 
-/// The world matrices of a skinned node's joints, for vertices in the bind pose.
+/// The matrices of a skinned node's joints for vertices in the bind pose, and the place in the file's coordinates that
+/// they are relative to: the first joint's, as 32-bit vertices are fine only near zero.
 fn joints(
     root: &Root,
     hierarchy: &Hierarchy,
     accessors: &Accessors,
     node: &json::Node,
     owner: &str,
-) -> Result<Option<Vec<Mat4>>> {
+) -> Result<Option<(DVec3, Vec<Mat4>)>> {
     let Some(index) = node.skin.filter(|_| node.mesh.is_some()) else { return Ok(None) };
     let skin = get(&root.skins, index, "skin", owner)?;
     let owner = format!("skin {index}{}", name_of(skin.name.as_deref()));
@@ -261,12 +278,16 @@ fn joints(
             inverse_bind.len()
         )));
     }
+    let mut place = None;
     let mut matrices = Vec::with_capacity(skin.joints.len());
     for (joint, inverse_bind) in skin.joints.iter().zip(inverse_bind) {
         get(&root.nodes, *joint, "node", &owner)?;
-        matrices.push(hierarchy.world[joint.value()] * Mat4::from_cols_array(&inverse_bind));
+        let world = hierarchy.world[joint.value()];
+        let place = *place.get_or_insert(world.w_axis.truncate());
+        let inverse_bind = Mat4::from_cols_array(&inverse_bind).as_dmat4();
+        matrices.push((DMat4::from_translation(-place) * world * inverse_bind).as_mat4());
     }
-    Ok(Some(matrices))
+    Ok(place.map(|place| (place, matrices)))
 }
 
 /// What the user should know about what is drawn differently.

@@ -1,11 +1,11 @@
-//! A scene's extent, and cameras and lights that suit it.
+//! Cameras and lights that suit a scene's extent, all in scene space.
 
 use crate::light::Light;
 use crate::scene::geometry::{placements, world_matrices};
 use crate::scene::{Camera, NamedCamera, NamedLight, Scene};
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
-/// An axis-aligned box around the scene, world space.
+/// An axis-aligned box around the scene, scene space.
 #[derive(Clone, Copy, Debug)]
 pub struct Bounds {
     pub min: Vec3,
@@ -23,25 +23,13 @@ impl Bounds {
     }
 }
 
-/// Calls `visit` with every vertex as often as it is drawn, in world space at the file's pose.
-fn for_each_vertex(scene: &Scene, mut visit: impl FnMut(Vec3)) {
-    for (mesh, world) in placements(scene, &world_matrices(scene, None, 0.0)) {
-        for &position in &scene.meshes[mesh].positions {
-            visit(world.transform_point3(position));
+/// Calls `visit` with every vertex as often as it is drawn at the clock's start, in scene space.
+pub fn for_each_vertex(scene: &Scene, mut visit: impl FnMut(DVec3)) {
+    for (mesh, world) in placements(scene, &world_matrices(scene, Some(0), 0.0)) {
+        for position in &scene.meshes[mesh].positions {
+            visit(world.transform_point3(position.as_dvec3()));
         }
     }
-}
-
-/// The scene's extent; `None` if it is not finite.
-pub fn bounds(scene: &Scene) -> Option<Bounds> {
-    let mut bounds = Bounds { min: Vec3::INFINITY, max: Vec3::NEG_INFINITY };
-    let mut finite = true;
-    for_each_vertex(scene, |position| {
-        finite &= position.is_finite();
-        bounds.min = bounds.min.min(position);
-        bounds.max = bounds.max.max(position);
-    });
-    (finite && (bounds.max - bounds.min).length().is_finite()).then_some(bounds)
 }
 
 /// Adds cameras and lights that suit the scene's size and place.
@@ -136,6 +124,7 @@ fn low(scene: &Scene, detail: Bounds, far: f32) -> Camera {
     let near = 0.05 * diagonal;
     let mut ground = floor_height(scene, 0.02 * diagonal).unwrap_or(detail.min.y);
     for_each_vertex(scene, |vertex| {
+        let vertex = vertex.as_vec3();
         if (vertex - position).with_y(0.0).length_squared() < near * near {
             ground = ground.max(vertex.y);
         }
@@ -148,10 +137,11 @@ fn low(scene: &Scene, detail: Bounds, far: f32) -> Camera {
 /// The height at which most of the level surface lies, within `band` metres; None if nothing is level.
 fn floor_height(scene: &Scene, band: f32) -> Option<f32> {
     let mut level = Vec::new();
-    for (mesh, world) in placements(scene, &world_matrices(scene, None, 0.0)) {
+    for (mesh, world) in placements(scene, &world_matrices(scene, Some(0), 0.0)) {
         let mesh = &scene.meshes[mesh];
         for t in mesh.indices.chunks_exact(3) {
-            let [a, b, c] = [t[0], t[1], t[2]].map(|i| world.transform_point3(mesh.positions[i as usize]));
+            let corner = |i: u32| world.transform_point3(mesh.positions[i as usize].as_dvec3()).as_vec3();
+            let [a, b, c] = [t[0], t[1], t[2]].map(corner);
             let area = (b - a).cross(c - a);
             if area.y.abs() > 0.9 * area.length() {
                 level.push(((a.y + b.y + c.y) / 3.0, area.length()));
@@ -184,7 +174,7 @@ fn detail(scene: &Scene) -> Option<Bounds> {
     let mut index = 0;
     for_each_vertex(scene, |vertex| {
         if index % step == 0 {
-            axes.iter_mut().zip(vertex.to_array()).for_each(|(axis, value)| axis.push(value));
+            axes.iter_mut().zip(vertex.as_vec3().to_array()).for_each(|(axis, value)| axis.push(value));
         }
         index += 1;
     });

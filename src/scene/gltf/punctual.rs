@@ -1,9 +1,10 @@
-//! The file's own cameras and lights.
+//! The file's own cameras and lights, in scene space.
 
 use super::hierarchy::{Hierarchy, label};
 use super::presets::{Bounds, add_camera, add_light};
 use super::{broken, counted, get};
 use crate::light::Light;
+use crate::scene::geometry::world_matrices;
 use crate::scene::{Camera, Scene};
 use ::gltf::json::Root;
 use ::gltf::json::extensions::scene::khr_lights_punctual as khr;
@@ -15,9 +16,10 @@ use glam::{Mat4, Vec3};
 pub fn add(root: &Root, hierarchy: &Hierarchy, bounds: Bounds, scene: &mut Scene) -> Result<()> {
     let mut orthographic = 0;
     let mut lights = 0;
-    for &index in &hierarchy.scene {
+    let worlds = world_matrices(scene, None, 0.0);
+    for (&index, world) in hierarchy.scene.iter().zip(worlds) {
         let node = &root.nodes[index];
-        let world = hierarchy.world[index];
+        let world = world.as_mat4();
         let owner = label(root, index);
         if let Some(camera) = node.camera {
             let file = get(&root.cameras, camera, "camera", &owner)?;

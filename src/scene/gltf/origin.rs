@@ -1,0 +1,112 @@
+//! Where a file's scene lies: the point that is taken off its coordinates, and what its distance has cost.
+
+use super::presets::{Bounds, for_each_vertex};
+use crate::scene::Scene;
+use crate::scene::geometry::{placements, world_matrices};
+use glam::{DVec3, Mat3};
+
+/// Sets [`Scene::origin`] and gives the scene's extent relative to it, as it stands at the clock's start; `None` if it
+/// leaves the range of 32-bit floats. Says in the notes what the distance has cost.
+pub fn take_off(scene: &mut Scene) -> Option<Bounds> {
+    let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    let mut finite = true;
+    for_each_vertex(scene, |position| {
+        finite &= position.is_finite();
+        low = low.min(position);
+        high = high.max(position);
+    });
+    let size = (high - low).length();
+    if !finite || !(size as f32).is_finite() || !(low.length() as f32).is_finite() {
+        return None;
+    }
+    scene.origin = origin([low, high]);
+    notes(scene, size);
+    Some(Bounds { min: (low - scene.origin).as_vec3(), max: (high - scene.origin).as_vec3() })
+}
+
+/// The middle of an extent, on a grid about as fine as 32-bit floats of the extent's size. Without the grid, what 64-bit
+/// floats round far away would make another scene of a file that was only moved; a coarser one would not bring a
+/// translation that a 32-bit float holds back to the same point.
+fn origin([low, high]: [DVec3; 2]) -> DVec3 {
+    // Round numbers, of which many scenes are made, lie on neither border: of two steps, between two points.
+    let side = 0.7 * (high - low).max_element().max(f64::from(f32::MIN_POSITIVE));
+    let step = (side.log2().floor() - 23.0).exp2();
+    ((low + high) / 2.0 / step + 0.4).floor() * step
+}
+
+fn notes(scene: &mut Scene, size: f64) {
+    let far = scene.origin.length();
+    if far > 1e3 * size {
+        let [x, y, z] = scene.origin.to_array();
+        scene.notes.push(format!(
+            "The scene lies {} from the zero point of its coordinates and is drawn relative to ({x}, {y}, {z}).",
+            metres(far)
+        ));
+    }
+    let (reach, grain) = coarsest(scene);
+    if grain > 1e-5 * size {
+        scene.notes.push(format!(
+            "Vertices lie up to {} from the zero point of their mesh, where the file's 32-bit numbers are {} apart: its \
+             surfaces are rounded to that, unless the distance is moved into a node.",
+            metres(reach),
+            metres(grain)
+        ));
+    }
+}
+
+/// The mesh whose vertices are rounded most where it is drawn: how far they lie from the mesh's zero point, and the step of
+/// a 32-bit float there, both in metres as drawn.
+fn coarsest(scene: &Scene) -> (f64, f64) {
+    let reach = |mesh: &crate::scene::Mesh| mesh.positions.iter().map(|p| p.abs().max_element()).fold(0.0, f32::max);
+    let reaches: Vec<f32> = scene.meshes.iter().map(reach).collect();
+    let drawn = placements(scene, &world_matrices(scene, Some(0), 0.0)).into_iter().map(|(mesh, world)| {
+        let axes = Mat3::from_mat4(world.as_mat4());
+        let scale = axes.x_axis.length().max(axes.y_axis.length()).max(axes.z_axis.length()) as f64;
+        let reach = reaches[mesh];
+        (reach as f64 * scale, (reach.next_up() - reach) as f64 * scale)
+    });
+    drawn.fold((0.0, 0.0), |most, this| if this.1 > most.1 { this } else { most })
+}
+
+/// A length in words, three digits or so.
+fn metres(x: f64) -> String {
+    match x {
+        x if x >= 1e4 => format!("{:.0} km", x / 1e3),
+        x if x >= 10.0 => format!("{x:.0} m"),
+        x if x >= 0.1 => format!("{x:.2} m"),
+        x => format!("{:.2} mm", x * 1e3),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Round boxes, turned ones, small and large: wherever they stand, the origin moves along by just as much.
+    #[test]
+    fn the_origin_moves_with_the_extent() {
+        for (low, high) in [
+            ([-5.0, 0.0, -5.0], [5.0, 2.5, 5.0]),
+            ([0.0, 0.0, 0.0], [1.0, 8.0, 4.0]),
+            ([0.1f32 as f64, 0.7f32 as f64, -3.3f32 as f64], [0.9f32 as f64, 1.0, 2.6f32 as f64]),
+            ([-700.0, -3.0, 12.0], [1300.5, 40.25, 900.0]),
+        ] {
+            let (low, high) = (DVec3::from(low), DVec3::from(high));
+            let here = origin([low, high]);
+            assert!(((low + high) / 2.0 - here).abs().max_element() < 1e-6 * (high - low).length());
+            for far in [[5e5, 0.0, 5e6], [1e7, 1e7, -1e7], [123456.789f32 as f64, -7e4, 0.5], [-1e5, 3.0, -99999.0]] {
+                let far = DVec3::from(far);
+                // What composing matrices in 64 bits may round that far out, too.
+                for rounding in [0.0, 1e-9, -1e-9] {
+                    assert_eq!(origin([low + far + rounding, high + far]) - here, far, "{low} to {high} at {far}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_point_is_its_own_origin() {
+        let point = DVec3::new(1e7, 0.25, -3.0);
+        assert!((origin([point, point]) - point).length() < 1e-6);
+    }
+}
