@@ -6,10 +6,11 @@ use glam::Vec3;
 use serde_json::Value;
 use shadowscope::frame::Renderer;
 use shadowscope::light::{Light, LightView};
-use shadowscope::measure::stability::{self, CASES, Case, Stability};
+use shadowscope::measure::stability::{self, CASES, Case, Change, Point, Stability, Track};
 use shadowscope::scene::geometry::Geometry;
 use shadowscope::setup::Setup;
 use shadowscope::techniques;
+use shadowscope::truth::Samples;
 use std::path::Path;
 use std::process::{Command, Output};
 use std::sync::Arc;
@@ -24,9 +25,14 @@ fn open(case: &Case, side: u32) -> (Renderer, Setup) {
     (Renderer::new(common::gpu(), Arc::new(scene)).unwrap(), setup)
 }
 
-/// Runs techniques along a case.
+/// Runs techniques along a case, against the hard truth.
 fn along(id: &str, techniques: &[&str], side: u32, frames: usize) -> Stability {
-    let (mut renderer, setup) = open(case(id), side);
+    against(id, techniques, side, frames, Samples::Fixed(1))
+}
+
+fn against(id: &str, techniques: &[&str], side: u32, frames: usize, samples: Samples) -> Stability {
+    let (mut renderer, mut setup) = open(case(id), side);
+    setup.truth_samples = samples;
     let techniques: Vec<String> = techniques.iter().map(|t| t.to_string()).collect();
     stability::run(&mut renderer, case(id), &setup, &techniques, frames, &mut |_| true).unwrap()
 }
@@ -75,10 +81,11 @@ fn rays_are_exact_and_steady_in_every_case() {
         assert_eq!(found.tracks.is_empty(), techniques::TRUTH.refuses(&setup.light).is_some(), "{}", case.id);
         for p in found.tracks.iter().flat_map(|t| &t.points) {
             assert_eq!(p.error_share, 0.0, "{} at {}", case.id, p.t);
-            assert_eq!(p.flicker.unwrap_or(0.0), 0.0, "{} at {}", case.id, p.t);
-            assert_eq!(p.changes, p.truth_changes, "{} at {}", case.id, p.t);
+            let change = p.change.unwrap_or_default();
+            assert_eq!((change.flicker, change.label_flicker), (0.0, 0.0), "{} at {}", case.id, p.t);
+            assert_eq!(change.change, change.truth_change, "{} at {}", case.id, p.t);
         }
-        let seen_twice = found.tracks.iter().flat_map(|t| &t.points).filter(|p| p.flicker.is_some()).count();
+        let seen_twice = found.tracks.iter().flat_map(|t| &t.points).filter(|p| p.change.is_some()).count();
         assert!(found.tracks.is_empty() || seen_twice >= 2, "{}: no surface is seen twice", case.id);
     }
 }
@@ -88,27 +95,66 @@ fn a_still_truth_and_a_crawling_map() {
     let found = along("st-jitter", &["shadow-map", "pcf", "rt-hard"], 128, 12);
     assert_eq!(found, along("st-jitter", &["shadow-map", "pcf", "rt-hard"], 128, 12), "two runs differ");
     let [map, pcf, rays] = &found.tracks[..] else { panic!("three techniques, not {}", found.tracks.len()) };
-    assert!(map.mean(|p| p.flicker).unwrap() > 2e-3 && pcf.mean(|p| p.flicker).unwrap() > 2e-3);
-    assert!(rays.mean(|p| p.truth_changes).unwrap() < map.mean(|p| p.changes).unwrap());
+    assert!(map.mean(Point::flicker).unwrap() > 2e-3 && pcf.mean(Point::flicker).unwrap() > 2e-3);
+    let mean = |track: &Track, of: fn(&Change) -> f64| {
+        let all: Vec<f64> = track.points.iter().filter_map(|p| p.change.as_ref().map(of)).collect();
+        all.iter().sum::<f64>() / all.len() as f64
+    };
+    assert!(mean(rays, |c| c.truth_change) < mean(map, |c| c.change));
     for track in &found.tracks {
         for (p, q) in track.points.iter().zip(&rays.points) {
-            assert_eq!(p.truth_changes, q.truth_changes, "the truth is one for all");
-            if let (Some(flicker), Some(changes)) = (p.flicker, p.changes) {
-                assert!(flicker <= changes && changes <= flicker + p.truth_changes.unwrap() + 1e-12);
-            }
+            let (Some(c), Some(of_rays)) = (p.change, q.change) else {
+                assert_eq!((p.t, p.change), (0.0, None));
+                continue;
+            };
+            assert_eq!(c.truth_change, of_rays.truth_change, "the truth is one for all");
+            assert!(c.flicker <= c.change && c.change <= c.flicker + c.truth_change + 1e-12);
+            let labels = c.label_flicker + c.truth_label_changes;
+            assert!(c.label_flicker <= c.label_changes && c.label_changes <= labels + 1e-12);
         }
-        assert_eq!(track.points[0].flicker, None);
     }
+}
+
+/// Wires too thin for the map, drawn softly: no label changes, yet their faint shadow comes and goes in every frame.
+#[test]
+fn a_faint_wire_that_changes_in_every_frame_is_not_steady() {
+    let found = along("st-wire", &["shadow-map", "pcf", "rt-hard"], 256, 5);
+    let [map, pcf, rays] = [0, 1, 2].map(|n| {
+        let all: Vec<Change> = found.tracks[n].points.iter().filter_map(|p| p.change).collect();
+        assert_eq!(all.len(), 4);
+        [|c: &Change| c.flicker, |c: &Change| c.label_flicker, |c: &Change| c.truth_change]
+            .map(|of| all.iter().map(of).sum::<f64>() / 4.0)
+    });
+    assert!(pcf[0] > 0.03 && pcf[1] < 0.002, "{pcf:?}");
+    // One sample a pixel is a label: there the two are one.
+    assert!(map[0] == map[1] && map[0] > 0.05, "{map:?}");
+    assert!(rays[..2] == [0.0, 0.0] && rays[2] > 0.01, "{rays:?}");
+}
+
+/// A soft edge that moves changes more pixels than the hard one, but not more than the averaged one does. What is hard is
+/// not measured against the averaged truth unless that is asked for.
+#[test]
+fn filters_are_measured_against_the_averaged_truth() {
+    let both = ["shadow-map", "pcf", "rt-hard"];
+    let [hard, auto, four] = [Samples::Fixed(1), Samples::Auto, Samples::Fixed(4)].map(|samples| {
+        let found = against("st-fence", &both, 96, 3, samples);
+        found.tracks.iter().map(|t| t.mean(Point::flicker).unwrap()).collect::<Vec<f64>>()
+    });
+    println!("{hard:?} {auto:?} {four:?}");
+    assert_eq!((auto[0], auto[2]), (hard[0], 0.0));
+    assert!(auto[1] < 0.8 * hard[1] && four[1] < 0.9 * hard[1], "{hard:?} {auto:?} {four:?}");
+    assert!(four[2] > 0.0, "one sample a pixel flickers against four");
 }
 
 #[test]
 fn flicker_of_a_set_up_is_that_of_its_technique() {
     let (mut renderer, mut setup) = open(case("st-jitter"), 128);
     let map = stability::flicker(&mut renderer, &setup).unwrap().unwrap();
-    assert!(map > 5e-4, "{map}");
+    assert!(map.flicker > 5e-4 && map.flicker == map.label_flicker, "{map:?}");
     assert_eq!(stability::flicker(&mut renderer, &setup).unwrap(), Some(map), "two runs differ");
     setup.select("rt-hard").unwrap();
-    assert_eq!(stability::flicker(&mut renderer, &setup).unwrap(), Some(0.0));
+    let rays = stability::flicker(&mut renderer, &setup).unwrap().unwrap();
+    assert_eq!((rays.flicker, rays.change), (0.0, rays.truth_change));
     setup.camera.target.y = 1000.0;
     assert_eq!(stability::flicker(&mut renderer, &setup).unwrap(), None, "nothing is in the sky");
     setup.light = Light::RectArea { center: Vec3::Y, half_u: Vec3::X, half_v: Vec3::Z, range: 9.0, color: Vec3::ONE };
@@ -227,7 +273,7 @@ fn degenerate_triangles_survive_and_yield_numbers() {
     }
     assert!(empty, "at its end the camera looks into an empty sky");
     let last = along("st-degenerate", &["shadow-map"], 64, 9).tracks[0].points[8];
-    assert_eq!((last.error_share, last.flicker), (0.0, None));
+    assert_eq!((last.error_share, last.change), (0.0, None));
 }
 
 #[test]
@@ -291,7 +337,8 @@ fn the_command_writes_tables_charts_and_worst_frames() {
     let mut rows = csv::Reader::from_path(dir.path().join("out/stability.csv")).unwrap();
     let rows: Vec<csv::StringRecord> = rows.records().map(Result::unwrap).collect();
     assert_eq!(rows.len(), 3 * techniques::ALL.iter().filter(|i| i.lights.contains(&"directional")).count());
-    assert_eq!(rows[0].len(), 10);
+    assert_eq!(rows[0].len(), 13);
+    assert!(&rows[0][7] == "" && rows[1][7].parse::<f64>().is_ok(), "the first frame has none before it");
     let svg = std::fs::read_to_string(dir.path().join("out/st-corner.svg")).unwrap();
     assert!(svg.starts_with("<svg") || svg.starts_with("<?xml"), "{}", &svg[..40]);
     assert!(image::open(dir.path().join("out/st-corner.png")).unwrap().width() >= 1000);

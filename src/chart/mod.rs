@@ -67,8 +67,8 @@ pub const ERRORS: &[Axis] = &[
     },
     Axis {
         id: "flicker",
-        title: "flicker, share of pixels a frame",
-        doc: "Labels that change between neighbouring frames though the truth's do not.",
+        title: "flicker, mean change a frame beyond the truth's",
+        doc: "How much visibility changes between neighbouring frames beyond the truth's change.",
         get: |r| r.flicker,
     },
 ];

@@ -17,7 +17,7 @@ pub struct Output {
     /// Write the rows as CSV (- for standard output).
     #[arg(long, value_name = "FILE", num_args = 0..=1, default_missing_value = "-")]
     csv: Option<PathBuf>,
-    /// Also move the camera in small steps and count the labels that flicker.
+    /// Also move the camera in small steps and measure what flickers.
     #[arg(long)]
     flicker: bool,
 }

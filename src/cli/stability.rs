@@ -8,6 +8,7 @@ use crate::measure::stability::{self, CASES, Case, Point, Stability, Track};
 use crate::measure::table::aligned;
 use crate::scene::Scene;
 use crate::setup::{self, Setup};
+use crate::truth::Samples;
 use crate::{capture, techniques};
 use anyhow::{Context, Result, bail, ensure};
 use std::path::{Path, PathBuf};
@@ -27,6 +28,10 @@ pub struct Wanted {
     /// Another light of the scene, for cases whose path does not move the light.
     #[arg(long, allow_hyphen_values = true)]
     light: Option<String>,
+    /// Samples a pixel of the truth that flicker is measured against: auto, 1, 4, 16 or 64. By default one for techniques that
+    /// say lit or dark, 16 for those that filter.
+    #[arg(long, value_name = "N")]
+    truth_samples: Option<Samples>,
     /// Frames of each path; by default 32, and 64 where the camera hardly moves.
     #[arg(long, value_parser = clap::value_parser!(u32).range(2..=10_000))]
     frames: Option<u32>,
@@ -114,6 +119,7 @@ impl Wanted {
         if let Some(light) = &self.light {
             setup.light = setup::parse_light(scene, light)?;
         }
+        setup.truth_samples = self.truth_samples.unwrap_or(setup.truth_samples);
         for assignment in &self.sets {
             setup.set(assignment, techniques)?;
         }
@@ -130,7 +136,8 @@ fn percent(x: Option<f64>) -> String {
 /// What was found on a path, for people.
 fn text(found: &Stability) -> String {
     let runs = found.axis.split(',').next().unwrap_or_default();
-    let heads = ["", "error %: worst", "at t", runs, "mean", "flicker %: mean", "worst", "truth's changes %"];
+    let heads =
+        ["", "error %: worst", "at t", runs, "mean", "flicker %: mean", "worst", "of labels", "truth's change %"];
     let mut lines = vec![heads.map(String::from).to_vec()];
     for track in &found.tracks {
         if let Some(worst) = track.worst() {
@@ -140,9 +147,10 @@ fn text(found: &Stability) -> String {
                 format!("{:.3}", worst.t),
                 format!("{:.4}", worst.value),
                 percent(track.mean(|p| Some(p.error_share))),
-                percent(track.mean(|p| p.flicker)),
-                percent(track.max(|p| p.flicker)),
-                percent(track.mean(|p| p.truth_changes)),
+                percent(track.mean(Point::flicker)),
+                percent(track.max(Point::flicker)),
+                percent(track.mean(|p| p.change.map(|c| c.label_flicker))),
+                percent(track.mean(|p| p.change.map(|c| c.truth_change))),
             ]);
         }
     }
@@ -171,14 +179,17 @@ impl Table {
         try_file(&path)?;
         let mut writer = csv::Writer::from_writer(Vec::new());
         let names = ["case", "technique", "params", "axis", "t", "value"];
-        writer.write_record(names.iter().chain(&["error_share", "changes", "truth_changes", "flicker"]))?;
+        let of_labels = ["label_changes", "truth_label_changes", "label_flicker"];
+        let figures = ["error_share", "change", "truth_change", "flicker"];
+        writer.write_record(names.iter().chain(&figures).chain(&of_labels))?;
         Ok(Table { path, writer })
     }
 
     fn add(&mut self, found: &Stability) -> Result<()> {
         for Track { technique, params, points } in &found.tracks {
-            for Point { t, value, error_share, changes, truth_changes, flicker } in points {
-                let place = (t, value, error_share, changes, truth_changes, flicker);
+            for Point { t, value, error_share, change } in points {
+                let change = change.map(|c| c.figures().map(Some)).unwrap_or_default();
+                let place = (t, value, error_share, change);
                 self.writer.serialize((&found.case, technique, params, &found.axis, place))?;
             }
         }

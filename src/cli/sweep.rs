@@ -23,7 +23,7 @@ pub struct Output {
     /// Measure only the i-th of n parts: i/n. `merge` joins the files.
     #[arg(long, value_name = "I/N")]
     shard: Option<String>,
-    /// Also move the camera in small steps and count the labels that flicker.
+    /// Also move the camera in small steps and measure what flickers.
     #[arg(long)]
     flicker: bool,
     /// Also write an HTML page with charts, tables and pictures into this folder.
@@ -59,7 +59,8 @@ pub fn run(mut wanted: Wanted, ids: Vec<String>, output: Output, adapter: Option
         rows.extend(held.iter().map(|r| (r.index, r.clone())));
     }
     if output.flicker {
-        rows.retain(|_, r| r.flicker.is_some());
+        // Rows of other versions may hold flicker by another definition, and no label flicker.
+        rows.retain(|_, r| r.label_flicker.is_some());
     }
     let missing: Vec<(u64, Setup)> =
         work.iter().filter(|(i, _)| !rows.contains_key(i)).map(|(i, s)| (*i, s.clone())).collect();

@@ -52,8 +52,10 @@ pub struct Record {
     pub boundary_median_px: Option<f64>,
     pub boundary_p95_px: Option<f64>,
     pub boundary_max_px: Option<f64>,
-    /// Labels that change between neighbouring frames of a moving camera though the truth's do not, share of pixels.
+    /// Between neighbouring frames of a moving camera: mean change of visibility beyond the truth's, and the share of
+    /// pixels whose label changes though the truth's does not.
     pub flicker: Option<f64>,
+    pub label_flicker: Option<f64>,
 
     /// Aliasing error m: the longest extent of a texel in the image, pixels.
     pub m_mean: Option<f64>,

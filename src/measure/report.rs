@@ -213,7 +213,10 @@ const COLUMNS: &[Column] = &[
     column("off > 0.1, %", "Pixels whose visibility is off by more than 0.1", 3, |r| Some(100.0 * r.beyond_tolerance)),
     column("FLIP", "How different the shaded picture looks, 0 to 1", 5, |r| Some(r.flip)),
     column("edge p95, px", "Distance of wrong pixels from the true edge", 1, |r| r.boundary_p95_px),
-    column("flicker, %", "Labels that change though the truth's do not", 4, |r| r.flicker.map(|f| 100.0 * f)),
+    column("flicker, %", "Change from frame to frame beyond the truth's", 4, |r| r.flicker.map(|f| 100.0 * f)),
+    column("label flicker, %", "Labels that change though the truth's do not", 4, |r| {
+        r.label_flicker.map(|f| 100.0 * f)
+    }),
     column("GPU ms", "Median time of the technique's passes", 3, |r| Some(r.gpu_ms)),
     column("q1", "A quarter of the frames took less", 3, |r| Some(r.gpu_ms_q1)),
     column("q3", "A quarter of the frames took more", 3, |r| Some(r.gpu_ms_q3)),

@@ -6,7 +6,6 @@ use crate::frame::{Ask, Made, Renderer, Truth};
 use crate::scene::{Camera, Scene};
 use crate::setup::Setup;
 use crate::techniques;
-use crate::truth::Samples;
 use anyhow::{Result, ensure};
 use glam::{Mat4, Vec4};
 use rayon::prelude::*;
@@ -48,11 +47,30 @@ pub struct Point {
     pub value: f32,
     /// Wrong pixels as a share of those that face the light.
     pub error_share: f64,
-    /// Shares of the pixels seen in this frame and the last whose label changed: the technique's, the truth's, and the
-    /// technique's where the truth's did not. None in the first frame, and where no pixel is seen twice.
-    pub changes: Option<f64>,
-    pub truth_changes: Option<f64>,
-    pub flicker: Option<f64>,
+    /// What changed since the last frame. None in the first one, and where no pixel is seen twice.
+    #[serde(flatten)]
+    pub change: Option<Change>,
+}
+
+impl Point {
+    /// What the technique changes beyond the truth: [`Change::flicker`].
+    pub fn flicker(&self) -> Option<f64> {
+        self.change.map(|c| c.flicker)
+    }
+}
+
+/// What changed from one frame to the next, over the pixels seen in both.
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
+pub struct Change {
+    /// Mean size of the change: of the technique's visibility, of the truth, and of the first beyond the second.
+    pub change: f64,
+    pub truth_change: f64,
+    pub flicker: f64,
+    /// Shares of the pixels whose label changed: the technique's, the truth's, and the technique's where the truth's did
+    /// not.
+    pub label_changes: f64,
+    pub truth_label_changes: f64,
+    pub label_flicker: f64,
 }
 
 /// A technique along a path.
@@ -93,11 +111,11 @@ pub struct Stability {
     pub left_out: Vec<(String, String)>,
 }
 
-/// A technique on its way along a path, with what it said of the last frame.
+/// A technique on its way along a path, with the last frame.
 struct Lane {
     setup: Setup,
     made: Option<Made>,
-    labels: Vec<bool>,
+    last: Shadow,
     track: Track,
 }
 
@@ -115,7 +133,7 @@ pub fn run(
     watch: &mut dyn FnMut(f32) -> bool,
 ) -> Result<Stability> {
     // A technique's own map would need that technique.
-    let mut start = Setup { view: "shaded".into(), truth_samples: Samples::Fixed(1), ..setup.clone() };
+    let mut start = Setup { view: "shaded".into(), ..setup.clone() };
     (case.place)(&mut start, 0.0);
     let [width, height] = setup.size;
     let mut found = Stability { case: case.id.into(), axis: case.axis.into(), width, height, ..Stability::default() };
@@ -130,20 +148,20 @@ pub fn run(
             let mut setup = start.clone();
             setup.select(id)?;
             let track = Track { technique: id.clone(), params: params_text(setup.values()), points: Vec::new() };
-            lanes.push(Lane { setup, made: None, labels: Vec::new(), track });
+            lanes.push(Lane { setup, made: None, last: Shadow::default(), track });
         }
     }
     let mut last: Option<Seen> = None;
     for k in 0..frames {
         let t = if frames > 1 { k as f32 / (frames - 1) as f32 } else { 0.0 };
-        // The techniques see the same surfaces and the same truth, which is traced with the first of them.
+        // The techniques see the same surfaces and the same hard truth, which is traced with the first of them.
         let mut seen: Option<(Seen, Vec<Option<usize>>)> = None;
         for (i, lane) in lanes.iter_mut().enumerate() {
             (case.place)(&mut lane.setup, t);
             renderer.exchange(&mut lane.made);
             let drawn = draw(renderer, &lane.setup);
             renderer.exchange(&mut lane.made);
-            let labels = drawn?;
+            let shadow = drawn?;
             let (now, same) = match &seen {
                 Some(seen) => seen,
                 None => {
@@ -152,16 +170,10 @@ pub fn run(
                     seen.insert((now, same))
                 }
             };
-            let mut point = Point { t, value: (case.value)(t), error_share: now.error(&labels), ..Point::default() };
-            if let Some(last) = &last
-                && let Some(changed) = changes(same, [&labels, &now.truth], [&lane.labels, &last.truth])
-            {
-                point.changes = Some(changed[0]);
-                point.truth_changes = Some(changed[1]);
-                point.flicker = Some(changed[2]);
-            }
-            lane.track.points.push(point);
-            lane.labels = labels;
+            let change = last.as_ref().and_then(|last| change(same, [&shadow, &lane.last], [&now.hard, &last.hard]));
+            let error_share = now.error(&shadow.visibility);
+            lane.track.points.push(Point { t, value: (case.value)(t), error_share, change });
+            lane.last = shadow;
             let part = (i + 1) as f32 / techniques.len() as f32;
             ensure!(watch((k as f32 + part) / frames as f32), timing::STOPPED);
         }
@@ -177,32 +189,31 @@ const STEPS: usize = 16;
 /// pixel's samples fall ever elsewhere.
 const STEP: f32 = 0.37;
 
-/// Mean flicker of a set-up whose camera moves sideways by 0.37 pixels at its target's distance, sixteen times; None if
-/// no pixel is seen twice.
+/// What changes of a set-up whose camera moves sideways by 0.37 pixels at its target's distance, sixteen times: the mean
+/// over the steps; None if no pixel is seen twice.
 ///
 /// # Errors
 /// A light that the technique or the truth does not serve, or what the device reports.
-pub fn flicker(renderer: &mut Renderer, setup: &Setup) -> Result<Option<f64>> {
+pub fn flicker(renderer: &mut Renderer, setup: &Setup) -> Result<Option<Change>> {
     techniques::find_or_say(&setup.technique)?.serve(&setup.light)?;
     techniques::TRUTH.serve(&setup.light)?;
     let camera = setup.camera;
     let right = camera.view().row(0).truncate();
     let step = right * STEP * pixel_at_one_metre(&camera, setup.size) * camera.position.distance(camera.target);
-    let mut last: Option<(Seen, Vec<bool>)> = None;
-    let mut shares = Vec::new();
+    let mut last: Option<(Seen, Shadow)> = None;
+    let mut steps = Vec::new();
     for k in 0..=STEPS {
         let by = step * k as f32;
         let camera = Camera { position: camera.position + by, target: camera.target + by, ..camera };
-        let setup = Setup { camera, view: "shaded".into(), truth_samples: Samples::Fixed(1), ..setup.clone() };
-        let labels = draw(renderer, &setup)?;
+        let setup = Setup { camera, view: "shaded".into(), ..setup.clone() };
+        let shadow = draw(renderer, &setup)?;
         let now = Seen::read(renderer, &setup)?;
         if let Some((last, before)) = &last {
-            let changed = changes(&reproject(&now, last), [&labels, &now.truth], [before, &last.truth]);
-            shares.extend(changed.map(|c| c[2]));
+            steps.extend(change(&reproject(&now, last), [&shadow, before], [&now.hard, &last.hard]));
         }
-        last = Some((now, labels));
+        last = Some((now, shadow));
     }
-    Ok((!shares.is_empty()).then(|| shares.iter().sum::<f64>() / shares.len() as f64))
+    Ok(Change::mean(&steps))
 }
 
 /// Side of the square that a pixel covers on a plane across the view, metres a metre of depth.
@@ -210,17 +221,26 @@ fn pixel_at_one_metre(camera: &Camera, size: [u32; 2]) -> f32 {
     2.0 * (camera.fov.to_radians() / 2.0).tan() / size[1] as f32
 }
 
-/// Draws a set-up with its truth; each pixel's label: lit or not.
-fn draw(renderer: &mut Renderer, setup: &Setup) -> Result<Vec<bool>> {
+/// What a technique says of a frame, and what is true, a number a pixel: the truth that the set-up names, or else of one
+/// sample a pixel for techniques that say lit or dark, and averaged for those that filter.
+#[derive(Default)]
+struct Shadow {
+    visibility: Vec<f32>,
+    truth: Vec<f32>,
+}
+
+/// Draws a set-up with its truth.
+fn draw(renderer: &mut Renderer, setup: &Setup) -> Result<Shadow> {
     renderer.render(
         setup,
         Ask { size: setup.size, truth: Truth::All, analysis: false, timed: false, picture: false, fresh: false },
     )?;
-    Ok(labels(&renderer.read_visibility()?))
+    Ok(Shadow { visibility: renderer.read_visibility()?, truth: renderer.read_truth()? })
 }
 
-fn labels(visibility: &[f32]) -> Vec<bool> {
-    visibility.iter().map(|v| *v >= 0.5).collect()
+/// A pixel's label.
+fn lit(visibility: f32) -> bool {
+    visibility >= 0.5
 }
 
 /// What of a frame does not depend on the technique. A value a pixel, rows from the top.
@@ -235,8 +255,8 @@ struct Seen {
     triangle: Vec<u32>,
     /// Whether the surface faces the light.
     facing: Vec<bool>,
-    /// Whether it is lit in truth.
-    truth: Vec<bool>,
+    /// The truth of one sample a pixel.
+    hard: Vec<f32>,
 }
 
 impl Seen {
@@ -250,16 +270,16 @@ impl Seen {
             position: renderer.read_position()?.into_iter().map(Vec4::from).collect(),
             triangle: renderer.read_surface()?.into_iter().map(|s| s[3]).collect(),
             facing: renderer.read_mask()?.into_iter().map(|m| m == FACING).collect(),
-            truth: labels(&renderer.read_hard_truth()?),
+            hard: renderer.read_hard_truth()?,
         })
     }
 
     /// Share of the pixels facing the light that are labelled wrongly.
-    fn error(&self, labels: &[bool]) -> f64 {
-        let (facing, wrong) = (0..labels.len())
+    fn error(&self, visibility: &[f32]) -> f64 {
+        let (facing, wrong) = (0..visibility.len())
             .into_par_iter()
             .filter(|i| self.facing[*i])
-            .map(|i| (1usize, (labels[i] != self.truth[i]) as usize))
+            .map(|i| (1usize, (lit(visibility[i]) != lit(self.hard[i])) as usize))
             .reduce(|| (0, 0), |a, b| (a.0 + b.0, a.1 + b.1));
         wrong as f64 / facing.max(1) as f64
     }
@@ -292,19 +312,46 @@ fn reproject(now: &Seen, last: &Seen) -> Vec<Option<usize>> {
         .collect()
 }
 
-/// Of the pixels seen in both frames the shares whose label changed: the technique's, the truth's, and the technique's
-/// where the truth's did not. `now` and `last` hold the technique's labels and the truth's. None: no pixel is seen twice.
-fn changes(same: &[Option<usize>], now: [&[bool]; 2], last: [&[bool]; 2]) -> Option<[f64; 3]> {
+impl Change {
+    /// From the sums over a number of pixels, in the order of the fields.
+    fn of(sums: [f64; 6], number: f64) -> Change {
+        let [change, truth_change, flicker, label_changes, truth_label_changes, label_flicker] =
+            sums.map(|sum| sum / number);
+        Change { change, truth_change, flicker, label_changes, truth_label_changes, label_flicker }
+    }
+
+    /// The fields, in their order.
+    pub fn figures(&self) -> [f64; 6] {
+        let c = self;
+        [c.change, c.truth_change, c.flicker, c.label_changes, c.truth_label_changes, c.label_flicker]
+    }
+
+    /// Mean of each figure; None of none.
+    fn mean(all: &[Change]) -> Option<Change> {
+        let sums = all.iter().map(Change::figures).reduce(add)?;
+        Some(Change::of(sums, all.len() as f64))
+    }
+}
+
+fn add<const N: usize>(a: [f64; N], b: [f64; N]) -> [f64; N] {
+    std::array::from_fn(|i| a[i] + b[i])
+}
+
+/// What changed between two frames, this and the last, over the pixels that `same` finds in both: sizes against the
+/// shadows' own truths, labels against the hard ones. None: no pixel is seen twice.
+fn change(same: &[Option<usize>], [now, last]: [&Shadow; 2], hard: [&[f32]; 2]) -> Option<Change> {
     let count = |i: usize, j: usize| {
-        let [own, truth] = [0, 1].map(|k| now[k][i] != last[k][j]);
-        [1, own as usize, truth as usize, (own && !truth) as usize]
+        let size = |now: &[f32], last: &[f32]| (now[i] as f64 - last[j] as f64).abs();
+        let (own, truth) = (size(&now.visibility, &last.visibility), size(&now.truth, &last.truth));
+        let label = lit(now.visibility[i]) != lit(last.visibility[j]);
+        let truth_label = lit(hard[0][i]) != lit(hard[1][j]);
+        let labels = [label, truth_label, label && !truth_label].map(|is| is as u32 as f64);
+        [1.0, own, truth, (own - truth).max(0.0), labels[0], labels[1], labels[2]]
     };
-    let [both, own, truth, flicker] = same
-        .par_iter()
-        .enumerate()
-        .filter_map(|(i, j)| Some(count(i, (*j)?)))
-        .reduce(|| [0; 4], |a, b| [0, 1, 2, 3].map(|k| a[k] + b[k]));
-    (both > 0).then(|| [own, truth, flicker].map(|n| n as f64 / both as f64))
+    let pairs: Vec<[f64; 7]> = same.par_iter().enumerate().filter_map(|(i, j)| Some(count(i, (*j)?))).collect();
+    // Added up in one order, so that two runs give the same digits.
+    let [both, sums @ ..] = pairs.into_iter().reduce(add)?;
+    Some(Change::of(sums, both))
 }
 
 #[cfg(test)]
@@ -329,7 +376,7 @@ mod tests {
             position: (0..12).map(point).collect(),
             triangle: vec![7; 12],
             facing: vec![true; 12],
-            truth: vec![true; 12],
+            hard: vec![1.0; 12],
         }
     }
 
@@ -357,15 +404,29 @@ mod tests {
     #[test]
     fn flicker_equals_a_hand_count() {
         let same = [Some(1), Some(2), None, Some(3), Some(0)];
-        let now = [true, true, false, false, true];
-        let last = [false, true, false, true, true];
-        // Pixels 0, 1, 3 and 4 are seen twice. The technique: true/true, true/false, false/true, true/false: three change.
-        let truth_now = [true, true, true, false, true];
-        let truth_last = [true, true, true, true, true];
-        // The truth: true/true, true/true, false/true, true/true: one changes, where the technique's does too.
-        let found = changes(&same, [&now, &truth_now], [&last, &truth_last]);
-        assert_eq!(found, Some([0.75, 0.25, 0.5]));
-        assert_eq!(changes(&[None, None], [&now, &truth_now], [&last, &truth_last]), None);
+        let shadow =
+            |visibility: [f32; 5], truth: [f32; 5]| Shadow { visibility: visibility.into(), truth: truth.into() };
+        let now = shadow([1.0, 0.75, 0.0, 0.25, 0.375], [1.0, 1.0, 1.0, 0.5, 0.0]);
+        let last = shadow([0.25, 1.0, 0.25, 1.0, 0.0], [0.75, 0.75, 1.0, 0.0, 1.0]);
+        // Pixels 0, 1, 3 and 4 are seen twice. The technique: 1/1, 0.75/0.25, 0.25/1, 0.375/0.25. Changes: 0, 0.5, 0.75, 0.125;
+        // of label in the second and the third. The truth: 1/0.75, 1/1, 0.5/0, 0/0.75. Changes: 0.25, 0, 0.5, 0.75.
+        // The hard one: 1/1, 1/1, 0/1, 0/1. Labels change in the last two.
+        let hard = [[1.0, 1.0, 0.0, 0.0, 0.0], [1.0, 1.0, 1.0, 1.0, 0.0]];
+        let found = change(&same, [&now, &last], [&hard[0], &hard[1]]);
+        let hand = Change {
+            change: 1.375 / 4.0,
+            truth_change: 1.5 / 4.0,
+            // What the first pixel and the last change too little pays for nothing.
+            flicker: (0.5 + 0.25) / 4.0,
+            label_changes: 0.5,
+            truth_label_changes: 0.5,
+            label_flicker: 0.25,
+        };
+        assert_eq!(found, Some(hand));
+        assert_eq!(change(&[None, None], [&now, &last], [&hard[0], &hard[1]]), None);
+        let twice = Change { flicker: 0.0, ..hand };
+        assert_eq!(Change::mean(&[hand, twice]), Some(Change { flicker: hand.flicker / 2.0, ..hand }));
+        assert_eq!(Change::mean(&[]), None);
     }
 
     #[test]
@@ -373,9 +434,9 @@ mod tests {
         let mut seen = seen(0);
         seen.facing[0] = false;
         seen.facing[1] = false;
-        let mut labels = vec![true; 12];
-        labels[0] = false;
-        labels[2] = false;
-        assert_eq!(seen.error(&labels), 0.1);
+        let mut visibility = vec![1.0; 12];
+        visibility[0] = 0.0;
+        visibility[2] = 0.49;
+        assert_eq!(seen.error(&visibility), 0.1);
     }
 }

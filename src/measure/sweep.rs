@@ -51,7 +51,9 @@ pub fn run(
             let mut record = accuracy(renderer, setup, *index)?;
             record.configurations = configurations;
             if flicker {
-                record.flicker = stability::flicker(renderer, setup)?;
+                let change = stability::flicker(renderer, setup)?;
+                record.flicker = change.map(|c| c.flicker);
+                record.label_flicker = change.map(|c| c.label_flicker);
             }
             bytes += record.gpu_bytes;
             group.push(record);

@@ -135,8 +135,11 @@ fn measured(ui: &mut Ui, i: usize, r: &Record) {
     rows.push(("edge error", edge.unwrap_or("none".into()), tip));
     let tip = "Aliasing error m, the longest extent of a texel in the picture: median, 95th percentile, greatest.";
     rows.extend(three([r.m_p50, r.m_p95, r.m_max], " px").map(|m| ("texel in the picture", m, tip)));
-    let tip = "Labels that change between neighbouring frames though the truth's do not, as a share of pixels.";
+    let tip =
+        "How much visibility changes between neighbouring frames beyond the truth's change, mean over the pixels.";
     rows.extend(r.flicker.map(|f| ("flicker", percent(f), tip)));
+    let tip = "Labels that change between neighbouring frames though the truth's do not, as a share of pixels.";
+    rows.extend(r.label_flicker.map(|f| ("flicker of labels", percent(f), tip)));
     rows.push(("GPU time", format!("{:.3} ms", r.gpu_ms), "Median of the technique's time."));
     let quartiles = format!("{:.3} to {:.3} ms", r.gpu_ms_q1, r.gpu_ms_q3);
     rows.push(("quartiles", quartiles, "The middle half of the frames lies between these."));

@@ -131,7 +131,10 @@ fn found(ui: &mut Ui, m: &mut Model) {
         for (head, tip) in [
             ("technique", "Its parameters were those set when the run began."),
             ("worst error", "Largest share of wrong pixels along the path. Click to go there."),
-            ("flicker", "Labels that change from frame to frame though the truth's do not: mean along the path."),
+            (
+                "flicker",
+                "How much visibility changes from frame to frame beyond the truth's change: mean along the path.",
+            ),
         ] {
             ui.label(RichText::new(head).small().color(WEAK)).on_hover_text(tip);
         }
@@ -145,7 +148,7 @@ fn found(ui: &mut Ui, m: &mut Model) {
                     to = Some(worst.t);
                 }
             }
-            let text = track.mean(|p| p.flicker).map_or("-".into(), percent);
+            let text = track.mean(Point::flicker).map_or("-".into(), percent);
             ui.label(RichText::new(text).monospace().size(11.5));
             ui.end_row();
         }
@@ -164,7 +167,7 @@ fn path(ui: &mut Ui, m: &mut Model, _: &mut Vec<Action>) {
     let case = m.case();
     transport(ui, m, case);
     let flicker = m.timeline.flicker;
-    let value = |p: &Point| if flicker { p.flicker } else { Some(p.error_share) };
+    let value = |p: &Point| if flicker { p.flicker() } else { Some(p.error_share) };
     let at = case.map(|_| m.timeline.t as f64);
     let found = m.timeline.found.as_ref();
     let most = found.iter().flat_map(|f| &f.tracks).flat_map(|t| &t.points).filter_map(value).fold(0.0, f64::max);
@@ -244,7 +247,7 @@ fn transport(ui: &mut Ui, m: &mut Model, case: Option<&'static Case>) {
         let figures = [("error", !m.timeline.flicker), ("flicker", m.timeline.flicker)];
         let tips = [
             "Wrong pixels as a share of those that face the light.",
-            "Labels that change between neighbouring frames though the truth's do not, as a share of the pixels seen in both.",
+            "How much visibility changes between neighbouring frames beyond the truth's change: mean over the pixels seen in both.",
         ];
         let items = figures.iter().zip(tips).map(|((name, on), tip)| (*name, *on, tip.to_string()));
         if let Some(i) = chips(ui, items) {
