@@ -470,8 +470,8 @@ impl Renderer {
         let count = scene.triangle_count * 3;
         recorder.run(&self.gbuffer).draw(&[&position, &surface], Some((&depth, 0.0)), true, |p| p.draw(0..count, 0..1));
 
-        if let Some(count) = &self.analysis.triangles {
-            recorder.count_triangles(count);
+        if let Some(count) = &self.analysis.draws {
+            recorder.count_draws(count);
         }
         let analysis = analysed.then_some(&mut self.analysis);
         let mut f = Frame {
@@ -498,8 +498,8 @@ impl Renderer {
         told.cpu_ms = start.elapsed().as_secs_f64() * 1e3 - (f.waited() - waited);
         told.gpu_bytes = f.held;
         let Frame { mut recorder, shown, pieces, analysis, .. } = f;
-        if let Some(count) = analysis.and_then(|a| a.triangles.as_mut()) {
-            recorder.keep_triangles(count);
+        if let Some(count) = analysis.and_then(|a| a.draws.as_mut()) {
+            recorder.keep_draws(count);
         }
 
         // The truth goes on from where it stood, while nothing that it depends on changes.

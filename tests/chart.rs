@@ -353,10 +353,13 @@ fn the_command_joins_files_and_says_what_it_leaves_out() {
     assert!(said.contains("12 of 16 rows") && said.contains("--flicker"), "{said}");
     assert_eq!(image::open(folder.join("c.PNG")).unwrap().width(), 333);
     for (args, says) in [
-        (vec!["a.csv", "-o", "x.svg", "--x", "speed"], "gpu_ms, ratio, cost, gpu_bytes, rays"),
+        (
+            vec!["a.csv", "-o", "x.svg", "--x", "speed"],
+            "gpu_ms, ratio, cost, gpu_bytes, rays, triangles_submitted, fragments",
+        ),
         (
             vec!["a.csv", "-o", "x.svg", "--y", "gpu_ms"],
-            "error_share, rmse, mae, beyond_tolerance, flip, boundary_p95_px, flicker",
+            "error_share, rmse, mae, beyond_tolerance, flip, boundary_p95_px, contour_mean_px, flicker",
         ),
         (vec!["b.json", "-o", "x.svg", "--y", "flicker"], "--flicker"),
         (vec!["none.json", "-o", "x.svg"], "no rows"),

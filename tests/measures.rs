@@ -9,7 +9,7 @@ use shadowscope::light::Light;
 use shadowscope::measure;
 use shadowscope::measure::analysis::Counts;
 use shadowscope::measure::metrics::{self, FACING};
-use shadowscope::scene::Camera;
+use shadowscope::scene::{Camera, Material};
 use shadowscope::setup::Setup;
 use shadowscope::truth::Samples;
 
@@ -338,15 +338,67 @@ fn needs_are_counted() {
                 assert_eq!(row.triangles_submitted, Some(4));
                 // Timing may submit every pass alone; the count stays.
                 r.render(&s, Ask { timed: true, ..analysed(&s) }).unwrap();
-                let [sent, left] = r.analysis().triangles(&r.gpu).unwrap().unwrap();
-                assert_eq!((Some(sent), Some(left)), (row.triangles_submitted, row.triangles_drawn));
-                // The sun's map holds all four; the spot's frustum cuts the floor's two.
-                let drawn = row.triangles_drawn.unwrap();
-                assert!(if light.kind() == "directional" { drawn == 4 } else { drawn >= 4 }, "{drawn}");
+                let draws = r.analysis().draws(&r.gpu).unwrap().unwrap();
+                assert_eq!((Some(draws.sent), Some(draws.drawn)), (row.triangles_submitted, row.triangles_drawn));
+                // The sun's map holds all four; so does the spot's, though its frustum cuts the floor's two into more.
+                assert_eq!((row.triangles_drawn, row.fragments), (Some(4), Some(draws.fragments)));
             }
             assert!(row.rmse_image > 0.0 && row.flip > 0.0 && row.flip < 0.2, "{row:?}");
             assert!(row.gpu_bytes >= rows * rows * 4);
         }
+    }
+}
+
+/// Fragments are those that the draws make: one for each texel covered. Where no shader is needed none may count.
+#[test]
+fn fragments_are_counted() {
+    let ground = floor(Vec2::splat(-SIDE), Vec2::splat(SIDE), 0.0);
+    for cutoff in [None, Some(0.5)] {
+        let masked = Material { alpha_cutoff: cutoff, ..material(Vec3::ONE) };
+        let view = camera(Vec3::new(1.0, 6.0, 7.0), Vec3::ZERO);
+        let (mut r, mut s) = start(scene(vec![mesh(&ground, 0)], vec![masked], view, sun(Vec3::Y)), [64, 48]);
+        let row = row(&mut r, &mut s, "shadow-map", &["resolution=64", "fit=scene"]);
+        if r.gpu.features.contains(wgpu::Features::PIPELINE_STATISTICS_QUERY) {
+            // The floor fills the map but for what is spared around it; rasterisers work in blocks.
+            let fragments = row.fragments.unwrap();
+            let covered = (60 * 60..=70 * 70).contains(&fragments);
+            assert!(covered || (fragments == 0 && cutoff.is_none()), "{fragments} with {cutoff:?}");
+        }
+    }
+}
+
+/// Area, stretch and anisotropy of a texel on a plane are those of the homography.
+#[test]
+fn texels_of_a_plane_are_the_homographys() {
+    let (size, slope) = ([96, 72], Vec2::new(0.1, 0.12));
+    let view = camera(Vec3::new(-4.0, 0.8, 2.0), Vec3::new(0.0, 0.0, 0.3));
+    for light in [sun(Vec3::new(-1.0, 0.4, 0.5)), lamp(Vec3::new(4.0, 1.5, -3.0), Vec3::new(0.0, 0.0, 0.5), 25.0)] {
+        let (mut r, s) = hillside(slope, view, light, size, &["resolution=512", "fit=scene"]);
+        let positions = r.read_position().unwrap();
+        let map = Map::of(&s, slope, &positions);
+        let exact = positions
+            .iter()
+            .enumerate()
+            .filter(|(_, p)| reached(&light, slope, p))
+            .map(|(i, _)| closed_form(&map, &view, size, DVec2::new((i % 96) as f64 + 0.5, (i / 96) as f64 + 0.5)));
+        let exact: Vec<(f64, f64)> = exact.collect();
+        let row = measure::accuracy(&mut r, &s, 0).unwrap();
+        let sorted = |of: fn(&(f64, f64)) -> f64| {
+            let mut all: Vec<f64> = exact.iter().map(of).collect();
+            all.sort_by(f64::total_cmp);
+            [0.5, 0.95].map(|q| all[((all.len() - 1) as f64 * q).round() as usize])
+        };
+        for (name, found, exact) in [
+            ("area", [row.texel_area_p50, row.texel_area_p95], sorted(|(_, area)| *area)),
+            ("stretch", [row.stretch_p50, row.stretch_p95], sorted(|(m, area)| m * m + (area / m) * (area / m))),
+            ("anisotropy", [row.anisotropy_p50, row.anisotropy_p95], sorted(|(m, area)| m * m / area)),
+        ] {
+            for (found, exact) in found.into_iter().zip(exact) {
+                let found = found.unwrap();
+                assert!((found / exact - 1.0).abs() < 0.02, "{}: {name} {found}, not {exact}", light.kind());
+            }
+        }
+        assert_eq!(row.folds, Some(0));
     }
 }
 

@@ -5,6 +5,7 @@ mod common;
 use common::Random;
 use glam::Vec2;
 use shadowscope::measure::analysis::{Aliasing, Counts};
+use shadowscope::measure::contour;
 use shadowscope::measure::metrics::{self, AWAY, BACKGROUND, FACING};
 
 /// m's mean, quantiles and shares equal their definitions.
@@ -20,6 +21,14 @@ fn statistics_of_the_aliasing_error_equal_their_definitions() {
     assert!(near(m.p50, 10.0) && near(m.p95, 19.0) && near(m.p99, 19.8) && (m.max - 20.0).abs() < 1e-6);
     assert_eq!(m.over, [190.0 / 200.0, 180.0 / 200.0, 100.0 / 200.0]);
     assert!(near(m.perspective_p50, 2.0) && near(m.projection_p50, 5.0));
+    // Of an area of 1 the shortest extent is 1 / m.
+    let close = |[a, b]: [f64; 2], [c, d]: [f64; 2]| (a / c - 1.0).abs() < 1e-5 && (b / d - 1.0).abs() < 1e-5;
+    assert!(close(m.area, [1.0, 1.0]) && close(m.anisotropy, [m.p50 * m.p50, m.p95 * m.p95]), "{m:?}");
+    // The sum of squares is least at m = 1, where all are 2.
+    let mut stretch: Vec<f64> = all.iter().map(|m| m * m + 1.0 / (m * m)).collect();
+    stretch.sort_by(f64::total_cmp);
+    let at = |q: f64| stretch[(199.0 * q).round() as usize];
+    assert!(close(m.stretch, [at(0.5), at(0.95)]) && stretch[0] == 2.0, "{m:?}");
     assert_eq!(Aliasing::of(&[[-1.0; 4]; 9]), None);
 }
 
@@ -45,6 +54,7 @@ fn order_and_mirror_change_no_number() {
     let size = [w as u32, h as u32];
     let e = metrics::errors(&seen, &truth, &truth, &mask, w);
     let (rmse, flip) = (metrics::rmse_image(&a, &b), metrics::flip(&a, &b, size));
+    let contour = contour::mean_distance(&seen, &truth, &mask, w).unwrap();
     assert!(e.boundary.is_some() && e.rmse_penumbra.is_some() && flip > 0.01, "{e:?} {flip}");
 
     let mut shuffled: Vec<usize> = (0..w * h).collect();
@@ -67,6 +77,10 @@ fn order_and_mirror_change_no_number() {
         assert!((other.mae - e.mae).abs() < 1e-12);
         (other.rmse, other.rmse_penumbra, other.mae) = (e.rmse, e.rmse_penumbra, e.mae);
         assert_eq!(other, e);
+        if neighbours {
+            let other = contour::mean_distance(&v, &t, &m, w).unwrap();
+            assert!(contour > 0.5 && (other - contour).abs() < 1e-9, "{other} {contour}");
+        }
         let [c, d]: [Vec<u8>; 2] = [&a, &b].map(|x| order.iter().flat_map(|i| x[i * 4..i * 4 + 4].to_vec()).collect());
         assert!((metrics::rmse_image(&c, &d) - rmse).abs() < 1e-12);
         if neighbours {

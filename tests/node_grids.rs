@@ -497,6 +497,34 @@ fn folds_are_shown() {
     }
 }
 
+/// The folds of a measured row are those of the grid's own Jacobian, on the CPU.
+#[test]
+fn folds_are_the_grids() {
+    let (mut r, mut s) = built_in("bench", [96, 96]);
+    for (variant, fold) in [("variant=energy", false), ("variant=seed-stiffness", true)] {
+        select(&mut s, "fem-grid", &["resolution=256", "raster=exact", variant]);
+        let row = measure::accuracy(&mut r, &s, 0).unwrap();
+        let bytes = r.analysis().table(&r.gpu, "grid_nodes").unwrap().unwrap();
+        let nodes: Vec<[f32; 2]> = bytemuck::pod_collect_to_vec(&bytes);
+        let wide = (nodes.len() as f64).sqrt() as usize;
+        assert_eq!(wide * wide, nodes.len());
+        let node = |x: usize, y: usize| DVec2::from_array(nodes[y * wide + x].map(f64::from));
+        let mut turned = 0u64;
+        for (x, y) in (0..256).flat_map(|y| (0..256).map(move |x| (x, y))) {
+            let u = DVec2::new(x as f64 + 0.5, y as f64 + 0.5) / 256.0 * (wide - 1) as f64;
+            let (i, j, f) = (u.x as usize, u.y as usize, u.fract());
+            let n = [node(i, j), node(i + 1, j), node(i, j + 1), node(i + 1, j + 1)];
+            let along_x = (n[1] - n[0]).lerp(n[3] - n[2], f.y);
+            let along_y = (n[2] - n[0]).lerp(n[3] - n[1], f.x);
+            turned += (along_x.perp_dot(along_y) <= 0.0) as u64;
+        }
+        // Rounding may turn a place over whose Jacobian all but vanishes.
+        let found = row.folds.unwrap();
+        assert!(found.abs_diff(turned) <= turned / 200 && (found > 50) == fold, "{variant}: {found}, not {turned}");
+        assert_eq!(row.triangles_folded, Some(0), "{variant}: exact raster moves no edge");
+    }
+}
+
 /// An edge takes texels from where there is none: importance without edges leaves the grid regular.
 #[test]
 fn only_edges_move_the_grid() {

@@ -226,6 +226,10 @@ fn long_triangles_need_more_than_corners() {
     println!("{found:?}");
     let [(linear, plain), (split, parts), (exact, boxes)] = found[..] else { unreachable!() };
     assert!(linear > 3.0 * split && split < 2.0 * exact + 0.002, "{linear} {split} {exact}");
+    assert!(
+        plain.folds + parts.folds + boxes.folds == 0,
+        "the warp itself folds nothing: {plain:?} {parts:?} {boxes:?}"
+    );
     assert!(plain.folded > 0 && boxes.folded == 0 && parts.drawn > plain.drawn, "{plain:?} {parts:?} {boxes:?}");
     assert!(plain.unserved + boxes.unserved == 0 && parts.unserved < parts.drawn / 20);
 }

@@ -20,11 +20,13 @@
 // Vertices and instances of the casters' draw, from 0 on.
 @group(1) @binding(51) var<storage, read_write> arguments: array<u32, 4>;
 
-// Places in `counters`: what is drawn, what was not split far enough, the triangles that some view sample needs, and folds.
+// Places in `counters`: what is drawn, what was not split far enough, the triangles that some view sample needs, pieces
+// turned over, and places where the warp itself turns the image over.
 const drawn_count = 0u;
 const unserved_count = 1u;
 const kept_count = 2u;
 const fold_count = 3u;
+const warp_fold_count = 4u;
 // Threads of a pass over triangles, pieces or rays.
 const stride = 16384u;
 
@@ -154,6 +156,15 @@ fn count_before(@builtin(global_invocation_id) id: vec3u) {
     if all(u >= vec2f(0.0)) && all(u <= vec2f(1.0)) {
         let cell = min(vec2u(u * map_side()), vec2u(u32(map_side()) - 1u));
         atomicAdd(&before[cell.y * u32(map_side()) + cell.x], 1u);
+    }
+}
+
+// Counts the places of the light's image, one a texel, where the warp's Jacobian is not positive. As the warp takes each side
+// of the image to itself, without such places it is one to one.
+@compute @workgroup_size(8, 8)
+fn count_folds(@builtin(global_invocation_id) id: vec3u) {
+    if all(id.xy < vec2u(u32(map_side()))) && determinant(warp_slope((vec2f(id.xy) + 0.5) / map_side())) <= 0.0 {
+        atomicAdd(&counters[warp_fold_count], 1u);
     }
 }
 

@@ -32,7 +32,7 @@ struct Level {
 @group(1) @binding(55) var<storage, read> drawn_texel_rays: array<vec2f>;
 
 // From here on in `counters`: how many pieces each level has, and how many it draws.
-const of_level = 4u;
+const of_level = 5u;
 const drawn_of_level = 32u;
 
 struct Part {

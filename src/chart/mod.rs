@@ -66,10 +66,46 @@ pub const ERRORS: &[Axis] = &[
         get: |r| r.boundary_p95_px.or((r.lit_incorrect + r.shadow_incorrect == 0).then_some(0.0)),
     },
     Axis {
+        id: "contour_mean_px",
+        title: "distance between the contours (mean), pixels",
+        doc: "How far the shadow's edges run from the true ones, and those from them; 0 where nothing is wrong.",
+        get: |r| r.contour_mean_px.or((r.lit_incorrect + r.shadow_incorrect == 0).then_some(0.0)),
+    },
+    Axis {
         id: "flicker",
         title: "flicker, mean change a frame beyond the truth's",
         doc: "How much visibility changes between neighbouring frames beyond the truth's change.",
         get: |r| r.flicker,
+    },
+    Axis {
+        id: "m_p95",
+        title: "texel's longest extent in the picture (95th percentile), pixels",
+        doc: "Aliasing error m: above 1 the map has too few texels, below 1 more than pixels.",
+        get: |r| r.m_p95,
+    },
+    Axis {
+        id: "texel_area_p95",
+        title: "texel's area in the picture (95th percentile), pixels²",
+        doc: "How many pixels a texel covers.",
+        get: |r| r.texel_area_p95,
+    },
+    Axis {
+        id: "stretch_p95",
+        title: "texel's stretch in the picture (95th percentile), pixels²",
+        doc: "Squares of a texel's longest and shortest extent, added up: large where it is large or long.",
+        get: |r| r.stretch_p95,
+    },
+    Axis {
+        id: "anisotropy_p95",
+        title: "texel's longest over its shortest extent (95th percentile)",
+        doc: "1: texels appear as squares or circles do; large: as long strips.",
+        get: |r| r.anisotropy_p95,
+    },
+    Axis {
+        id: "folds",
+        title: "folds of the warp, texels",
+        doc: "Texels' worth of the light's image that the warp turns over; 0 for maps without a warp.",
+        get: |r| r.folds.map(|n| n as f64),
     },
 ];
 
@@ -104,6 +140,18 @@ pub const COSTS: &[Axis] = &[
         title: "shadow rays a frame",
         doc: "Rays that the technique traces in one frame.",
         get: |r| Some(r.rays as f64),
+    },
+    Axis {
+        id: "triangles_submitted",
+        title: "triangles sent to the light's views",
+        doc: "Triangles in the draws of all maps of one frame.",
+        get: |r| r.triangles_submitted.map(|n| n as f64),
+    },
+    Axis {
+        id: "fragments",
+        title: "fragments drawn",
+        doc: "Runs of the fragment shader in the draws of all maps of one frame.",
+        get: |r| r.fragments.map(|n| n as f64),
     },
 ];
 

@@ -14,10 +14,11 @@ pub struct Wanted {
     /// File to write: .svg or .png.
     #[arg(short, long)]
     output: PathBuf,
-    /// The cost: gpu_ms, ratio, cost, gpu_bytes or rays.
+    /// The cost: gpu_ms, ratio, cost, gpu_bytes, rays, triangles_submitted or fragments.
     #[arg(long, default_value = COSTS[0].id)]
     x: String,
-    /// The error: error_share, rmse, flip, boundary_p95_px or flicker.
+    /// The error: error_share, rmse, flip, boundary_p95_px, contour_mean_px or flicker; or of the texels m_p95, texel_area_p95,
+    /// stretch_p95, anisotropy_p95 or folds.
     #[arg(long, default_value = ERRORS[0].id)]
     y: String,
     /// Heading of the chart.
@@ -56,7 +57,11 @@ pub fn run(wanted: &Wanted) -> Result<()> {
 fn why_missing(axis: &Axis) -> &'static str {
     match axis.id {
         "flicker" => "only a sweep or measurement with --flicker measures it",
-        "boundary_p95_px" => "the truth has no shadow edge there",
+        "boundary_p95_px" | "contour_mean_px" => "there is no shadow edge to measure from",
+        "m_p95" | "texel_area_p95" | "stretch_p95" | "anisotropy_p95" | "folds" => {
+            "such a technique looks nothing up in a map"
+        }
+        "triangles_submitted" | "fragments" => "such a technique draws nothing, or the adapter does not count it",
         "ratio" => "shadow-map does not serve that light",
         _ => "the file does not hold it",
     }

@@ -2,7 +2,7 @@
 //! It runs, and holds memory, only in frames that ask for it.
 
 use super::{Frame, STORED, Shown};
-use crate::gpu::{Gpu, Pass, Resource, Slot, TriangleCount};
+use crate::gpu::{DrawCount, Draws, Gpu, Pass, Resource, Slot};
 use crate::view;
 use anyhow::Result;
 use bytemuck::{Pod, Zeroable};
@@ -46,7 +46,7 @@ pub struct Analysis {
     aliasing: Slot,
     maps: Option<Maps>,
     bands: Vec<Band>,
-    pub(super) triangles: Option<TriangleCount>,
+    pub(super) draws: Option<DrawCount>,
     pub(super) pieces: Option<wgpu::Buffer>,
     /// Buffers that a warped map is made of, by their names in WGSL.
     tables: Vec<(&'static str, wgpu::Buffer)>,
@@ -64,6 +64,8 @@ pub struct PieceCount {
     pub unserved: u64,
     /// Pieces that the map holds turned inside out.
     pub folded: u64,
+    /// Places of the light's image, one a texel, where the warp itself turns it over.
+    pub folds: u64,
 }
 
 /// Most memory that counts may take, bytes: above it there are none.
@@ -77,7 +79,7 @@ impl Analysis {
             aliasing: Slot::default(),
             maps: None,
             bands: Vec::new(),
-            triangles: None,
+            draws: None,
             pieces: None,
             tables: Vec::new(),
             draw_counts: Pass::compute(gpu, "count map", "counts.wgsl", "draw_counts", &[])?,
@@ -92,9 +94,9 @@ impl Analysis {
         if !wanted {
             self.aliasing = Slot::default();
             self.bands.clear();
-            self.triangles = None;
-        } else if self.triangles.is_none() {
-            self.triangles = TriangleCount::new(gpu);
+            self.draws = None;
+        } else if self.draws.is_none() {
+            self.draws = DrawCount::new(gpu);
         }
     }
 
@@ -189,9 +191,9 @@ impl Analysis {
     /// What a warped map's casters were split into, of every frame; None of techniques without a warp.
     pub fn pieces(&self, gpu: &Gpu) -> Result<Option<PieceCount>> {
         let Some(counters) = &self.pieces else { return Ok(None) };
-        let words: [u32; 4] = bytemuck::pod_read_unaligned(&gpu.read_range(counters, 0, 16)?);
-        let [drawn, unserved, kept, folded] = words.map(u64::from);
-        Ok(Some(PieceCount { kept, drawn, unserved, folded }))
+        let words: [u32; 5] = bytemuck::pod_read_unaligned(&gpu.read_range(counters, 0, 20)?);
+        let [drawn, unserved, kept, folded, folds] = words.map(u64::from);
+        Ok(Some(PieceCount { kept, drawn, unserved, folded, folds }))
     }
 
     /// A buffer that a warped map is made of, by its name in WGSL: `light_view`, and what the technique's warp reads. None
@@ -201,9 +203,9 @@ impl Analysis {
         found.map(|(_, buffer)| gpu.read_buffer(buffer)).transpose()
     }
 
-    /// Triangles of the technique's draws: sent, and left after clipping. None where the adapter cannot count them.
-    pub fn triangles(&self, gpu: &Gpu) -> Result<Option<[u64; 2]>> {
-        self.triangles.as_ref().map_or(Ok(None), |t| t.read(gpu))
+    /// What the technique's draws made of the scene's triangles. None where the adapter cannot count it.
+    pub fn draws(&self, gpu: &Gpu) -> Result<Option<Draws>> {
+        self.draws.as_ref().map_or(Ok(None), |d| d.read(gpu))
     }
 }
 

@@ -8,7 +8,7 @@ mod timer;
 pub use pass::{Pass, Raster, Recorder, Resource, Run};
 pub use shader::{Shaders, files as shader_files};
 pub use table::Table;
-pub use timer::{Timer, TimerMode, TriangleCount};
+pub use timer::{DrawCount, Draws, Timer, TimerMode};
 
 use anyhow::{Context, Result, anyhow};
 use std::sync::atomic::AtomicU64;

@@ -2,7 +2,7 @@
 
 use super::Gpu;
 use super::shader::Binding;
-use super::timer::{MAX_DRAWS, MAX_PASSES, Pending, Timer, TimerMode, TriangleCount};
+use super::timer::{DrawCount, MAX_DRAWS, MAX_PASSES, Pending, Timer, TimerMode};
 use crate::params::Group;
 use anyhow::{Context, Result};
 use std::cell::RefCell;
@@ -228,8 +228,8 @@ pub struct Recorder<'a> {
     timed: bool,
     /// What [`Run::per_pixel`] covers.
     pixels: [u32; 2],
-    /// Where render passes count their triangles, and how many did.
-    triangles: Option<(wgpu::QuerySet, u32)>,
+    /// Where render passes count what they draw, and how many did.
+    draws: Option<(wgpu::QuerySet, u32)>,
     error: Option<anyhow::Error>,
 }
 
@@ -240,7 +240,7 @@ impl<'a> Recorder<'a> {
         timer.noted.clear();
         let encoder = gpu.device.create_command_encoder(&Default::default());
         let frame = gpu.frames.fetch_add(1, Ordering::Relaxed) + 1;
-        Recorder { gpu, frame, resources: HashMap::new(), encoder, timer, timed, pixels, triangles: None, error: None }
+        Recorder { gpu, frame, resources: HashMap::new(), encoder, timer, timed, pixels, draws: None, error: None }
     }
 
     /// Makes a resource known to all passes that follow, by its WGSL name or its parameter group's name.
@@ -280,14 +280,14 @@ impl<'a> Recorder<'a> {
         self.encoder.copy_buffer_to_buffer(from, 0, to, offset, size);
     }
 
-    /// Counts the triangles of the render passes from here on.
-    pub fn count_triangles(&mut self, count: &TriangleCount) {
-        self.triangles = Some((count.queries.clone(), 0));
+    /// Counts what the render passes from here on draw.
+    pub fn count_draws(&mut self, count: &DrawCount) {
+        self.draws = Some((count.queries.clone(), 0));
     }
 
     /// Counts no further, and keeps what was counted.
-    pub fn keep_triangles(&mut self, count: &mut TriangleCount) {
-        let draws = self.triangles.take().map_or(0, |(_, draws)| draws);
+    pub fn keep_draws(&mut self, count: &mut DrawCount) {
+        let draws = self.draws.take().map_or(0, |(_, draws)| draws);
         count.draws = draws;
         if (1..=MAX_DRAWS).contains(&draws) {
             self.encoder.resolve_query_set(&count.queries, 0..draws, &count.resolved, 0);
@@ -350,7 +350,7 @@ pub struct Run<'r, 'a> {
 }
 
 impl Run<'_, '_> {
-    /// Keeps a draw that sends no triangles of the scene out of their count.
+    /// Keeps a draw that sends no triangles of the scene out of the count.
     pub fn uncounted(mut self) -> Self {
         self.counted = false;
         self
@@ -409,7 +409,7 @@ impl Run<'_, '_> {
         clear: bool,
         draw: impl FnOnce(&mut wgpu::RenderPass),
     ) {
-        let query = self.recorder.triangles.as_mut().filter(|_| self.counted).and_then(|(set, draws)| {
+        let query = self.recorder.draws.as_mut().filter(|_| self.counted).and_then(|(set, draws)| {
             *draws += 1;
             (*draws <= MAX_DRAWS).then(|| (set.clone(), *draws - 1))
         });

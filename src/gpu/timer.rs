@@ -1,4 +1,4 @@
-//! What a frame took: times of its passes, and triangles of its draws.
+//! What a frame took: times of its passes, triangles and fragments of its draws.
 
 use super::Gpu;
 use anyhow::{Result, anyhow};
@@ -106,31 +106,45 @@ impl Timer {
     }
 }
 
-/// Counts the triangles of render passes by pipeline statistics.
-pub struct TriangleCount {
+/// Counts what render passes draw, by pipeline statistics.
+pub struct DrawCount {
     pub(super) queries: wgpu::QuerySet,
     pub(super) resolved: wgpu::Buffer,
     pub(super) draws: u32,
 }
 
-/// Most draws whose triangles are counted in one frame.
-pub(super) const MAX_DRAWS: u32 = 2048;
+/// What draws made of the triangles that they sent.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Draws {
+    /// Triangles sent to the clipper.
+    pub sent: u64,
+    /// At most how many of them have a part inside the view.
+    pub drawn: u64,
+    /// Runs of the fragment shader; where depth alone is drawn, without one, the driver may count fragments or not.
+    pub fragments: u64,
+}
 
-impl TriangleCount {
+/// Most draws that are counted in one frame.
+pub(super) const MAX_DRAWS: u32 = 2048;
+/// What is counted of each draw, in the order in which it is written.
+const COUNTED: wgpu::PipelineStatisticsTypes = wgpu::PipelineStatisticsTypes::CLIPPER_INVOCATIONS
+    .union(wgpu::PipelineStatisticsTypes::CLIPPER_PRIMITIVES_OUT)
+    .union(wgpu::PipelineStatisticsTypes::FRAGMENT_SHADER_INVOCATIONS);
+/// Its bytes.
+const QUERY: u64 = 24;
+
+impl DrawCount {
     /// None where the adapter cannot count.
-    pub fn new(gpu: &Gpu) -> Option<TriangleCount> {
-        gpu.features.contains(wgpu::Features::PIPELINE_STATISTICS_QUERY).then(|| TriangleCount {
+    pub fn new(gpu: &Gpu) -> Option<DrawCount> {
+        gpu.features.contains(wgpu::Features::PIPELINE_STATISTICS_QUERY).then(|| DrawCount {
             queries: gpu.device.create_query_set(&wgpu::QuerySetDescriptor {
-                label: Some("triangles"),
-                ty: wgpu::QueryType::PipelineStatistics(
-                    wgpu::PipelineStatisticsTypes::CLIPPER_INVOCATIONS
-                        | wgpu::PipelineStatisticsTypes::CLIPPER_PRIMITIVES_OUT,
-                ),
+                label: Some("draws"),
+                ty: wgpu::QueryType::PipelineStatistics(COUNTED),
                 count: MAX_DRAWS,
             }),
             resolved: gpu.device.create_buffer(&wgpu::BufferDescriptor {
-                label: Some("triangles"),
-                size: MAX_DRAWS as u64 * 16,
+                label: Some("draws"),
+                size: MAX_DRAWS as u64 * QUERY,
                 usage: wgpu::BufferUsages::QUERY_RESOLVE | wgpu::BufferUsages::COPY_SRC,
                 mapped_at_creation: false,
             }),
@@ -138,14 +152,21 @@ impl TriangleCount {
         })
     }
 
-    /// Triangles sent to the clipper and those that it passed on, in all draws of the last frame that counted; None if
-    /// that frame drew nothing, or more often than can be counted.
-    pub fn read(&self, gpu: &Gpu) -> Result<Option<[u64; 2]>> {
+    /// All draws of the last frame that counted, together; None if that frame drew nothing, or more often than can be
+    /// counted.
+    pub fn read(&self, gpu: &Gpu) -> Result<Option<Draws>> {
         if self.draws == 0 || self.draws > MAX_DRAWS {
             return Ok(None);
         }
-        let words: Vec<[u64; 2]> =
-            bytemuck::pod_collect_to_vec(&gpu.read_range(&self.resolved, 0, self.draws as u64 * 16)?);
-        Ok(Some(words.iter().fold([0, 0], |sum, w| [sum[0] + w[0], sum[1] + w[1]])))
+        let words: Vec<[u64; 3]> =
+            bytemuck::pod_collect_to_vec(&gpu.read_range(&self.resolved, 0, self.draws as u64 * QUERY)?);
+        let mut sum = Draws::default();
+        for [sent, left, fragments] in words {
+            sum.sent += sent;
+            // The clipper makes at least one triangle of each that it does not drop, and several of one that it cuts.
+            sum.drawn += left.min(sent);
+            sum.fragments += fragments;
+        }
+        Ok(Some(sum))
     }
 }

@@ -1,6 +1,7 @@
 //! How wrong a configuration is, and what its frame needs: everything of a [`Record`] but times.
 
 use super::analysis::{Aliasing, Counts};
+use super::contour;
 use super::metrics::{self, Errors};
 use super::record::{Record, params_text};
 use crate::frame::{Ask, Renderer, Told, Truth};
@@ -17,8 +18,9 @@ pub fn errors(renderer: &mut Renderer, setup: &Setup) -> Result<Errors> {
     Ok(compare(renderer, &Setup { truth_samples: Samples::Fixed(1), ..setup.clone() }, false)?.0)
 }
 
-/// Renders technique and truth, with `all` the shaded picture and the analysis too, and counts the errors.
-fn compare(renderer: &mut Renderer, setup: &Setup, all: bool) -> Result<(Errors, Told)> {
+/// Renders technique and truth and counts the errors; with `all` also the shaded picture, the analysis, and how far the
+/// contours lie apart.
+fn compare(renderer: &mut Renderer, setup: &Setup, all: bool) -> Result<(Errors, Option<f64>, Told)> {
     techniques::find_or_say(&setup.technique)?.serve(&setup.light)?;
     techniques::TRUTH.serve(&setup.light)?;
     let ask = Ask { size: setup.size, truth: Truth::All, analysis: all, timed: false, picture: all, fresh: false };
@@ -26,7 +28,9 @@ fn compare(renderer: &mut Renderer, setup: &Setup, all: bool) -> Result<(Errors,
     let mask = renderer.read_mask()?;
     let width = setup.size[0] as usize;
     let (hard, mean) = (renderer.read_hard_truth()?, renderer.read_truth()?);
-    Ok((metrics::errors(&renderer.read_visibility()?, &hard, &mean, &mask, width), told))
+    let visibility = renderer.read_visibility()?;
+    let apart = if all { contour::mean_distance(&visibility, &hard, &mask, width) } else { None };
+    Ok((metrics::errors(&visibility, &hard, &mean, &mask, width), apart, told))
 }
 
 /// Measures what does not depend on speed. `index` is the configuration's place in its sweep.
@@ -37,7 +41,7 @@ pub fn accuracy(renderer: &mut Renderer, setup: &Setup, index: u64) -> Result<Re
     let samples = setup.truth_samples.measured();
     // Another view would change the picture, and a technique's own trace rays of its own.
     let shaded = Setup { view: "shaded".into(), truth_samples: Samples::Fixed(samples), ..setup.clone() };
-    let (e, told) = compare(renderer, &shaded, true)?;
+    let (e, contour, told) = compare(renderer, &shaded, true)?;
     let picture = renderer.read_picture()?;
     let exact = renderer.read_truth_picture()?;
     let (gpu, analysis) = (&renderer.gpu, renderer.analysis());
@@ -53,7 +57,7 @@ pub fn accuracy(renderer: &mut Renderer, setup: &Setup, index: u64) -> Result<Re
         }
     })?;
     let counts = maps.filter(|_| counted).map(|m| Counts::of(m.texels(), filled));
-    let triangles = analysis.triangles(gpu)?;
+    let draws = analysis.draws(gpu)?;
     let pieces = analysis.pieces(gpu)?;
     let mut notes = renderer.notes()?;
     if let Some(maps) = maps.filter(|_| !counted) {
@@ -86,6 +90,7 @@ pub fn accuracy(renderer: &mut Renderer, setup: &Setup, index: u64) -> Result<Re
         boundary_median_px: e.boundary.map(|b| b.median as f64),
         boundary_p95_px: e.boundary.map(|b| b.p95 as f64),
         boundary_max_px: e.boundary.map(|b| b.max as f64),
+        contour_mean_px: contour,
         m_mean: m.map(|m| m.mean),
         m_rms: m.map(|m| m.rms),
         m_p50: m.map(|m| m.p50),
@@ -97,6 +102,14 @@ pub fn accuracy(renderer: &mut Renderer, setup: &Setup, index: u64) -> Result<Re
         m_over_10: m.map(|m| m.over[2]),
         perspective_p50: m.map(|m| m.perspective_p50),
         projection_p50: m.map(|m| m.projection_p50),
+        texel_area_p50: m.map(|m| m.area[0]),
+        texel_area_p95: m.map(|m| m.area[1]),
+        stretch_p50: m.map(|m| m.stretch[0]),
+        stretch_p95: m.map(|m| m.stretch[1]),
+        anisotropy_p50: m.map(|m| m.anisotropy[0]),
+        anisotropy_p95: m.map(|m| m.anisotropy[1]),
+        // A projection by a matrix turns nothing over.
+        folds: maps.map(|_| pieces.map_or(0, |p| p.folds)),
         texels: maps.map(|m| m.texels()),
         texels_covered: counts.map(|c| c.covered),
         covered_share: counts.zip(maps).map(|(c, m)| c.covered as f64 / m.texels() as f64),
@@ -107,10 +120,12 @@ pub fn accuracy(renderer: &mut Renderer, setup: &Setup, index: u64) -> Result<Re
         count_entropy: counts.and_then(|c| c.entropy),
         views_rendered: maps.map(|m| m.layers as u64),
         views_needed: counts.map(|_| needed.iter().filter(|n| **n).count() as u64),
-        triangles_submitted: triangles.map(|t| t[0]),
-        triangles_drawn: triangles.map(|t| t[1]),
+        triangles_submitted: draws.map(|d| d.sent),
+        triangles_drawn: draws.map(|d| d.drawn),
+        fragments: draws.map(|d| d.fragments),
         triangles_needed: pieces.map(|p| p.kept),
         triangles_added: pieces.map(|p| p.drawn as i64 - p.kept as i64),
+        triangles_folded: pieces.map(|p| p.folded),
         rays: renderer.read_rays()? as u64,
         gpu_bytes: told.gpu_bytes,
         adapter: renderer.gpu.info.name.clone(),

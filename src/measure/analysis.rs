@@ -2,7 +2,8 @@
 
 use rayon::prelude::*;
 
-/// The aliasing error m over the pixels that a technique looks up, and the medians of its two factors.
+/// The aliasing error m over the pixels that a technique looks up, the medians of its two factors, and what else a
+/// texel's footprint A in the picture says: median and 95th percentile each.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Aliasing {
     pub mean: f64,
@@ -15,20 +16,27 @@ pub struct Aliasing {
     pub over: [f64; 3],
     pub perspective_p50: f64,
     pub projection_p50: f64,
+    /// |det A|, pixels².
+    pub area: [f64; 2],
+    /// trace(AᵀA), pixels²: the sum of the squares of its longest and its shortest extent.
+    pub stretch: [f64; 2],
+    /// The longest over the shortest extent.
+    pub anisotropy: [f64; 2],
 }
 
 impl Aliasing {
     /// Of pixels as [`crate::frame::Analysis::aliasing`] gives them; None if none of them has a value.
     pub fn of(pixels: &[[f32; 4]]) -> Option<Aliasing> {
-        let sorted = |channel: usize| {
-            let mut values: Vec<f32> = pixels.iter().map(|p| p[channel]).filter(|x| *x > 0.0).collect();
+        let sorted = |of: fn(&[f32; 4]) -> f32| {
+            let mut values: Vec<f32> = pixels.iter().filter(|p| p[0] > 0.0).map(of).collect();
             values.par_sort_unstable_by(f32::total_cmp);
             values
         };
-        let m = sorted(0);
+        let m = sorted(|p| p[0]);
         let max = *m.last()?;
         let n = m.len() as f64;
         let at = |sorted: &[f32], q| super::metrics::quantile(sorted, q) as f64;
+        let two = |of| [0.5, 0.95].map(|q| at(&sorted(of), q));
         Some(Aliasing {
             mean: m.iter().map(|x| *x as f64).sum::<f64>() / n,
             rms: (m.iter().map(|x| (*x as f64).powi(2)).sum::<f64>() / n).sqrt(),
@@ -37,8 +45,12 @@ impl Aliasing {
             p99: at(&m, 0.99),
             max: max as f64,
             over: [1.0, 2.0, 10.0].map(|limit| (m.len() - m.partition_point(|x| *x <= limit)) as f64 / n),
-            perspective_p50: at(&sorted(1), 0.5),
-            projection_p50: at(&sorted(2), 0.5),
+            perspective_p50: at(&sorted(|p| p[1]), 0.5),
+            projection_p50: at(&sorted(|p| p[2]), 0.5),
+            area: two(|p| p[3]),
+            // The shortest extent is the area over the longest.
+            stretch: two(|p| p[0] * p[0] + (p[3] / p[0]).powi(2)),
+            anisotropy: two(|p| p[0] / (p[3] / p[0])),
         })
     }
 }

@@ -140,7 +140,7 @@ pub(super) fn quantile(sorted: &[f32], q: f64) -> f32 {
 
 /// Euclidean distance of every pixel from the nearest marked one, pixels; infinite if none is marked.
 /// Exact, by lower envelopes of parabolas, columns then rows (Felzenszwalb, Huttenlocher 2012).
-fn distance_to(marked: &[bool], width: usize) -> Vec<f32> {
+pub(super) fn distance_to(marked: &[bool], width: usize) -> Vec<f32> {
     let height = marked.len() / width;
     let columns: Vec<Vec<f64>> = (0..width)
         .into_par_iter()

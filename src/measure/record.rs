@@ -52,6 +52,8 @@ pub struct Record {
     pub boundary_median_px: Option<f64>,
     pub boundary_p95_px: Option<f64>,
     pub boundary_max_px: Option<f64>,
+    /// Mean distance between the technique's shadow contour and the true one, pixels.
+    pub contour_mean_px: Option<f64>,
     /// Between neighbouring frames of a moving camera: mean change of visibility beyond the truth's, and the share of
     /// pixels whose label changes though the truth's does not.
     pub flicker: Option<f64>,
@@ -71,6 +73,16 @@ pub struct Record {
     /// Medians of m's two factors.
     pub perspective_p50: Option<f64>,
     pub projection_p50: Option<f64>,
+    /// A texel's area in the image, pixels²; the sum of the squares of its longest and its shortest extent there, pixels²;
+    /// and the first over the second: median and 95th percentile.
+    pub texel_area_p50: Option<f64>,
+    pub texel_area_p95: Option<f64>,
+    pub stretch_p50: Option<f64>,
+    pub stretch_p95: Option<f64>,
+    pub anisotropy_p50: Option<f64>,
+    pub anisotropy_p95: Option<f64>,
+    /// Places of the light's image, one a texel, that the map's warp turns over.
+    pub folds: Option<u64>,
 
     /// Texels of all maps, and those that some view sample falls into.
     pub texels: Option<u64>,
@@ -90,13 +102,17 @@ pub struct Record {
     /// Maps, faces, cascades or light samples rendered, and those that some view sample needs.
     pub views_rendered: Option<u64>,
     pub views_needed: Option<u64>,
-    /// Triangles sent to the light's views, and those that the clipper passed on.
+    /// Triangles sent to the light's views, and at most how many of them have a part inside.
     pub triangles_submitted: Option<u64>,
     pub triangles_drawn: Option<u64>,
+    /// Fragments of those draws.
+    pub fragments: Option<u64>,
     /// Warped maps: triangles that some view sample needs, and how many more are drawn in their place where they are split;
     /// negative where most are too small for a texel.
     pub triangles_needed: Option<u64>,
     pub triangles_added: Option<i64>,
+    /// Of what is drawn in their place, what the map holds turned over.
+    pub triangles_folded: Option<u64>,
     /// Shadow rays traced.
     pub rays: u64,
     /// Bytes of GPU memory that the technique holds.

@@ -213,6 +213,7 @@ const COLUMNS: &[Column] = &[
     column("off > 0.1, %", "Pixels whose visibility is off by more than 0.1", 3, |r| Some(100.0 * r.beyond_tolerance)),
     column("FLIP", "How different the shaded picture looks, 0 to 1", 5, |r| Some(r.flip)),
     column("edge p95, px", "Distance of wrong pixels from the true edge", 1, |r| r.boundary_p95_px),
+    column("contours, px", "Mean distance between the contour and the true one", 2, |r| r.contour_mean_px),
     column("flicker, %", "Change from frame to frame beyond the truth's", 4, |r| r.flicker.map(|f| 100.0 * f)),
     column("label flicker, %", "Labels that change though the truth's do not", 4, |r| {
         r.label_flicker.map(|f| 100.0 * f)
@@ -226,11 +227,16 @@ const COLUMNS: &[Column] = &[
     column("MiB", "GPU memory held", 2, |r| Some(r.gpu_bytes as f64 / 1048576.0)),
     column("rays", "Shadow rays traced", 0, |r| Some(r.rays as f64)),
     column("m p95, px", "Extent of a texel in the picture", 2, |r| r.m_p95),
+    column("texel area p95, px²", "Area of a texel in the picture", 2, |r| r.texel_area_p95),
+    column("stretch p95, px²", "Squares of a texel's longest and shortest extent", 2, |r| r.stretch_p95),
+    column("long/short p95", "Longest over shortest extent of a texel", 2, |r| r.anisotropy_p95),
+    column("folds", "Texels' worth of the light's image that the warp turns over", 0, |r| r.folds.map(|n| n as f64)),
     column("maps", "Maps rendered", 0, |r| r.views_rendered.map(|v| v as f64)),
     column("needed", "Maps that some view sample falls into", 0, |r| r.views_needed.map(|v| v as f64)),
     column("covered, %", "Texels that some view sample falls into", 1, |r| r.covered_share.map(|c| 100.0 * c)),
     column("triangles sent", "Triangles sent to the maps", 0, |r| r.triangles_submitted.map(|t| t as f64)),
-    column("drawn", "Triangles that the clipper passed on", 0, |r| r.triangles_drawn.map(|t| t as f64)),
+    column("drawn", "At most so many of them have a part inside a map", 0, |r| r.triangles_drawn.map(|t| t as f64)),
+    column("fragments", "Runs of the fragment shader in these draws", 0, |r| r.fragments.map(|n| n as f64)),
     column("texel use, %", "Covered texels of those that could be", 1, |r| r.utilisation.map(|u| 100.0 * u)),
     column("frames", "Frames counted", 0, |r| Some(r.frames as f64)),
 ];

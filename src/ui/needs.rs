@@ -28,8 +28,11 @@ pub fn rows(r: &Record) -> Vec<Row> {
         out.push((
             "triangles drawn",
             of(part, whole),
-            "Triangles left after culling, of those sent to the light's views.",
+            "At most so many have a part inside a view, of the triangles sent to the light's views.",
         ));
+    }
+    if let Some(n) = r.fragments.filter(|n| *n > 0) {
+        out.push(("fragments", grouped(n as usize), "Runs of the fragment shader in the draws of the light's views."));
     }
     if let (Some(needed), Some(added)) = (r.triangles_needed, r.triangles_added) {
         let sign = if added < 0 { "-" } else { "+" };

@@ -133,8 +133,15 @@ fn measured(ui: &mut Ui, i: usize, r: &Record) {
     rows.push(("FLIP", format!("{:.5}", r.flip), tip));
     let tip = "Distance of wrong pixels from the true shadow edge: median, 95th percentile, greatest.";
     rows.push(("edge error", edge.unwrap_or("none".into()), tip));
+    let tip = "Mean distance between the shadow's edges and the true ones, whether it is wrong there or not.";
+    rows.extend(r.contour_mean_px.map(|px| ("edges apart", format!("{px:.2} px"), tip)));
     let tip = "Aliasing error m, the longest extent of a texel in the picture: median, 95th percentile, greatest.";
     rows.extend(three([r.m_p50, r.m_p95, r.m_max], " px").map(|m| ("texel in the picture", m, tip)));
+    let tip = "A texel's area in the picture, and its longest over its shortest extent: 95th percentiles.";
+    let texel = |(area, long)| ("area, long/short", format!("{area:.1} px² / {long:.1}"), tip);
+    rows.extend(r.texel_area_p95.zip(r.anisotropy_p95).map(texel));
+    let tip = "Texels' worth of the light's image that the warp turns over.";
+    rows.extend(r.folds.filter(|n| *n > 0).map(|n| ("folds", n.to_string(), tip)));
     let tip =
         "How much visibility changes between neighbouring frames beyond the truth's change, mean over the pixels.";
     rows.extend(r.flicker.map(|f| ("flicker", percent(f), tip)));

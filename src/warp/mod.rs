@@ -109,6 +109,7 @@ pub struct Warped {
     inspect: Pass,
     analyse: Pass,
     count: Pass,
+    count_folds: Pass,
     draw_counts: Pass,
     counting: wgpu::Buffer,
     counts: Option<wgpu::Buffer>,
@@ -145,6 +146,7 @@ impl Warped {
             inspect: pass("inspect", "inspect")?,
             analyse: pass(ANALYSIS, "analyse")?,
             count: pass("count map", "count_before")?,
+            count_folds: pass(ANALYSIS, "count_folds")?,
             draw_counts: Pass::compute(gpu, "count map", "counts.wgsl", "draw_counts", &[])?,
             counting: zero("counting", size_of::<Counting>(), Use::UNIFORM),
             counts: None,
@@ -245,6 +247,10 @@ impl Warped {
             f.clear(&counts);
             f.run(&self.count).bind_all(&all).bind("before", &counts).per_pixel();
             self.show_counts(f, "counts-before", &counts, p.resolution);
+        }
+        if f.wants_analysis() {
+            let groups = p.resolution.div_ceil(8);
+            f.run(&self.count_folds).bind_all(&all).dispatch(groups, groups, 1);
         }
         f.analyse(&self.analyse, Maps { size: [p.resolution; 2], layers: 1 }, &all);
         self.made = self.making.take();
