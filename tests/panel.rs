@@ -4,7 +4,7 @@ use egui_kittest::kittest::{NodeT, Queryable};
 use egui_kittest::{Harness, Node};
 use shadowscope::chart;
 use shadowscope::light::Light;
-use shadowscope::measure::advise::{Advice, Budget};
+use shadowscope::measure::advise::{Advice, Budget, FIGURES, Figure};
 use shadowscope::measure::{self, Record, params_text, stability};
 use shadowscope::params::Value;
 use shadowscope::scene::geometry::Geometry;
@@ -391,7 +391,7 @@ fn the_axes_can_be_changed() {
     assert_eq!(chart::COSTS[harness.state().model.chart.cost].id, "gpu_bytes");
     assert!(place(&harness, fast).x > place(&harness, "rt-hard ").x, "rays hold no memory");
     click(&mut harness, "error axis");
-    click(&mut harness, "flicker, share of pixels a frame");
+    click(&mut harness, "flicker, mean change a frame beyond the truth's");
     harness.run_steps(4);
     assert_eq!(harness.get_all_by_role(egui::accesskit::Role::Button).filter(is_point).count(), 0, "none has flicker");
 }
@@ -491,13 +491,10 @@ fn the_timeline_places_the_setup_and_leaves_no_steps() {
 }
 
 fn advice(tried: &[Record], answer: Option<usize>) -> (Budget, Advice) {
-    let budget = Budget { max_error: 0.005, max_ratio: None };
+    let budget = Budget { by: &FIGURES[0], max_error: 0.005, max_ratio: None };
     let closest = if answer.is_none() { Some(2) } else { None };
     let frontier = (0..tried.len()).collect();
-    (
-        budget,
-        Advice { answer, closest, halved: None, plain: None, frontier, tried: tried.to_vec(), space: 19, limit: 6 },
-    )
+    (budget, Advice { answer, closest, frontier, tried: tried.to_vec(), space: 19, limit: 6, ..Advice::default() })
 }
 
 #[test]
@@ -506,7 +503,14 @@ fn advice_is_asked_for_and_applied() {
     click(&mut harness, "Advice");
     click(&mut harness, "Find the cheapest");
     let all = harness.state().model.techniques();
-    let budget = Budget { max_error: 0.005, max_ratio: None };
+    // Among them pcf, which filters.
+    let budget = Budget { by: Figure::find("rmse").unwrap(), max_error: 0.05, max_ratio: None };
+    assert_eq!(harness.state().actions, [Action::Advise(budget, all.clone())]);
+    harness.state_mut().actions.clear();
+    click(&mut harness, "error asked for");
+    click(&mut harness, "wrong pixels");
+    click(&mut harness, "Find the cheapest");
+    let budget = Budget { by: &FIGURES[0], max_error: 0.005, max_ratio: None };
     assert_eq!(harness.state().actions, [Action::Advise(budget, all)]);
     let before = setup(&harness);
     let rows = rows(&before);
@@ -514,6 +518,9 @@ fn advice_is_asked_for_and_applied() {
     harness.run_steps(3);
     harness.get_by_label("Measured 5 of 19 configurations.");
     harness.get_by_label("Margin: 60 % of the error allowed is to spare.");
+    harness.state_mut().model.advice.found.as_mut().unwrap().1.alike = vec![1];
+    harness.run_steps(2);
+    harness.get_by_label_contains("Cannot be told apart from shadow-map");
     click(&mut harness, "Apply");
     assert_eq!(
         (setup(&harness).technique.as_str(), &setup(&harness).values()["resolution"]),

@@ -216,7 +216,7 @@ fn advice_meets_its_budget_or_says_what_comes_closest() {
         shadowscope(folder, &[&["advise", "cubes", "--size", "96x54", "--set", "bias=0.001", "--json"], more].concat())
     };
     let some = "shadow-map,pcf,sdsm,lispsm,notw,rt-hard";
-    let out = advise(&["--techniques", some, "--max-error", "0.5%", "-o", "tried.csv"]);
+    let out = advise(&["--techniques", some, "--by", "error", "--max-error", "0.5%", "-o", "tried.csv"]);
     assert_eq!(out.status.code(), Some(0), "{}", String::from_utf8_lossy(&out.stderr));
     let advice: Value = serde_json::from_slice(&out.stdout).unwrap();
     assert!(advice["answer"]["error_share"].as_f64().unwrap() <= 0.005);
@@ -242,14 +242,27 @@ fn advice_meets_its_budget_or_says_what_comes_closest() {
     assert!(advice["answer"].is_null() && advice["closest"]["technique"].is_string());
     // Before it gives up it tries the finest, and it varies only what was not fixed.
     let coarse = ["--set", "pcf.kernel=5", "--set", "resolution=64..256*2"];
-    let out = advise(&[&["--techniques", "shadow-map,pcf", "--max-error", "0.01%"], &coarse[..]].concat());
+    let out =
+        advise(&[&["--techniques", "shadow-map,pcf", "--by", "error", "--max-error", "0.01%"], &coarse[..]].concat());
     assert_eq!(out.status.code(), Some(3));
     let advice: Value = serde_json::from_slice(&out.stdout).unwrap();
     let all: Vec<&str> = advice["tried"].as_array().unwrap().iter().filter_map(|r| r["params"].as_str()).collect();
     assert!(all.iter().any(|p| p.contains("resolution=256")) && advice["space"] == 9, "{all:?}");
     assert!(all.iter().all(|p| !p.contains("kernel=") || p.contains("kernel=5")), "{all:?}");
-    let message = refused(folder, &["advise", "cubes", "--max-error", "half"]);
+    let cubes = |more: &[&str]| refused(folder, &[&["advise", "cubes"], more].concat());
+    let message = cubes(&["--by", "error", "--max-error", "half"]);
     assert!(message.contains("write it as 0.5% or 0.005"), "{message}");
+    // All techniques are asked, and pcf filters.
+    let message = cubes(&["--max-error", "0.5%"]);
+    assert!(message.contains("RMSE is no share") && message.contains("--by"), "{message}");
+    assert!(cubes(&["--by", "luck", "--max-error", "1"]).contains("error, rmse, "));
+    // The error asked for is what is judged, and flicker is measured for it.
+    let out =
+        advise(&["--techniques", "pcf,rt-hard", "--set", "resolution=256", "--by", "flicker", "--max-error", "0"]);
+    let advice: Value = serde_json::from_slice(&out.stdout).unwrap();
+    assert_eq!((&advice["by"], &advice["answer"]["technique"]), (&"flicker".into(), &"rt-hard".into()));
+    assert_eq!(advice["answer"]["flicker"], 0.0);
+    assert!(advice["tried"].as_array().unwrap().iter().all(|r| r["flicker"].is_number()), "{advice}");
 }
 
 /// The document holds what the command prints now, up to what another rasteriser may change, and its pictures are there.

@@ -3,19 +3,23 @@
 use super::{Wanted, chosen, named, print, progress, try_file};
 use crate::frame::Renderer;
 use crate::gpu::Gpu;
-use crate::measure::advise::{Advice, Budget, advise};
+use crate::measure::advise::{Advice, Budget, Figure, advise};
 use crate::measure::{self, Record, table};
 use crate::techniques;
-use anyhow::{Context, Result, ensure};
+use anyhow::{Result, ensure};
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
 
 #[derive(clap::Args)]
 pub struct Limits {
-    /// Wrong pixels allowed, of those that face the light: 0.5% or 0.005.
+    /// The error allowed: 0.5% or 0.005 of a share, a number of the others.
     #[arg(long, allow_hyphen_values = true)]
     max_error: String,
+    /// Which error: error (share of wrong pixels), rmse, flip, boundary (95th percentile, pixels) or flicker; by default
+    /// error, or rmse where a technique filters.
+    #[arg(long)]
+    by: Option<String>,
     /// Time allowed, as a multiple of that of the set-up's own shadow-map (its parameters as they stand in the set-up).
     #[arg(long, allow_hyphen_values = true)]
     max_ratio: Option<f64>,
@@ -31,7 +35,7 @@ pub struct Limits {
 const NOTHING: u8 = 3;
 
 pub fn run(mut wanted: Wanted, ids: Vec<String>, limits: Limits, adapter: Option<&str>) -> Result<ExitCode> {
-    let max_error = share(&limits.max_error)?;
+    let by = limits.by.as_deref().map(Figure::find).transpose()?;
     if let Some(ratio) = limits.max_ratio {
         ensure!(ratio > 0.0 && ratio.is_finite(), "--max-ratio {ratio} must be a number above 0");
     }
@@ -43,9 +47,11 @@ pub fn run(mut wanted: Wanted, ids: Vec<String>, limits: Limits, adapter: Option
     setup.view = "shaded".into();
     wanted.apply(&mut setup, &scene, &named(&ids))?;
     let ids = chosen(&ids, &setup)?;
+    let by = by.unwrap_or_else(|| Figure::suited(&ids));
+    let max_error = by.parse(&limits.max_error)?;
     let mut renderer = Renderer::new(Arc::new(Gpu::new(adapter)?), Arc::new(scene))?;
     let bar = progress();
-    let budget = Budget { max_error, max_ratio: limits.max_ratio };
+    let budget = Budget { by, max_error, max_ratio: limits.max_ratio };
     let advice = advise(&mut renderer, &setup, &ids, &axes, budget, &mut |done, what| {
         super::show(&bar, done, what.into());
         true
@@ -53,8 +59,9 @@ pub fn run(mut wanted: Wanted, ids: Vec<String>, limits: Limits, adapter: Option
     bar.finish_and_clear();
     if limits.json {
         let value = serde_json::json!({
-            "max_error": max_error, "max_ratio": limits.max_ratio, "space": advice.space,
+            "by": by.id, "max_error": max_error, "max_ratio": limits.max_ratio, "space": advice.space,
             "answer": advice.answer.map(|i| &advice.tried[i]),
+            "alike": advice.alike.iter().map(|i| &advice.tried[*i]).collect::<Vec<_>>(),
             "closest": advice.closest.map(|i| &advice.tried[i]),
             "halved": advice.halved.map(|i| &advice.tried[i]),
             "plain": advice.plain.map(|i| &advice.tried[i]),
@@ -71,15 +78,6 @@ pub fn run(mut wanted: Wanted, ids: Vec<String>, limits: Limits, adapter: Option
     Ok(if advice.answer.is_some() { ExitCode::SUCCESS } else { ExitCode::from(NOTHING) })
 }
 
-/// Reads `0.5%` or `0.005`.
-fn share(text: &str) -> Result<f64> {
-    let (number, unit) = text.strip_suffix('%').map_or((text, 1.0), |n| (n, 0.01));
-    let value =
-        number.trim().parse::<f64>().with_context(|| format!("--max-error {text}: write it as 0.5% or 0.005"))?;
-    ensure!((0.0..=1.0).contains(&(value * unit)), "--max-error {text}: it takes 0 to 100 %");
-    Ok(value * unit)
-}
-
 /// The technique with its main parameters.
 fn name(row: &Record) -> String {
     let main = techniques::find(&row.technique).map_or(&[][..], |i| i.main);
@@ -91,32 +89,33 @@ fn name(row: &Record) -> String {
 
 fn text(advice: &Advice, budget: Budget) -> String {
     let row = |i: usize| &advice.tried[i];
+    let by = budget.by;
+    let error = |r: &Record| by.of(r).map_or("-".into(), |x| by.value(x));
     let figures = |r: &Record| {
         let ratio = r.cost.map_or(String::new(), |x| format!(" ({x:.2} × the set-up's shadow-map)"));
-        format!(
-            "{:.4} % wrong, {:.3} ms{ratio}, {:.2} MiB",
-            r.error_share * 100.0,
-            r.gpu_ms,
-            r.gpu_bytes as f64 / 1048576.0
-        )
+        format!("{} {}, {:.3} ms{ratio}, {:.2} MiB", by.title, error(r), r.gpu_ms, r.gpu_bytes as f64 / 1048576.0)
     };
-    let asked = match budget.max_ratio {
-        Some(ratio) => format!("at most {} % wrong and {ratio} × shadow-map", budget.max_error * 100.0),
-        None => format!("at most {} % wrong", budget.max_error * 100.0),
-    };
+    let mut asked = format!("{} at most {}", by.title, by.value(budget.max_error));
+    if let Some(ratio) = budget.max_ratio {
+        asked += &format!(", time at most {ratio} × shadow-map");
+    }
     let mut out = format!("asked for: {asked}\n");
     match (advice.answer.map(row), advice.closest.map(row)) {
         (Some(r), _) => {
             out += &format!("take:      {}: {}\n", name(r), figures(r));
             let mut margin = Vec::new();
-            if budget.max_error > 0.0 {
-                margin.push(format!("{:.0} % of the error", (1.0 - r.error_share / budget.max_error) * 100.0));
+            if let Some(error) = by.of(r).filter(|_| budget.max_error > 0.0) {
+                margin.push(format!("{:.0} % of the error", (1.0 - error / budget.max_error) * 100.0));
             }
             if let (Some(most), Some(cost)) = (budget.max_ratio, r.cost) {
                 margin.push(format!("{:.0} % of the time", (1.0 - cost / most) * 100.0));
             }
             if !margin.is_empty() {
                 out += &format!("margin:    {} allowed is left\n", margin.join(" and "));
+            }
+            if !advice.alike.is_empty() {
+                let names: Vec<String> = advice.alike.iter().map(|i| name(row(*i))).collect();
+                out += &format!("cannot be told apart from {}: their times overlap\n", names.join(", "));
             }
             if let Some(more) = plain(advice, r) {
                 out += &more;
@@ -126,7 +125,7 @@ fn text(advice: &Advice, budget: Budget) -> String {
                     let more = Advice::cost(h) / Advice::cost(r);
                     out += &format!("half of that error costs {more:.2} times as much: {}: {}\n", name(h), figures(h));
                 }
-                None if r.error_share == 0.0 => out += "it makes no error that could be halved\n",
+                None if by.of(r) == Some(0.0) => out += "it makes no error that could be halved\n",
                 None if advice.tried.len() >= advice.limit => {
                     out += "what halves that error was not found before the limit was reached\n";
                 }
@@ -141,12 +140,12 @@ fn text(advice: &Advice, budget: Budget) -> String {
     out += &format!("\nmeasured {} of {} configurations (at most {})", advice.tried.len(), advice.space, advice.limit);
     out += "; those marked * are beaten by no other in both error and time:\n";
     let mut lines =
-        vec![["configuration", "", "error %", "GPU ms", "× set-up's shadow-map", "MiB"].map(String::from).to_vec()];
+        vec![["configuration", "", by.title, "GPU ms", "× set-up's shadow-map", "MiB"].map(String::from).to_vec()];
     for (i, r) in advice.tried.iter().enumerate() {
         lines.push(vec![
             name(r),
             if advice.frontier.contains(&i) { "*" } else { "" }.into(),
-            format!("{:.4}", r.error_share * 100.0),
+            error(r),
             format!("{:.3}", r.gpu_ms),
             r.cost.map_or("-".into(), |x| format!("{x:.2}")),
             format!("{:.2}", r.gpu_bytes as f64 / 1048576.0),

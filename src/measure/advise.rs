@@ -1,17 +1,118 @@
 //! Advice: the cheapest configuration that meets an error budget, over techniques and their main parameters.
 
 use super::search::{Line, Sample, Search, Wanted};
-use super::{Axis, Record, accuracy, space, sweep};
+use super::{Axis, Record, accuracy, space, stability, sweep};
 use crate::chart;
 use crate::frame::Renderer;
 use crate::params::Values;
 use crate::setup::Setup;
-use anyhow::{Result, ensure};
+use crate::techniques;
+use anyhow::{Context, Result, bail, ensure};
+
+/// What an error is counted in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Unit {
+    /// 0 to 1, written in per cent.
+    Share,
+    Plain,
+    Pixels,
+}
+
+/// An error that a budget can be given in.
+#[derive(Debug, PartialEq)]
+pub struct Figure {
+    /// As it is asked for.
+    pub id: &'static str,
+    /// In a sentence.
+    pub title: &'static str,
+    /// The record's field, one of [`chart::ERRORS`].
+    pub field: &'static str,
+    pub unit: Unit,
+    /// A budget to begin with.
+    pub usual: f64,
+}
+
+const fn figure(id: &'static str, title: &'static str, field: &'static str, unit: Unit, usual: f64) -> Figure {
+    Figure { id, title, field, unit, usual }
+}
+
+/// The errors that a budget can be given in.
+pub const FIGURES: &[Figure] = &[
+    figure("error", "wrong pixels", "error_share", Unit::Share, 0.005),
+    figure("rmse", "RMSE", "rmse", Unit::Plain, 0.05),
+    figure("flip", "FLIP", "flip", Unit::Plain, 0.02),
+    figure("boundary", "boundary error", "boundary_p95_px", Unit::Pixels, 2.0),
+    figure("flicker", "flicker", "flicker", Unit::Share, 0.005),
+];
+
+impl Figure {
+    /// The error of this name.
+    ///
+    /// # Errors
+    /// There is none.
+    pub fn find(id: &str) -> Result<&'static Figure> {
+        let ids: Vec<&str> = FIGURES.iter().map(|f| f.id).collect();
+        let found = FIGURES.iter().find(|f| f.id == id);
+        found.with_context(|| format!("--by {id}: there is no such error; there are {}", ids.join(", ")))
+    }
+
+    /// The error that judges these techniques fairly: the share of wrong pixels where all of them say lit or dark, the
+    /// RMSE where one filters, since a soft edge is no wrong pixel.
+    pub fn suited(techniques: &[String]) -> &'static Figure {
+        let filters = |id: &String| id == "pcf";
+        &FIGURES[techniques.iter().any(filters) as usize]
+    }
+
+    /// Its value in a row; None where it does not apply or was not measured.
+    pub fn of(&self, row: &Record) -> Option<f64> {
+        chart::ERRORS.iter().find(|a| a.id == self.field).and_then(|a| (a.get)(row))
+    }
+
+    /// A value with its unit.
+    pub fn value(&self, x: f64) -> String {
+        match self.unit {
+            Unit::Share => format!("{:.4} %", x * 100.0),
+            Unit::Plain => format!("{x:.5}"),
+            Unit::Pixels => format!("{x:.2} px"),
+        }
+    }
+
+    /// Reads a value: `0.5%` or `0.005` of a share, a number of the others.
+    ///
+    /// # Errors
+    /// No number, one that the figure does not take, or a unit that is not its own.
+    pub fn parse(&self, text: &str) -> Result<f64> {
+        let (title, trimmed) = (self.title, text.trim());
+        let said = match self.unit {
+            Unit::Share => format!("--max-error {text}: {title} are a share; write it as 0.5% or 0.005"),
+            Unit::Plain => format!("--max-error {text}: {title} is no share; write a number such as {}", self.usual),
+            Unit::Pixels => format!("--max-error {text}: {title} is a distance in pixels; write it as 2 or 2px"),
+        };
+        let said = if self.unit == Unit::Share { said } else { said + ", or choose another error with --by" };
+        let (number, scale) = match (self.unit, trimmed.strip_suffix('%'), trimmed.strip_suffix("px")) {
+            (Unit::Share, Some(n), _) => (n, 0.01),
+            (Unit::Pixels, _, Some(n)) => (n, 1.0),
+            _ => (trimmed, 1.0),
+        };
+        let value = number.trim().parse::<f64>().ok().context(said)? * scale;
+        let most = if self.unit == Unit::Pixels { f64::MAX } else { 1.0 };
+        ensure!(
+            (0.0..=most).contains(&value),
+            match self.unit {
+                Unit::Share => format!("--max-error {text}: it takes 0 to 100 %"),
+                Unit::Plain => format!("--max-error {text}: {title} takes 0 to 1"),
+                Unit::Pixels => format!("--max-error {text}: it takes a number of pixels from 0 on"),
+            }
+        );
+        Ok(value)
+    }
+}
 
 /// What is asked for.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Budget {
-    /// Wrong pixels as a share of those that face the light, 0 to 1.
+    pub by: &'static Figure,
+    /// The largest error, a share 0 to 1.
     pub max_error: f64,
     /// Time as a multiple of that of the set-up's `shadow-map`.
     pub max_ratio: Option<f64>,
@@ -22,6 +123,8 @@ pub struct Budget {
 pub struct Advice {
     /// The cheapest that meets the budget, as an index into `tried`.
     pub answer: Option<usize>,
+    /// Others that meet it and whose quartiles of cost overlap with the answer's, the cheapest first: they may be cheaper.
+    pub alike: Vec<usize>,
     /// Where nothing meets it: the closest miss.
     pub closest: Option<usize>,
     /// The cheapest found with at most half the answer's error, if any.
@@ -43,6 +146,11 @@ impl Advice {
         row.cost.unwrap_or(row.gpu_ms)
     }
 
+    /// The middle half of a row's costs.
+    fn quartiles(row: &Record) -> [f64; 2] {
+        [row.gpu_ms_q1, row.gpu_ms_q3].map(|ms| ms * Advice::cost(row) / row.gpu_ms)
+    }
+
     /// How many times as much as the answer the plain shadow map costs.
     pub fn plain_factor(&self) -> Option<f64> {
         let [answer, plain] = [self.answer?, self.plain?].map(|i| self.tried.get(i));
@@ -50,6 +158,8 @@ impl Advice {
     }
 }
 
+/// What a row without the error asked for counts as: as more than any.
+const UNKNOWN: f64 = 1e9;
 /// At most this share of the configurations is measured (at least one of each technique, though, and what answers are
 /// compared with).
 const SHARE: usize = 3;
@@ -77,6 +187,7 @@ pub fn advise(
         "a largest ratio needs shadow-map to compare with, and that does not serve {} light",
         setup.light.kind()
     );
+    let by = budget.by;
     let (all, lines) = lines(setup, techniques, axes)?;
     let mut tried: Vec<(usize, Record)> = Vec::new();
     // Read while it is measured, and raised before the comparison.
@@ -90,9 +201,17 @@ pub fn advise(
         ensure!(watch(begun, what.trim()), super::STOPPED);
         let mut row = accuracy(renderer, setup, i as u64)?;
         row.configurations = all.len() as u64;
+        if by.id == "flicker" {
+            let Some(change) = stability::flicker(renderer, setup)? else {
+                bail!(
+                    "as the camera moves no surface that faces the light is seen twice: there is no flicker to ask for"
+                );
+            };
+            (row.flicker, row.label_flicker) = (Some(change.flicker), Some(change.label_flicker));
+        }
         let mut go_on = |part: f32| watch(begun + part / limit, what.trim());
         sweep::time_one(renderer, &mut row, setup, anchor.as_ref(), &mut go_on)?;
-        let sample = Sample { error: row.error_share, cost: Advice::cost(&row) };
+        let sample = Sample { error: by.of(&row).unwrap_or(UNKNOWN), cost: Advice::cost(&row) };
         tried.push((i, row));
         Ok(sample)
     };
@@ -120,24 +239,40 @@ pub fn advise(
     let plain = family.filter(|_| answer.is_some_and(|i| all[i].technique != PLAIN));
     let plain = plain.and_then(|family| search.best(within(budget.max_error), Some(family)));
     let place = |i: usize| tried.iter().position(|(n, _)| *n == i);
-    let points: Vec<(f64, f64)> = tried.iter().map(|(_, r)| (Advice::cost(r), r.error_share)).collect();
+    let points: Vec<(f64, f64)> = tried.iter().map(|(_, r)| (Advice::cost(r), by.of(r).unwrap_or(UNKNOWN))).collect();
     let miss = |(cost, error): &(f64, f64)| (error / wanted.error).max(cost / wanted.cost);
     let closest = (0..points.len()).min_by(|a, b| miss(&points[*a]).total_cmp(&miss(&points[*b])));
+    let answer = answer.and_then(place);
+    let rows: Vec<Record> = tried.iter().map(|(_, r)| r.clone()).collect();
+    let meets = |i: usize| points[i].1 <= wanted.error && points[i].0 <= wanted.cost;
     Ok(Advice {
-        answer: answer.and_then(place),
+        alike: answer.map_or(Vec::new(), |i| alike(&rows, i, meets)),
+        answer,
         closest: if answer.is_none() { closest } else { None },
         halved: halved.and_then(place),
         plain: plain.and_then(place),
         frontier: chart::pareto(&points),
-        tried: tried.into_iter().map(|(_, r)| r).collect(),
+        tried: rows,
         space: all.len(),
         limit: most.get(),
     })
 }
 
+/// The rows that meet what is asked and whose quartiles of cost overlap with those of the answer, by ascending cost.
+fn alike(rows: &[Record], answer: usize, meets: impl Fn(usize) -> bool) -> Vec<usize> {
+    let own = Advice::quartiles(&rows[answer]);
+    let overlaps = |i: &usize| {
+        let [low, high] = Advice::quartiles(&rows[*i]);
+        *i != answer && meets(*i) && low <= own[1] && own[0] <= high
+    };
+    let mut found: Vec<usize> = (0..rows.len()).filter(overlaps).collect();
+    found.sort_by(|a, b| Advice::cost(&rows[*a]).total_cmp(&Advice::cost(&rows[*b])));
+    found
+}
+
 /// The values of the technique's main parameters, `resolution=1024 kernel=3`.
 pub fn brief(setup: &Setup) -> String {
-    let main = crate::techniques::find(&setup.technique).map_or(&[][..], |i| i.main);
+    let main = techniques::find(&setup.technique).map_or(&[][..], |i| i.main);
     let one = |(name, _): &(&str, &str)| setup.values().get(*name).map(|v| format!("{name}={v}"));
     main.iter().filter_map(one).collect::<Vec<_>>().join(" ")
 }
@@ -168,6 +303,57 @@ mod tests {
     use super::*;
     use crate::measure::read;
     use std::path::Path;
+
+    /// Those that meet the budget and whose middle halves overlap with the answer's, scaled to the baseline's time.
+    #[test]
+    fn overlapping_times_are_told() {
+        let row = |ms: f64, spread: f64, scale: f64| Record {
+            gpu_ms: ms,
+            gpu_ms_q1: ms - spread,
+            gpu_ms_q3: ms + spread,
+            cost: Some(ms * scale),
+            ..Record::default()
+        };
+        // Costs 1.9 to 2.1; 2.05 to 2.25; the same, but too wrong; 2.2 to 2.4; and 1.8 to 2.4.
+        let rows =
+            [row(20.0, 1.0, 0.1), row(4.3, 0.2, 0.5), row(4.3, 0.2, 0.5), row(2.3, 0.1, 1.0), row(2.1, 0.3, 1.0)];
+        assert_eq!(alike(&rows, 0, |i| i != 2), [4, 1]);
+        assert_eq!(alike(&rows[..1], 0, |_| true), [0; 0]);
+    }
+
+    /// Numbers with the unit that a figure has, and none other.
+    #[test]
+    fn budgets_are_read_in_their_figures_unit() {
+        let read = |by: &str, text: &str| Figure::find(by).unwrap().parse(text);
+        for (by, text, value) in [
+            ("error", "0.5%", 0.005),
+            ("error", "0.005", 0.005),
+            ("flicker", " 1 %", 0.01),
+            ("rmse", "0.03", 0.03),
+            ("flip", "0", 0.0),
+            ("boundary", "2.5", 2.5),
+            ("boundary", "3px", 3.0),
+        ] {
+            assert!((read(by, text).unwrap() - value).abs() < 1e-12, "{by} {text}");
+        }
+        for (by, text, says) in [
+            ("error", "half", "write it as 0.5% or 0.005"),
+            ("error", "2px", "write it as 0.5% or 0.005"),
+            ("error", "101%", "takes 0 to 100 %"),
+            ("rmse", "0.5%", "RMSE is no share; write a number such as 0.05"),
+            ("rmse", "1.5", "takes 0 to 1"),
+            ("boundary", "3%", "distance in pixels"),
+            ("boundary", "-1", "from 0 on"),
+            ("flicker", "nan", "0 to 100 %"),
+        ] {
+            let said = read(by, text).unwrap_err().to_string();
+            assert!(said.contains(says), "{by} {text}: {said}");
+        }
+        assert!(Figure::find("luck").unwrap_err().to_string().contains("error, rmse,"));
+        assert!(FIGURES.iter().all(|f| chart::ERRORS.iter().any(|a| a.id == f.field)));
+        let suited = |ids: &[&str]| Figure::suited(&ids.iter().map(|i| i.to_string()).collect::<Vec<_>>()).id;
+        assert_eq!((suited(&["shadow-map", "rt-hard"]), suited(&["shadow-map", "pcf"])), ("error", "rmse"));
+    }
 
     /// Sweeps of all main parameters that were measured once (480 × 270 pixels, software adapter), as the search finds
     /// them: its answers against the best in the whole table.

@@ -1,9 +1,9 @@
 //! The cheapest configuration within an error budget, found by measuring few.
 //!
-//! Configurations stand in lines along which, as a rule, the error falls and the cost rises (a technique's main
-//! parameter). Along a line only the first one good enough matters. What is not measured is predicted from what is, and
-//! the line whose next candidate promises the lowest cost is measured next, until no line promises less than the best
-//! found.
+//! Configurations stand in lines along which the cost rises (a technique's main parameter) and, as a rule, the error
+//! falls; some errors rise again behind a lowest place, as those of a filter do that is as many texels wide whatever the
+//! map. Along a line only the first one good enough matters. What is not measured is predicted from what is, and the line
+//! whose next candidate promises the lowest cost is measured next, until no line promises less than the best found.
 
 use anyhow::Result;
 
@@ -18,7 +18,7 @@ pub struct Line {
 /// What was measured of a configuration.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample {
-    /// Share of wrong pixels.
+    /// In any unit.
     pub error: f64,
     /// Time, in any unit.
     pub cost: f64,
@@ -114,38 +114,57 @@ impl Search {
         (cheapest.1 < bound && cheapest.1 <= wanted.cost).then_some(cheapest.0)
     }
 
-    /// Where nothing measured meets `wanted`, whatever was predicted: the finest place of the line that is expected to
-    /// err least, of those that have not been tried there.
+    /// Where nothing measured meets `wanted`, whatever was predicted: of the places that are still open, the one on each
+    /// line that is expected to err least, and of those again. While errors fall along a line that is the finest.
     fn last_hope(&self, wanted: Wanted, family: Option<usize>) -> Option<usize> {
         if self.best(wanted, family).is_some() {
             return None;
         }
         let open = self.lines_of(family).filter_map(|line| {
-            let last = line.configurations.len().checked_sub(1)?;
-            let number = line.configurations[last];
-            let expected = self.predict(line, last);
             let good = self.points(line).any(|(_, s)| s.error <= wanted.error);
-            let affordable = expected.cost * HOPE[1] <= wanted.cost;
-            (self.samples[number].is_none() && !good && affordable).then_some((number, expected.error))
+            let (start, end) = self.open(line, wanted);
+            let all = (start..end).rev().map(|k| (line.configurations[k], self.predict(line, k)));
+            let least = all.min_by(|a, b| a.1.error.total_cmp(&b.1.error));
+            let (number, expected) = least.filter(|_| !good)?;
+            (expected.cost * HOPE[1] <= wanted.cost).then_some((number, expected.error))
         });
         open.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(number, _)| number)
     }
 
-    /// What to measure next on a line, and the cost hoped for: the first place that may be good enough, between those
-    /// known to be too coarse and the first known to be good. None: nothing is left to learn.
+    /// Where on a line what is wanted may still be, unmeasured: from a place on, and before another. That is between what is
+    /// too coarse and the first known to be good. Where none is good yet, errors have either fallen so far, and it is
+    /// beyond; or they have turned, and it is beside the lowest.
+    fn open(&self, line: &Line, wanted: Wanted) -> (usize, usize) {
+        let points: Vec<(usize, f64)> = self.points(line).map(|(k, s)| (k, s.error)).collect();
+        let good = points.iter().position(|(_, error)| *error <= wanted.error);
+        // Of equal ones the finest: there they still fall.
+        let lowest = (0..points.len()).rev().min_by(|a, b| points[*a].1.total_cmp(&points[*b].1));
+        let turned = lowest.filter(|i| i + 1 < points.len());
+        let place = |i: usize| points[i].0;
+        let behind = |i: usize| i.checked_sub(1).map_or(0, |i| place(i) + 1);
+        match (good, turned) {
+            (Some(i), _) => (behind(i), place(i)),
+            (None, Some(i)) if place(i) + 1 < place(i + 1) || behind(i) < place(i) => {
+                // Its own place is measured: the wider of the two sides.
+                let sides = [(behind(i), place(i)), (place(i) + 1, place(i + 1))];
+                if sides[0].1 - sides[0].0 >= sides[1].1 - sides[1].0 { sides[0] } else { sides[1] }
+            }
+            (None, Some(i)) => (place(i), place(i)),
+            (None, None) => (behind(points.len()), line.configurations.len()),
+        }
+    }
+
+    /// What to measure next on a line, and the cost hoped for: the first open place that may be good enough. None: nothing
+    /// is left to learn.
     fn candidate(&self, line: &Line, wanted: Wanted) -> Option<(usize, f64)> {
-        let too_coarse =
-            self.points(line).filter(|(_, s)| s.error > wanted.error).map(|(k, _)| k + 1).max().unwrap_or(0);
-        let good = self.points(line).filter(|(_, s)| s.error <= wanted.error).map(|(k, _)| k).min();
-        let end = good.unwrap_or(line.configurations.len());
+        let (start, end) = self.open(line, wanted);
         let hope = HOPE[self.points(line).next().is_none() as usize];
-        let place = (too_coarse..end).find(|k| self.predict(line, *k).error * hope <= wanted.error);
+        let place = (start..end).find(|k| self.predict(line, *k).error * hope <= wanted.error);
         // The finest is tried even where the prediction misses by a little: predictions from afar are rough.
         let last = line.configurations.len().checked_sub(1)?;
         let near = || (end > last && self.predict(line, last).error <= wanted.error * 2.0).then_some(last);
-        let place = place.or_else(near).filter(|k| *k >= too_coarse)?;
-        let number = line.configurations[place];
-        self.samples[number].is_none().then(|| (number, self.predict(line, place).cost * hope))
+        let place = place.or_else(near).filter(|k| *k >= start)?;
+        Some((line.configurations[place], self.predict(line, place).cost * hope))
     }
 
     /// Places and samples of a line.
@@ -262,6 +281,51 @@ mod tests {
         }
         // Random lines of a family differ by up to a factor of two in cost: not every one can be known.
         assert!(good * 100 >= all * 98, "{good} of {all} answers are within a tenth of the best");
+    }
+
+    /// Filters as they are: errors that fall until the filter suits the map, and rise again; the lowest place lies anywhere on
+    /// the line. Beside them a hard technique whose errors fall to a floor.
+    #[test]
+    fn errors_that_turn_are_found_beside_their_lowest() {
+        let (mut good, mut met, mut all) = (0, 0, 0);
+        for seed in 0..100 {
+            let s = &mut (seed * 31 + 7);
+            let (mut lines, mut samples) = (Vec::new(), Vec::new());
+            for family in 0..2 {
+                for _ in 0..[1, 5][family] {
+                    let (middle, floor, fixed) = (5.0 * random(s), 0.02 + 0.02 * random(s), 1.0 + random(s));
+                    let turn =
+                        |k: f64| if family == 0 { 2.0 + 3.0 * 0.5f64.powf(k) } else { 1.4f64.powf((k - middle).abs()) };
+                    let mut configurations = Vec::new();
+                    for k in 0..6 {
+                        configurations.push(samples.len());
+                        let cost = (fixed + 0.004 * 4f64.powi(k)) * (1.0 + family as f64);
+                        samples.push(Sample { error: floor * turn(k as f64) * (0.98 + 0.04 * random(s)), cost });
+                    }
+                    lines.push(Line { family, configurations });
+                }
+            }
+            let mut errors: Vec<f64> = samples.iter().map(|s| s.error).collect();
+            errors.sort_by(f64::total_cmp);
+            for place in [1, 4, 12] {
+                let wanted = Wanted { error: errors[place], cost: f64::INFINITY };
+                let lines = lines.iter().map(|l| Line { family: l.family, configurations: l.configurations.clone() });
+                let mut search = Search::new(lines.collect(), samples.len() / 2);
+                let found = search.cheapest(wanted, None, &mut |i| Ok(samples[i])).unwrap();
+                let best = samples.iter().filter(|s| wanted.met(s)).map(|s| s.cost).fold(f64::INFINITY, f64::min);
+                all += 1;
+                met += found.is_some() as usize;
+                good += found.is_some_and(|i| samples[i].cost <= best * 1.1) as usize;
+            }
+        }
+        // Half of the places are measured, and nothing tells of a line's lowest but what was measured on it.
+        assert!(met * 100 >= all * 95 && good * 100 >= all * 65, "{met} are met and {good} near the best, of {all}");
+        // On a line alone: its middle fails, its end is worse, what is asked for stands before the middle.
+        let errors = [0.05, 0.03, 0.04, 0.06, 0.09];
+        let mut search = Search::new(vec![Line { family: 0, configurations: (0..5).collect() }], 4);
+        let wanted = Wanted { error: 0.031, cost: f64::INFINITY };
+        let mut measure = |i: usize| Ok(Sample { error: errors[i], cost: 1.0 + i as f64 });
+        assert_eq!(search.cheapest(wanted, None, &mut measure).unwrap(), Some(1));
     }
 
     /// Of one family alone the answer is its own best, with no regard to what the others cost.

@@ -5,14 +5,17 @@ use super::model::{Action, Model, Tab};
 use super::needs::{main_values, percent, title};
 use super::plotting::{color, short};
 use super::style::{SUN, WEAK};
+use crate::chart;
 use crate::measure::Record;
-use crate::measure::advise::{Advice, Budget};
-use egui::{Button, Checkbox, Grid, Label, RichText, ScrollArea, Slider, Ui};
+use crate::measure::advise::{Advice, Budget, FIGURES, Figure, Unit};
+use egui::{Button, Checkbox, ComboBox, Grid, Label, RichText, Role, ScrollArea, Slider, Ui, WidgetInfo};
 
 /// The advice tab's state.
 pub struct Advising {
-    /// Greatest error asked for, per cent.
-    pub max_error: f64,
+    /// The error that is asked for; None: what suits the techniques.
+    pub by: Option<&'static Figure>,
+    /// The greatest of each of [`FIGURES`], shares in per cent.
+    pub max_errors: [f64; FIGURES.len()],
     /// Greatest ratio to `shadow-map`, where there is to be one.
     pub limited: bool,
     pub max_ratio: f64,
@@ -22,15 +25,28 @@ pub struct Advising {
 
 impl Default for Advising {
     fn default() -> Advising {
-        Advising { max_error: 0.5, limited: false, max_ratio: 2.0, found: None }
+        let usual = std::array::from_fn(|i| FIGURES[i].usual * scale(&FIGURES[i]));
+        Advising { by: None, max_errors: usual, limited: false, max_ratio: 2.0, found: None }
     }
 }
 
 impl Advising {
-    /// What the sliders ask for.
-    fn budget(&self) -> Budget {
-        Budget { max_error: self.max_error / 100.0, max_ratio: self.limited.then_some(self.max_ratio) }
+    /// What the sliders ask for of these techniques.
+    fn budget(&self, techniques: &[String]) -> Budget {
+        let by = self.by.unwrap_or_else(|| Figure::suited(techniques));
+        let max_error = self.max_errors[place(by)] / scale(by);
+        Budget { by, max_error, max_ratio: self.limited.then_some(self.max_ratio) }
     }
+}
+
+/// A figure's place in [`FIGURES`].
+fn place(by: &Figure) -> usize {
+    FIGURES.iter().position(|f| f == by).unwrap_or(0)
+}
+
+/// What one is on its slider.
+fn scale(by: &Figure) -> f64 {
+    if by.unit == Unit::Share { 100.0 } else { 1.0 }
 }
 
 pub fn show(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
@@ -38,12 +54,28 @@ pub fn show(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
 }
 
 fn controls(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
+    let techniques = m.techniques();
     let a = &mut m.advice;
+    let by = a.budget(&techniques).by;
+    let doc = |f: &Figure| chart::ERRORS.iter().find(|axis| axis.id == f.field).map_or("", |axis| axis.doc);
     ui.spacing_mut().slider_width = (ui.available_width() - 100.0).max(60.0);
-    let tip = "Wrong pixels as a share of those that face the light: no more than this.";
-    ui.label(RichText::new("error at most").small().color(WEAK)).on_hover_text(tip);
-    let slider = Slider::new(&mut a.max_error, 0.01..=10.0).logarithmic(true).max_decimals(2).suffix(" %");
-    ui.add(slider).on_hover_text(tip);
+    let combo = ComboBox::from_id_salt("error asked for").selected_text(format!("{} at most", by.title));
+    let shown = combo.width(ui.available_width() - 4.0).truncate().show_ui(ui, |ui| {
+        for figure in FIGURES {
+            if ui.selectable_label(figure == by, figure.title).on_hover_text(doc(figure)).clicked() {
+                a.by = Some(figure);
+            }
+        }
+    });
+    let tip = "Which error. Until one is chosen: wrong pixels, or RMSE where a technique filters, as a soft edge is no wrong pixel.";
+    shown.response.on_hover_text(tip).widget_info(|| WidgetInfo::labeled(Role::ComboBox, true, "error asked for"));
+    let (range, decimals, suffix) = match by.unit {
+        Unit::Share => (0.01..=10.0, 2, " %"),
+        Unit::Plain => (0.001..=0.5, 4, ""),
+        Unit::Pixels => (0.5..=100.0, 1, " px"),
+    };
+    let slider = Slider::new(&mut a.max_errors[place(by)], range).logarithmic(true).max_decimals(decimals);
+    ui.add(slider.suffix(suffix)).on_hover_text(doc(by));
     let tip = "Time as a multiple of that of the shadow map as this set-up has it: no more than this.";
     ui.add(Checkbox::new(&mut a.limited, RichText::new("time at most, shadow-map = 1").small())).on_hover_text(tip);
     let slider = Slider::new(&mut a.max_ratio, 1.0..=100.0).logarithmic(true).max_decimals(1).prefix("× ");
@@ -54,11 +86,10 @@ fn controls(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
         progress(ui, job, out);
         return;
     }
-    let techniques = m.techniques();
     let start = ui.add_enabled(!techniques.is_empty(), Button::new("Find the cheapest"));
     let tip = "Look among these techniques and their main parameters, measuring as few configurations as it takes. The picture waits meanwhile.";
     if start.on_hover_text(tip).on_disabled_hover_text("No technique is chosen that serves the light.").clicked() {
-        out.push(Action::Advise(m.advice.budget(), techniques));
+        out.push(Action::Advise(m.advice.budget(&techniques), techniques));
     }
     let [w, h] = m.setup.size;
     line(ui, &format!("at {w} × {h} pixels, as set under Capture"));
@@ -76,24 +107,28 @@ fn found(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
     let mut apply: Option<usize> = None;
     let mut to_chart = false;
     ScrollArea::vertical().id_salt("advice").auto_shrink([false, false]).show(ui, |ui| {
-        let wanted = match budget.max_ratio {
-            Some(ratio) => {
-                format!("error at most {}, time at most {} × shadow-map", percent(budget.max_error), short(ratio))
-            }
-            None => format!("error at most {}", percent(budget.max_error)),
-        };
+        let by = budget.by;
+        let mut wanted = format!("{} at most {}", by.title, value(by, budget.max_error));
+        if let Some(ratio) = budget.max_ratio {
+            wanted += &format!(", time at most {} × shadow-map", short(ratio));
+        }
         let tried = format!("Measured {} of {} configurations.", advice.tried.len(), advice.space);
         match (advice.answer, advice.closest) {
             (Some(i), _) => {
-                answer(ui, &format!("Cheapest with {wanted}"), i, &advice.tried[i], &mut apply);
+                answer(ui, by, &format!("Cheapest with {wanted}"), i, &advice.tried[i], &mut apply);
                 ui.label(margin(budget, &advice.tried[i]));
+                if !advice.alike.is_empty() {
+                    let names = advice.alike.iter().map(|i| &advice.tried[*i]);
+                    let names: Vec<String> = names.map(|r| format!("{} {}", r.technique, main_values(r))).collect();
+                    ui.label(format!("Cannot be told apart from {}: their times overlap.", names.join("; ")));
+                }
                 if let (Some(factor), Some(map)) = (advice.plain_factor(), advice.plain) {
                     let what = format!("shadow-map {}", main_values(&advice.tried[map]));
                     ui.label(format!("A plain shadow map: {} × its time, with {}.", short(factor), what.trim()));
                 }
                 if let Some(half) = advice.halved.and_then(|h| advice.tried.get(h)) {
-                    ui.label(halved(&advice.tried[i], half));
-                } else if advice.tried[i].error_share > 0.0 {
+                    ui.label(halved(by, &advice.tried[i], half));
+                } else if by.of(&advice.tried[i]).is_some_and(|x| x > 0.0) {
                     let limited = advice.tried.len() >= advice.limit;
                     ui.label(if limited {
                         "What halves that error was not found before the limit."
@@ -105,7 +140,7 @@ fn found(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
             (None, Some(i)) => {
                 let text = format!("Nothing found with {wanted}.");
                 ui.label(RichText::new(text).color(SUN).strong());
-                answer(ui, "The closest miss", i, &advice.tried[i], &mut apply);
+                answer(ui, by, "The closest miss", i, &advice.tried[i], &mut apply);
             }
             (None, None) => {
                 ui.label(format!("Nothing found with {wanted}."));
@@ -119,7 +154,7 @@ fn found(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
         ui.add_space(4.0);
         let tip = "Those that nothing measured beats both in error and in time.";
         ui.label(RichText::new("frontier").strong()).on_hover_text(tip);
-        frontier(ui, advice, &mut apply);
+        frontier(ui, by, advice, &mut apply);
     });
     let row = apply.and_then(|i| advice.tried.get(i)).cloned();
     if to_chart {
@@ -133,7 +168,7 @@ fn found(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
 }
 
 /// A row in large, with its button.
-fn answer(ui: &mut Ui, head: &str, i: usize, r: &Record, apply: &mut Option<usize>) {
+fn answer(ui: &mut Ui, by: &Figure, head: &str, i: usize, r: &Record, apply: &mut Option<usize>) {
     ui.label(RichText::new(head).small().color(WEAK));
     ui.horizontal(|ui| {
         ui.label(RichText::new(title(&r.technique)).heading().color(color(&r.technique)));
@@ -147,13 +182,28 @@ fn answer(ui: &mut Ui, head: &str, i: usize, r: &Record, apply: &mut Option<usiz
         ui.label(main).on_hover_text(r.params.replace(';', "\n"));
     }
     let ratio = r.cost.map_or(String::new(), |x| format!(", {} × shadow-map", short(x)));
-    ui.label(format!("error {}, {:.3} ms{ratio}", percent(r.error_share), r.gpu_ms));
+    ui.label(format!("{} {}, {:.3} ms{ratio}", by.title, error(by, r), r.gpu_ms));
+}
+
+/// A row's error, in words.
+fn error(by: &Figure, r: &Record) -> String {
+    by.of(r).map_or("-".into(), |x| value(by, x))
+}
+
+/// A value with its unit, in about three figures.
+fn value(by: &Figure, x: f64) -> String {
+    match by.unit {
+        Unit::Share => percent(x),
+        Unit::Plain => short(x),
+        Unit::Pixels => format!("{} px", short(x)),
+    }
 }
 
 /// How much of the budget is left.
 fn margin(budget: &Budget, r: &Record) -> String {
     let left = |part: f64, whole: f64| format!("{:.0} %", 100.0 * (1.0 - part / whole));
-    let error = format!("{} of the error allowed is to spare", left(r.error_share, budget.max_error));
+    let spare = budget.by.of(r).map_or("-".into(), |x| left(x, budget.max_error));
+    let error = format!("{spare} of the error allowed is to spare");
     match (budget.max_ratio, r.cost) {
         (Some(most), Some(ratio)) => format!("Margin: {error}, {} of the time.", left(ratio, most)),
         _ => format!("Margin: {error}."),
@@ -161,20 +211,15 @@ fn margin(budget: &Budget, r: &Record) -> String {
 }
 
 /// What half the error would cost.
-fn halved(r: &Record, half: &Record) -> String {
+fn halved(by: &Figure, r: &Record, half: &Record) -> String {
     let times = Advice::cost(half) / Advice::cost(r);
     let what = format!("{} {}", half.technique, main_values(half));
-    format!(
-        "Half the error or less: {} × its time, with {} ({}).",
-        short(times),
-        what.trim(),
-        percent(half.error_share)
-    )
+    format!("Half the error or less: {} × its time, with {} ({}).", short(times), what.trim(), error(by, half))
 }
 
-fn frontier(ui: &mut Ui, advice: &Advice, apply: &mut Option<usize>) {
+fn frontier(ui: &mut Ui, by: &Figure, advice: &Advice, apply: &mut Option<usize>) {
     Grid::new("frontier").num_columns(5).striped(true).spacing([12.0, 3.0]).show(ui, |ui| {
-        for head in ["technique", "main parameters", "error", "time, ms", "× shadow-map"] {
+        for head in ["technique", "main parameters", by.title, "time, ms", "× shadow-map"] {
             ui.label(RichText::new(head).small().color(WEAK));
         }
         ui.end_row();
@@ -183,7 +228,7 @@ fn frontier(ui: &mut Ui, advice: &Advice, apply: &mut Option<usize>) {
             ui.label(RichText::new(&r.technique).color(color(&r.technique)));
             ui.add(Label::new(main_values(r)).truncate()).on_hover_text(r.params.replace(';', "\n"));
             let number = |text: String| RichText::new(text).monospace().size(11.5);
-            ui.label(number(percent(r.error_share)));
+            ui.label(number(error(by, r)));
             ui.label(number(format!("{:.3}", r.gpu_ms)));
             ui.label(number(r.cost.map_or("-".into(), short)));
             let button = ui.small_button("Apply");
