@@ -6,5 +6,8 @@ fn place(s: Surface, dx: vec3f, dy: vec3f) -> Place {
     let i = cascade_of(s.depth);
     let v = light_views[i];
     let clip = light_clip(v, s.position);
-    return Place(light_texel(v, clip), i, along(v, dx, clip).xy, along(v, dy, clip).xy);
+    let texel = light_texel(v, clip);
+    // Beside a map that is smaller than its layer lies nothing; on its very edge, whatever the rounding, the map.
+    let beside = any(texel > vec2f(v.resolution + 0.02));
+    return Place(select(min(texel, vec2f(v.resolution - 0.01)), vec2f(-1.0), beside), i, along(v, dx, clip).xy, along(v, dy, clip).xy);
 }

@@ -125,9 +125,11 @@ fn fit(@builtin(global_invocation_id) id: vec3u) {
     var b = boxes[i];
     b.last_low = b.low;
     b.last_high = b.high;
+    var v = light_view;
+    v.resolution = f32(fitting.sides[i / 4u][i % 4u]);
     if !used {
         boxes[i] = Box(vec2f(0.0), vec2f(0.0), b.last_low, b.last_high);
-        fitted[i] = light_view;
+        fitted[i] = v;
         return;
     }
     b.high = vec2f(extent_of(at), extent_of(at + 1u));
@@ -138,7 +140,6 @@ fn fit(@builtin(global_invocation_id) id: vec3u) {
         b.high = max(b.high, mix(b.high, b.last_high, fitting.smoothing));
     }
     boxes[i] = b;
-    var v = light_view;
     // A metre's share of a lamp's view is largest at the sample nearest to it.
     let nearest = mix(v.far, v.near, extent_of(at + 5u));
     let metres = 2.0 / scale_of(v) * select(1.0, nearest, v.perspective == 1u);

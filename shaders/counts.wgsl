@@ -45,7 +45,9 @@ fn draw_counts(@builtin(global_invocation_id) id: vec3u) {
     let first = (layer * counting.size.y + u32(inner.y)) * counting.size.x + u32(inner.x) - counting.first;
     // A line of a pixel parts neighbouring maps.
     let parted = counting.layers > 1u && any(inner < vec2f(scale));
-    if layer >= counting.layers || parted {
+    let side = select(0u, counting.sides[min(layer, 7u) / 4u][min(layer, 7u) % 4u], layer < 8u);
+    let beside = side > 0u && any(inner >= vec2f(f32(side)));
+    if beside || layer >= counting.layers || parted {
         textureStore(map_out, id.xy, vec4f(nothing));
     } else if first < counting.count {
         textureStore(map_out, id.xy, vec4f(sum / seen));

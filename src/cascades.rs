@@ -12,8 +12,22 @@ crate::params! {
     pub struct CascadeParams {
         /// How many maps share the view.
         cascades: int(4, 1..=8, "maps"),
-        /// Side of each cascade's square map.
+        /// Side of each cascade's square map, or of the first one's where others have sides of their own.
         resolution: int(1024, 64..=8192, "texels"),
+        /// Side of the second cascade's map; 0: as the one before.
+        resolution_2: int(0, 0..=8192, "texels", 64),
+        /// Side of the third one's map; 0: as the one before.
+        resolution_3: int(0, 0..=8192, "texels", 64),
+        /// Side of the fourth one's map; 0: as the one before.
+        resolution_4: int(0, 0..=8192, "texels", 64),
+        /// Side of the fifth one's map; 0: as the one before.
+        resolution_5: int(0, 0..=8192, "texels", 64),
+        /// Side of the sixth one's map; 0: as the one before.
+        resolution_6: int(0, 0..=8192, "texels", 64),
+        /// Side of the seventh one's map; 0: as the one before.
+        resolution_7: int(0, 0..=8192, "texels", 64),
+        /// Side of the eighth one's map; 0: as the one before.
+        resolution_8: int(0, 0..=8192, "texels", 64),
         /// The last share of each cascade's depth, in which the next one is mixed in: seams turn into a gradual change.
         blend: float(0.1, 0.0..=0.3, "of the cascade"),
         /// Side of the square over which comparisons are averaged, the same in every cascade; 0: one comparison.
@@ -35,6 +49,32 @@ crate::params! {
 
 /// Most cascades.
 pub const MOST: usize = 8;
+
+impl CascadeParams {
+    /// Side of each cascade's map, texels.
+    pub fn sides(&self) -> Vec<u32> {
+        let others = [
+            self.resolution_2,
+            self.resolution_3,
+            self.resolution_4,
+            self.resolution_5,
+            self.resolution_6,
+            self.resolution_7,
+            self.resolution_8,
+        ];
+        let own = [&[self.resolution][..], &others].concat().into_iter().take(self.cascades as usize);
+        own.scan(self.resolution, |last, side| {
+            *last = if side > 0 { side } else { *last };
+            Some(*last)
+        })
+        .collect()
+    }
+
+    /// Side of the largest map.
+    fn largest(&self) -> u32 {
+        self.sides().into_iter().max().unwrap_or(self.resolution)
+    }
+}
 
 const fn map(id: &'static str, title: &'static str, doc: &'static str) -> View {
     View { id, title, doc, truth: false }
@@ -86,6 +126,7 @@ pub struct Fitting {
     pub triangles: u32,
     pub culled: u32,
     pub padding: [u32; 2],
+    pub sides: [[u32; 4]; 2],
 }
 
 /// Where the cascades' boxes come from.
@@ -127,7 +168,8 @@ pub struct Cascades {
     casters: Option<(String, [Pass; 2])>,
 }
 
-/// A depth texture with a layer for each cascade.
+/// A depth texture with a layer for each cascade, all as large as the largest map; smaller ones lie in the upper left
+/// corners of theirs.
 struct Layers {
     texture: wgpu::Texture,
     all: wgpu::TextureView,
@@ -195,6 +237,8 @@ impl Cascades {
             Boxes::Given(_) => (0.0, 0.0, 0.0),
             Boxes::Samples { dilate, least, smoothing } => (*dilate, *least, *smoothing),
         };
+        let mut sides = [0; MOST];
+        sides.iter_mut().zip(p.sides()).for_each(|(to, side)| *to = side);
         let fitting = Fitting {
             count: p.cascades,
             blend: p.blend,
@@ -207,6 +251,7 @@ impl Cascades {
             triangles,
             culled: culled as u32,
             padding: [0; 2],
+            sides: bytemuck::cast(sides),
         };
         f.gpu.queue.write_buffer(&self.fitting, 0, bytemuck::bytes_of(&fitting));
         if let Boxes::Given(views) = boxes {
@@ -221,10 +266,10 @@ impl Cascades {
     pub fn draw(&mut self, f: &mut Frame, p: &CascadeParams) -> Result<wgpu::TextureView> {
         let limits = f.gpu.device.limits();
         ensure!(
-            p.cascades <= limits.max_texture_array_layers && p.resolution <= limits.max_texture_dimension_2d,
+            p.cascades <= limits.max_texture_array_layers && p.largest() <= limits.max_texture_dimension_2d,
             "{} maps of {}² texels are more than {} takes",
             p.cascades,
-            p.resolution,
+            p.largest(),
             f.gpu.info.name
         );
         let [w, h] = f.size;
@@ -258,10 +303,11 @@ impl Cascades {
         let scene = f.scene;
         if let Some((_, [opaque, masked])) = &self.casters {
             let size = size_of::<LightView>() as u64;
-            for (i, layer) in maps.each.iter().enumerate() {
+            for ((i, layer), side) in maps.each.iter().enumerate().zip(p.sides()) {
                 f.copy(&self.light_views, i as u64 * size, &self.single[i], size);
                 let from = self.indices.as_ref().unwrap_or(&scene.indices);
                 let issue = |pass: &mut wgpu::RenderPass, which: u64| {
+                    pass.set_viewport(0.0, 0.0, side as f32, side as f32, 0.0, 1.0);
                     pass.set_index_buffer(from.slice(..), wgpu::IndexFormat::Uint32);
                     pass.draw_indexed_indirect(&self.draws, (2 * i as u64 + which) * 20);
                 };
@@ -275,7 +321,7 @@ impl Cascades {
         let map = maps.all.clone();
         let held = crate::gpu::bytes(&maps.texture);
         f.held(held + self.indices.as_ref().map_or(0, |b| b.size()) + self.small());
-        let layers = Maps { size: [p.resolution; 2], layers: p.cascades };
+        let layers = Maps::of(&p.sides());
         let bound = [
             ("fitting", (&self.fitting).into()),
             ("splits", (&self.splits).into()),
@@ -328,14 +374,15 @@ const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 impl Layers {
     /// The maps of these parameters, made anew if those held are others.
     fn hold<'a>(held: &'a mut Option<Layers>, gpu: &Gpu, p: &CascadeParams) -> &'a Layers {
-        let same = |l: &Layers| l.texture.width() == p.resolution && l.each.len() == p.cascades as usize;
+        let side = p.largest();
+        let same = |l: &Layers| l.texture.width() == side && l.each.len() == p.cascades as usize;
         if !held.as_ref().is_some_and(same) {
             *held = None;
         }
         held.get_or_insert_with(|| {
             let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
                 label: Some("shadow maps"),
-                size: wgpu::Extent3d { width: p.resolution, height: p.resolution, depth_or_array_layers: p.cascades },
+                size: wgpu::Extent3d { width: side, height: side, depth_or_array_layers: p.cascades },
                 mip_level_count: 1,
                 sample_count: 1,
                 dimension: wgpu::TextureDimension::D2,

@@ -130,6 +130,7 @@ pub struct Frame<'a> {
     /// The values of the technique's parameters.
     pub values: &'a Values,
     pub scene: &'a SceneGpu,
+    pub geometry: &'a Geometry,
     /// Width and height, pixels.
     pub size: [u32; 2],
     /// Counts the changes of the scene's geometry.
@@ -479,6 +480,7 @@ impl Renderer {
             setup,
             values,
             scene,
+            geometry: &self.geometry,
             size: ask.size,
             revision: self.revision,
             // What is analysed counts what is drawn.

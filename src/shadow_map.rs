@@ -10,7 +10,7 @@ use anyhow::{Context, Result};
 crate::params! {
     /// What an unwarped map covers.
     pub struct FitParams {
-        /// What the map covers: only the surfaces that the camera sees and that face the light; the whole scene; or the smallest frustum around the part of the scene's box that the camera can see (MSF).
+        /// What the map covers: only the surfaces that the camera sees and that face the light; the whole scene; or the smallest frustum around the part of the scene's convex hull that the camera can see (MSF).
         fit: choice("receivers", ["receivers", "scene", "msf"]),
     }
 }
@@ -137,7 +137,7 @@ impl ShadowMap {
         let (fit, scope) = (FitParams::read(f.values).fit, scope(f, reach));
         let view = match fit.as_str() {
             // Where the camera sees nothing, any map will do.
-            "msf" => *self.least.get(scope, f.values, msf::view),
+            "msf" => *self.least.get(f, scope, |s| msf::view(s, f.geometry.hull())),
             _ => None,
         };
         self.render_view(f, view, reach, fit == "receivers")
@@ -167,7 +167,7 @@ impl ShadowMap {
             }
         }
         f.show_texture("shadow-map", &map, &light_view);
-        let maps = Maps { size: [p.resolution; 2], layers: 1 };
+        let maps = Maps::of(&[p.resolution]);
         f.analyse(&self.analyse, maps, &[("light_view", (&light_view).into())]);
         Ok(Drawn { map, light_view })
     }

@@ -85,10 +85,10 @@ fn shared_structs_agree() {
         light_half_v "light_half_v", map "map", size "size", band "band");
     same!("shade.wgsl", "View", ViewUniform, range "range", shown "shown", channel "channel");
     same!("counts.wgsl", "Counting", Counting,
-        size "size", layers "layers", first "first", count "count", padding "padding");
+        size "size", layers "layers", first "first", count "count", padding "padding", spare "spare", sides "sides");
     same!("cascades.wgsl", "Fitting", Fitting,
         count "count", blend "blend", narrow "narrow", margin "margin", reach "reach", least "least",
-        smoothing "smoothing", opaque "opaque", triangles "triangles", culled "culled", padding "padding");
+        smoothing "smoothing", opaque "opaque", triangles "triangles", culled "culled", padding "padding", sides "sides");
     same!("diagram.wgsl", "Stroke", Stroke, from "start", to "end", value "value", padding "padding");
     same!("gbuffer.wgsl", "Vertex", Vertex,
         position "position", normal "normal", uv "uv", material "material", padding "padding");

@@ -136,7 +136,7 @@ fn calipers_find_the_least_rectangle() {
         assert!(least <= brute * (1.0 + 1e-9) && least >= brute * 0.999, "frustum {i}: {least}, {brute}");
         gained += (least < 0.8 * turned(0.0)) as u32;
         // All that the frustum sees of the box is inside; corners are where three planes of theirs meet.
-        let view = msf::view(&s).unwrap();
+        let view = msf::view(&s, &s.cuboid()).unwrap();
         for p in s.seen() {
             let t = texel(&view, p);
             assert!(t.min_element() > 0.5 && t.max_element() < 511.5, "frustum {i}: {p} at {t}");
@@ -151,6 +151,49 @@ fn calipers_find_the_least_rectangle() {
     assert!(rim.count() == 18 && corners.len() == 30, "a hexagon that six of the seven faces share: {corners:?}");
     cube.clip(DVec3::ONE.extend(-4.0), 1e-9);
     assert!(cube.corners().is_empty());
+}
+
+/// A strip that lies across its box: the minimal shadow frustum covers the strip, not the box, and reaches from what casts
+/// to what receives.
+#[test]
+fn the_minimal_frustum_is_that_of_the_hull() {
+    let (along, across) = (Vec3::new(1.0, 0.0, 1.0).normalize(), Vec3::new(1.0, 0.0, -1.0).normalize());
+    let (half, width) = (10.0 * std::f32::consts::SQRT_2 - 0.7, 0.7);
+    let corner = |i: usize, y: f32| {
+        let sign = |bit: usize| if i & bit == 0 { -1.0 } else { 1.0 };
+        along * (half * sign(1)) + across * (width * sign(2)) + Vec3::Y * y
+    };
+    let strip = |y| [[corner(0, y), corner(1, y), corner(3, y)], [corner(0, y), corner(3, y), corner(2, y)]];
+    let triangles = [&strip(0.0)[..], &strip(1.0)].concat();
+    let mut view = camera(Vec3::new(0.0, 60.0, 0.1), Vec3::ZERO);
+    view.far = 100.0;
+    let built = scene(vec![mesh(&triangles, 0)], vec![material(Vec3::ONE)], view, sun(Vec3::Y));
+    let (r, s) = start(built, [64, 64]);
+    let bounds = r.geometry().bounds;
+    let scope = Scope { camera: s.camera, light: s.light, bounds, aspect: 1.0, resolution: 512, margin: 1.0 };
+    let area = |v: &LightView| {
+        let side = |row: Vec4| 2.0 / row.truncate().length() * (510.0 / 512.0);
+        side(v.row_x) * side(v.row_y)
+    };
+    let of_hull = msf::view(&scope, r.geometry().hull()).unwrap();
+    assert!((area(&of_hull) - 4.0 * half * width).abs() < 0.05, "{} m²", area(&of_hull));
+    let of_box = msf::view(&scope, &scope.cuboid()).unwrap();
+    assert!((area(&of_box) - 400.0).abs() < 0.5, "{} m²", area(&of_box));
+    assert!((of_hull.far - of_hull.near - 1.0).abs() < 0.01, "{}", of_hull.far - of_hull.near);
+    // Seen from close by, casts only what stands between the light and what is seen.
+    let p = |x: f32, y: f32, z: f32| Vec3::new(x, y, z);
+    let mast = [[p(30.0, 0.0, 30.0), p(31.0, 0.0, 30.0), p(30.0, 90.0, 30.0)]];
+    let ground = [
+        [p(-40.0, 0.0, -40.0), p(40.0, 0.0, 40.0), p(40.0, 0.0, -40.0)],
+        [p(-40.0, 0.0, -40.0), p(-40.0, 0.0, 40.0), p(40.0, 0.0, 40.0)],
+    ];
+    let view = camera(p(-30.0, 3.0, -30.0), p(-31.0, 0.0, -31.0));
+    let built = scene(vec![mesh(&[&mast[..], &ground].concat(), 0)], vec![material(Vec3::ONE)], view, sun(Vec3::Y));
+    let (r, s) = start(built, [64, 64]);
+    let scope = Scope { camera: s.camera, bounds: r.geometry().bounds, aspect: 1.0, ..scope };
+    let close = msf::view(&scope, r.geometry().hull()).unwrap();
+    // There the hull, a tent around the mast, is low.
+    assert!(close.far - close.near < 25.0, "{}", close.far - close.near);
 }
 
 /// Where a view puts a point, texels; in f64.

@@ -22,6 +22,8 @@ struct Fitting {
     // 1: `cull` fills an index buffer for each cascade; 0: all triangles go to all.
     culled: u32,
     padding: vec2u,
+    // Sides of the cascades' maps, texels.
+    sides: array<vec4u, 2>,
 }
 
 @group(1) @binding(16) var<uniform> fitting: Fitting;

@@ -92,7 +92,7 @@ fn visibility(s: Surface) -> f32 {
 fn maps_picture(pixel: vec2u) -> f32 {
     let columns = u32(ceil(sqrt(f32(fitting.count))));
     let rows = (fitting.count + columns - 1u) / columns;
-    let side = light_views[0].resolution;
+    let side = f32(textureDimensions(shadow_maps).x);
     let whole = side * vec2f(vec2u(columns, rows));
     let picture = vec2f(frame.size);
     let scale = max(whole.x / picture.x, whole.y / picture.y);
@@ -106,7 +106,7 @@ fn maps_picture(pixel: vec2u) -> f32 {
     if any(inner < vec2f(4.0 * scale)) || any(inner >= vec2f(side - 4.0 * scale)) {
         return drawn(i, 0.8);
     }
-    return drawn(white, 0.05 + 0.9 * nearness(i, vec2u(inner)));
+    return drawn(white, 0.05 + 0.9 * nearness(i, vec2u(inner * (light_views[i].resolution / side))));
 }
 
 // What a map holds, linear: 1 at its near, 0 at its far end.

@@ -9,6 +9,16 @@ pub struct Polyhedron {
 }
 
 impl Polyhedron {
+    /// From the corners of each face, in order around it.
+    pub fn new(faces: Vec<Vec<DVec3>>) -> Polyhedron {
+        Polyhedron { faces }
+    }
+
+    /// The corners of each face, in order around it.
+    pub fn faces(&self) -> &[Vec<DVec3>] {
+        &self.faces
+    }
+
     /// The box between two corners.
     pub fn cuboid(low: DVec3, high: DVec3) -> Polyhedron {
         let p = |i: usize| DVec3::from_array([0, 1, 2].map(|a| if i >> a & 1 == 1 { high[a] } else { low[a] }));
@@ -31,6 +41,9 @@ impl Polyhedron {
         }
         let mut rim: Vec<DVec3> = Vec::new();
         for face in &mut self.faces {
+            if face.iter().all(|p| distance(*p) > eps) {
+                continue;
+            }
             let mut kept = Vec::with_capacity(face.len() + 1);
             for (i, &p) in face.iter().enumerate() {
                 let q = face[(i + 1) % face.len()];
@@ -65,6 +78,33 @@ impl Polyhedron {
     /// The corners, each as often as faces share it; none if nothing is left.
     pub fn corners(&self) -> Vec<DVec3> {
         self.faces.iter().flatten().copied().collect()
+    }
+
+    /// Pyramids that fill it: six times the volume of each, and its middle times four.
+    fn pyramids(&self) -> impl Iterator<Item = (f64, DVec3)> + '_ {
+        let corners = self.faces.iter().map(Vec::len).sum::<usize>().max(1);
+        // Within, since it is convex.
+        let tip = self.faces.iter().flatten().sum::<DVec3>() / corners as f64;
+        let fan = |f: &[DVec3]| f.windows(2).skip(1).map(|w| [f[0], w[0], w[1]]).collect::<Vec<_>>();
+        let pyramid = move |[a, b, c]: [DVec3; 3]| ((a - tip).dot((b - tip).cross(c - tip)).abs(), a + b + c + tip);
+        self.faces.iter().flat_map(move |f| fan(f)).map(pyramid)
+    }
+
+    /// Cubic metres.
+    pub fn volume(&self) -> f64 {
+        self.pyramids().map(|(volume, _)| volume).sum::<f64>() / 6.0
+    }
+
+    /// The centre of mass; of a body without volume the middle of its corners. None if nothing is left.
+    pub fn center(&self) -> Option<DVec3> {
+        let (six, sum) = self.pyramids().fold((0.0, DVec3::ZERO), |(v, m), (w, p)| (v + w, m + p * w));
+        let corners = self.corners();
+        let [low, high] =
+            corners.iter().fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[l, h], p| [l.min(*p), h.max(*p)]);
+        if six > 1e-9 * (high - low).max_element().powi(3) {
+            return Some(sum / (4.0 * six));
+        }
+        (!corners.is_empty()).then(|| corners.iter().sum::<DVec3>() / corners.len() as f64)
     }
 }
 

@@ -3,6 +3,7 @@
 //! A projective warp of a shadow map is a homography of the light's image: points on one ray of the light stay together,
 //! whatever the warp. So each fit here is a 3 × 3 matrix over that image, and depth stays linear along the light's axis.
 
+pub mod crop;
 pub mod diagram;
 pub mod flatland;
 pub mod hull;
@@ -10,6 +11,7 @@ pub mod lispsm;
 pub mod logpsm;
 pub mod msf;
 pub mod psm;
+pub mod quickhull;
 pub mod tsm;
 
 use crate::frame::Frame;
@@ -102,6 +104,20 @@ impl Eye {
         };
         [0, 1, 2, 3, 4, 5, 6, 7].map(corner)
     }
+
+    /// The frustum's planes, positive inside: near and far first.
+    pub fn planes(&self) -> [DVec4; 6] {
+        let plane = |n: DVec3, d: f64| n.extend(-n.dot(self.position) - d);
+        let (x, y) = (self.forward * self.tangent.x, self.forward * self.tangent.y);
+        [
+            plane(self.forward, self.near),
+            plane(-self.forward, -self.far),
+            plane(x + self.right, 0.0),
+            plane(x - self.right, 0.0),
+            plane(y + self.up, 0.0),
+            plane(y - self.up, 0.0),
+        ]
+    }
 }
 
 impl Scope {
@@ -144,48 +160,45 @@ impl Scope {
     /// The corners of what the camera can see of the scene: its frustum cut out of the scene's box, and of what a lamp
     /// can reach. Empty if it sees nothing.
     pub fn seen(&self) -> Vec<DVec3> {
-        let (eye, eps) = (self.eye(), self.eps());
-        let mut body = self.cuboid();
-        let plane = |n: DVec3, from: DVec3, d: f64| n.extend(-n.dot(from) - d);
-        body.clip(plane(eye.forward, eye.position, eye.near), eps);
-        body.clip(plane(-eye.forward, eye.position, -eye.far), eps);
-        for (side, tangent) in [(eye.right, eye.tangent.x), (eye.up, eye.tangent.y)] {
-            body.clip(plane(eye.forward * tangent + side, eye.position, 0.0), eps);
-            body.clip(plane(eye.forward * tangent - side, eye.position, 0.0), eps);
-        }
-        self.keep_lit(&mut body);
-        body.corners()
+        self.seen_of(self.cuboid()).corners()
+    }
+
+    /// The part of a body that the camera can see and the light can reach.
+    pub fn seen_of(&self, mut body: Polyhedron) -> Polyhedron {
+        let eye = self.eye();
+        eye.planes().into_iter().chain(self.reach()).for_each(|plane| body.clip(plane, self.eps()));
+        body
     }
 
     /// The corners of what the light can reach of the scene's box.
     pub fn lit(&self) -> Vec<DVec3> {
         let mut body = self.cuboid();
-        self.keep_lit(&mut body);
+        self.reach().into_iter().for_each(|plane| body.clip(plane, self.eps()));
         body.corners()
     }
 
     /// The corners of the camera's frustum from depth `near` to `far`, metres, cut to what a lamp can reach.
     pub fn slice(&self, near: f64, far: f64) -> Vec<DVec3> {
         let mut body = Polyhedron::frustum(&Eye { near, far, ..self.eye() }.corners());
-        self.keep_lit(&mut body);
+        self.reach().into_iter().for_each(|plane| body.clip(plane, self.eps()));
         body.corners()
     }
 
-    /// Cuts off what a lamp cannot reach: what lies outside the eight-sided pyramid around its cone, and beyond its range
-    /// or the scene's farthest corner. What is left lies before the lamp and so has a place in its image. The cone's tip, a
-    /// thousandth of that reach, is cut off too: maps begin behind it, and as the tip comes into view all rays would do so
-    /// at once.
-    fn keep_lit(&self, body: &mut Polyhedron) {
-        let Light::Spot { outer_angle, range, .. } = self.light else { return };
-        let (image, eps) = (self.image(), self.eps());
+    /// Planes around what a lamp can reach, positive inside: the eight-sided pyramid around its cone, cut off beyond its
+    /// range or the scene's farthest corner. What is left lies before the lamp and so has a place in its image. The cone's
+    /// tip, a thousandth of that reach, is cut off too: maps begin behind it, and as the tip comes into view all rays would
+    /// do so at once. None for the sun.
+    pub fn reach(&self) -> Vec<DVec4> {
+        let Light::Spot { outer_angle, range, .. } = self.light else { return Vec::new() };
+        let image = self.image();
         let tangent = (outer_angle as f64).to_radians().tan();
-        for k in 0..8 {
+        let side = |k: usize| {
             let (sin, cos) = (k as f64 * std::f64::consts::FRAC_PI_4).sin_cos();
-            body.clip(image.depth * tangent - image.rows[0] * cos - image.rows[1] * sin, eps);
-        }
+            image.depth * tangent - image.rows[0] * cos - image.rows[1] * sin
+        };
         let reach = self.deepest(&image, &self.cuboid().corners()).min(range as f64).max(0.0);
-        body.clip(image.depth - DVec4::W * (1e-3 * reach).max(1e3 * eps), eps);
-        body.clip(DVec4::W * reach - image.depth, eps);
+        let ends = [image.depth - DVec4::W * (1e-3 * reach).max(1e3 * self.eps()), DVec4::W * reach - image.depth];
+        (0..8).map(side).chain(ends).collect()
     }
 
     /// The light's image: the sun's, or that of a lamp along its axis.
@@ -199,6 +212,19 @@ impl Scope {
     ///
     /// None for lights without a single view, and where the box has no finite size.
     pub fn view(&self, image: &LightImage, h: &DMat3, points: &[DVec2], deepest: f64) -> Option<LightView> {
+        self.view_between(image, h, points, None, deepest)
+    }
+
+    /// As [`Scope::view`]; `nearest`: the first caster's depth along the image's axis, metres, where it is known better than
+    /// by the scene's box.
+    pub fn view_between(
+        &self,
+        image: &LightImage,
+        h: &DMat3,
+        points: &[DVec2],
+        nearest: Option<f64>,
+        deepest: f64,
+    ) -> Option<LightView> {
         let [low, high] = hull::extent(points.iter().map(|p| warped(h, *p).0));
         let size = (high - low).max(DVec2::splat(1e-12 * (low.abs() + high.abs()).max_element()));
         if !(low.is_finite() && high.is_finite() && size.min_element() > 0.0) {
@@ -225,11 +251,15 @@ impl Scope {
         let mut axis = image.depth.as_vec4();
         if lamp {
             let corners = self.cuboid().corners();
-            let nearest = corners.iter().map(|p| image.depth.dot(p.extend(1.0))).fold(f64::INFINITY, f64::min);
+            let nearest = nearest.unwrap_or_else(|| self.nearest(image, &corners));
             near = ((nearest * 0.999) as f32).clamp(deepest as f32 * 1e-3, deepest as f32 * 0.9);
         } else {
             // The whole view's depth starts at the scene's first corner.
             axis.w = whole.axis.w;
+            if let Some(nearest) = nearest {
+                // A thousandth to spare, as there.
+                near = ((nearest - 1e-3 * (deepest - nearest)) as f32 + axis.w).max(near);
+            }
         }
         let last = deepest as f32 + axis.w - image.depth.w as f32;
         let far = (last + (last - near).abs() * 1e-4 + 1e-5).max(near * 1.0001 + 1e-6);
@@ -251,6 +281,11 @@ impl Scope {
         })
     }
 
+    /// Depth of the nearest of some points along the image's axis, metres.
+    pub fn nearest(&self, image: &LightImage, points: &[DVec3]) -> f64 {
+        points.iter().map(|p| image.depth.dot(p.extend(1.0))).fold(f64::INFINITY, f64::min)
+    }
+
     /// Depth of the deepest of some points along the image's axis, metres.
     pub fn deepest(&self, image: &LightImage, points: &[DVec3]) -> f64 {
         points.iter().map(|p| image.depth.dot(p.extend(1.0))).fold(f64::NEG_INFINITY, f64::max)
@@ -258,7 +293,7 @@ impl Scope {
 }
 
 /// A fit, kept until something that it depends on changes.
-pub struct Kept<T>(Option<(Scope, Values, T)>);
+pub struct Kept<T>(Option<(Scope, Values, u64, T)>);
 
 impl<T> Default for Kept<T> {
     fn default() -> Self {
@@ -267,10 +302,11 @@ impl<T> Default for Kept<T> {
 }
 
 impl<T> Kept<T> {
-    pub fn get(&mut self, scope: Scope, values: &Values, make: impl FnOnce(&Scope) -> T) -> &T {
-        let same = self.0.as_ref().is_some_and(|(s, v, _)| *s == scope && v == values);
-        let held = self.0.take().filter(|_| same).map(|h| h.2);
+    /// `scope`: as fits see the frame.
+    pub fn get(&mut self, f: &Frame, scope: Scope, make: impl FnOnce(&Scope) -> T) -> &T {
+        let same = |(s, v, r, _): &(Scope, Values, u64, T)| *s == scope && v == f.values && *r == f.revision;
+        let held = self.0.take().filter(same).map(|h| h.3);
         let made = held.unwrap_or_else(|| make(&scope));
-        &self.0.insert((scope, values.clone(), made)).2
+        &self.0.insert((scope, f.values.clone(), f.revision, made)).3
     }
 }

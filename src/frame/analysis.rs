@@ -16,20 +16,46 @@ pub struct Counting {
     pub first: u32,
     pub count: u32,
     pub padding: u32,
+    pub spare: [u32; 2],
+    pub sides: [[u32; 4]; 2],
 }
 
-/// The maps of a technique: all of one size.
+/// The maps of a technique: layers of one size, of which maps may fill less.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Maps {
-    /// Width and height of each, texels.
+    /// Width and height of each layer, texels.
     pub size: [u32; 2],
     pub layers: u32,
+    /// Sides of the first eight maps where they are smaller, in the upper left corners of their layers; 0: as large.
+    sides: [u32; 8],
 }
 
 impl Maps {
+    /// Square maps with these sides, texels; different ones only among the first eight.
+    pub fn of(sides: &[u32]) -> Maps {
+        let largest = sides.iter().copied().max().unwrap_or(0);
+        let mut smaller = [0; 8];
+        smaller.iter_mut().zip(sides).filter(|(_, side)| **side < largest).for_each(|(to, side)| *to = *side);
+        Maps { size: [largest; 2], layers: sides.len() as u32, sides: smaller }
+    }
+
+    /// Texels of a layer.
+    pub fn layer(&self) -> u64 {
+        self.size[0] as u64 * self.size[1] as u64
+    }
+
     /// Texels of all maps together.
     pub fn texels(&self) -> u64 {
-        self.size[0] as u64 * self.size[1] as u64 * self.layers as u64
+        let own = |i: usize| match self.sides.get(i) {
+            Some(side) if *side > 0 => *side as u64 * *side as u64,
+            _ => self.layer(),
+        };
+        (0..self.layers as usize).map(own).sum()
+    }
+
+    /// Texels of all layers together, which are counted.
+    fn counted(&self) -> u64 {
+        self.layer() * self.layers as u64
     }
 }
 
@@ -105,7 +131,7 @@ impl Analysis {
         self.maps = Some(maps);
         let most = gpu.most_bound() / 4;
         // Where all counts are too many, one empty band remains: the aliasing error needs none.
-        let texels = if maps.texels() * 4 <= COUNT_BYTES { maps.texels() } else { 0 };
+        let texels = if maps.counted() * 4 <= COUNT_BYTES { maps.counted() } else { 0 };
         let held: u64 = self.bands.iter().map(|b| b.count).sum();
         if !self.bands.is_empty() && held == texels {
             let sizes = |b: &Band| gpu.queue.write_buffer(&b.uniform, 0, bytemuck::bytes_of(&b.words(maps)));
@@ -150,7 +176,7 @@ impl Analysis {
     }
 
     /// View samples a texel, given to `take` piece by piece with the index of each piece's first texel: rows from the
-    /// top, map after map. False where there are too many texels to count, or none.
+    /// top, layer after layer. False where there are too many texels to count, or none.
     pub fn counts(&self, gpu: &Gpu, mut take: impl FnMut(u64, &[u32])) -> Result<bool> {
         if self.maps.is_none() || self.bands.iter().all(|b| b.count == 0) {
             return Ok(false);
@@ -211,8 +237,9 @@ impl Analysis {
 
 impl Band {
     fn words(&self, maps: Maps) -> Counting {
-        let Maps { size, layers } = maps;
-        Counting { size, layers, first: self.first as u32, count: self.count as u32, padding: 0 }
+        let Maps { size, layers, sides } = maps;
+        let (first, count) = (self.first as u32, self.count as u32);
+        Counting { size, layers, first, count, padding: 0, spare: [0; 2], sides: bytemuck::cast(sides) }
     }
 }
 

@@ -52,7 +52,7 @@ pub fn accuracy(renderer: &mut Renderer, setup: &Setup, index: u64) -> Result<Re
     let counted = analysis.counts(gpu, |first, counts| {
         for (i, count) in counts.iter().enumerate().filter(|(_, c)| **c > 0) {
             filled.push(*count);
-            let layer = (first + i as u64) * needed.len() as u64 / maps.map_or(1, |m| m.texels());
+            let layer = (first + i as u64) / maps.map_or(1, |m| m.layer());
             needed[layer as usize] = true;
         }
     })?;

@@ -2,12 +2,15 @@
 
 use super::bvh::Bvh;
 use super::{Interpolation, Local, Property, Scene, Wrap};
+use crate::fit::hull::Polyhedron;
+use crate::fit::quickhull::convex_hull;
 use crate::gpu::{Gpu, Table};
 use anyhow::{Result, ensure};
 use bytemuck::{Pod, Zeroable};
 use glam::{DMat4, DQuat, DVec4, Mat3, Vec2, Vec3, Vec4};
 use obvhs::triangle::Triangle;
 use rayon::prelude::*;
+use std::sync::OnceLock;
 
 /// A vertex as `Vertex` in `shaders/lib/scene.wgsl`.
 #[repr(C)]
@@ -55,6 +58,7 @@ pub struct Geometry {
     pub bounds: [Vec3; 2],
     /// Of the triangles without those that would stop no ray beside their exact duplicates.
     pub bvh: Bvh,
+    hull: OnceLock<Polyhedron>,
 }
 
 impl Geometry {
@@ -94,13 +98,23 @@ impl Geometry {
             .collect();
         let mut bvh = Bvh::new(&tris);
         bvh.order.iter_mut().for_each(|i| *i = distinct[*i as usize]);
-        Ok(Geometry { bounds: bvh.bounds, vertices, triangles, opaque, bvh })
+        Ok(Geometry { bounds: bvh.bounds, vertices, triangles, opaque, bvh, hull: OnceLock::new() })
     }
 
     /// The three corners of a triangle.
     pub fn corners(&self, triangle: usize) -> [Vec3; 3] {
         let t = self.triangles[triangle];
         [0, 1, 2].map(|i| self.vertices[t[i] as usize].position)
+    }
+
+    /// The convex hull of all triangles at this moment, made when it is first asked for.
+    pub fn hull(&self) -> &Polyhedron {
+        self.hull.get_or_init(|| {
+            let mut used = vec![false; self.vertices.len()];
+            self.triangles.iter().flat_map(|t| &t[..3]).for_each(|i| used[*i as usize] = true);
+            let corners = self.vertices.iter().zip(used).filter(|(_, used)| *used);
+            convex_hull(corners.map(|(v, _)| v.position.as_dvec3()))
+        })
     }
 
     /// The triangles in BVH order, as the rays read them.

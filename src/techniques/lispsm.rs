@@ -83,7 +83,7 @@ fn fitted(scope: &Scope, p: &LispsmParams) -> Option<Fitted> {
 impl Technique for LightSpacePerspective {
     fn render(&mut self, f: &mut Frame) -> Result<()> {
         let p = LispsmParams::read(f.values);
-        let made = self.fit.get(scope(f, 0.0), f.values, |s| fitted(s, &p));
+        let made = self.fit.get(f, scope(f, 0.0), |s| fitted(s, &p));
         let drawn = self.map.render_view(f, made.as_ref().and_then(|m| m.view), 0.0, p.focus)?;
         self.comparison.look_up(f, &drawn);
         self.drawing.show(f, "warp", || made.as_ref().map(|m| Diagram::of_perspective(&m.lispsm, &m.points, false)));

@@ -123,7 +123,7 @@ impl Logarithmic {
 impl Technique for Logarithmic {
     fn render(&mut self, f: &mut Frame) -> Result<()> {
         let p = LogpsmParams::read(f.values);
-        let made = self.fit.get(scope(f, 0.0), f.values, |s| fitted(s, &p));
+        let made = self.fit.get(f, scope(f, 0.0), |s| fitted(s, &p));
         let tight = self.warped.base(f, made.as_ref().and_then(|m| m.view), p.focus)?;
         f.held(self.shape.size() + self.light_view.size());
         if tight.changed {

@@ -14,7 +14,7 @@ use anyhow::{Result, ensure};
 crate::params! {
     /// How the warp follows the view samples.
     pub struct NotwParams {
-        /// What the map covers before the warp. None: the whole scene. Dv: the view samples that face the light. Msf: the smallest frustum around the part of the scene's box that the camera can see.
+        /// What the map covers before the warp. None: the whole scene. Dv: the view samples that face the light. Msf: the smallest frustum around the part of the scene's convex hull that the camera can see.
         crop: choice("dv", ["none", "dv", "msf"]),
         /// Half the smoothing window: how many rows (then columns) to each side share their warps. Small: large polygons break. Large: the warp follows the samples less.
         window: float(0.03125, 0.0..=0.125, "× map"),
@@ -179,7 +179,7 @@ impl Technique for Notw {
         let lines = hold(&mut self.lines, resolution, |side| Ok(Lines::new(f.gpu, *side)))?;
         f.held(lines.bytes());
         let view = match p.crop.as_str() {
-            "msf" => *self.least.get(scope(f, 0.0), f.values, msf::view),
+            "msf" => *self.least.get(f, scope(f, 0.0), |s| msf::view(s, f.geometry.hull())),
             _ => None,
         };
         let base = self.warped.base(f, view, p.crop == "dv")?;

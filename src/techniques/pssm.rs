@@ -2,18 +2,22 @@
 
 use super::{Info, Technique};
 use crate::cascades::{ANALYSED, Boxes, CascadeParams, Cascades, MAPS};
+use crate::fit::crop::{Extent, crop};
 use crate::fit::{Scope, hull};
 use crate::frame::Frame;
 use crate::gpu::{Gpu, Pass};
 use crate::light::{Light, LightView};
 use crate::params::Params;
 use crate::scene::Camera;
+use crate::scene::geometry::Geometry;
 use anyhow::Result;
 use glam::{DVec2, DVec3, DVec4, Vec4};
 
 crate::params! {
     /// How the view is split, and what each map covers.
     pub struct PssmParams {
+        /// The depths that are split. Camera: all of its range. Scene: where the camera can see the scene's box, in coarse steps under the stable fit. Visible: from the nearest to the farthest surface in the picture that faces the light, found on the GPU; for the fit to samples, as all others are made before the picture is and keep to the scene.
+        range: choice("scene", ["camera", "scene", "visible"]),
         /// Where the cascades meet. Practical: between an even and a logarithmic split. Percent: at shares of one's own.
         scheme: choice("practical", ["practical", "percent"]),
         /// 0: cascades of equal depth. 1: each as many times as deep as the last, so that texels match perspective.
@@ -34,8 +38,8 @@ crate::params! {
         percent_6: float(80.0, 0.0..=100.0, "%"),
         /// Where the seventh one ends.
         percent_7: float(90.0, 0.0..=100.0, "%"),
-        /// What each map covers. Stable: the sphere around its part of the view, steady as the camera moves (under a spot a box whose sides go in steps). Indep: the box around that part. Crop: only the surfaces in it that face the light.
-        fit: choice("stable", ["indep", "crop", "stable"]),
+        /// What each map covers. Stable: the sphere around its part of the view, steady as the camera moves (under a spot a box whose sides go in steps). Indep: the box around that part. Crop: of that box, where there is both what casts and what receives. Samples: only the surfaces in the picture that face the light.
+        fit: choice("stable", ["indep", "crop", "samples", "stable"]),
         /// Stable fit: maps move by whole texels only. Without it shadow edges crawl.
         snap: flag(true),
     }
@@ -97,8 +101,35 @@ pub struct Seen<'a> {
     pub whole: LightView,
 }
 
-/// The light's views of the cascades between `splits`, by the fits that need no look at the picture.
-pub fn light_views(p: &PssmParams, c: &CascadeParams, splits: &[f64], seen: &Seen) -> Vec<LightView> {
+/// The part of the view's depth that a cascade's map covers: the band before the cascade, where it is mixed in, belongs to
+/// it.
+fn part(c: &CascadeParams, splits: &[f64], i: usize) -> [f64; 2] {
+    let before = if i > 0 { c.blend as f64 * (splits[i] - splits[i - 1]) } else { 0.0 };
+    [splits[i] - before, splits[i + 1]]
+}
+
+/// What of the light's image each cascade between `splits` is cropped to, under the fit `crop`; None: all of its part.
+pub fn crops(p: &PssmParams, c: &CascadeParams, splits: &[f64], scope: &Scope, g: &Geometry) -> Vec<Option<Extent>> {
+    let image = scope.image();
+    let cut = |i: usize| {
+        let [a, b] = part(c, splits, i);
+        let body = scope.slice(a, b);
+        if p.fit != "crop" || body.is_empty() {
+            return None;
+        }
+        crop(scope, g, [a, b], &Extent::of(&image, &body, scope.eps()))
+    };
+    (0..splits.len() - 1).map(cut).collect()
+}
+
+/// The light's views of the cascades between `splits`, by the fits that need no look at the picture. `crops`: see [`crops`].
+pub fn light_views(
+    p: &PssmParams,
+    c: &CascadeParams,
+    splits: &[f64],
+    seen: &Seen,
+    crops: &[Option<Extent>],
+) -> Vec<LightView> {
     let unit = |row: Vec4| row.truncate().as_dvec3().normalize();
     let (right, up, axis) = (unit(seen.whole.row_x), unit(seen.whole.row_y), unit(seen.whole.axis));
     let camera = seen.camera;
@@ -108,15 +139,14 @@ pub fn light_views(p: &PssmParams, c: &CascadeParams, splits: &[f64], seen: &See
     let eye = camera.position.as_dvec3();
     let to_light = |x: DVec3| DVec3::new(right.dot(x), up.dot(x), axis.dot(x));
     let margin = seen.whole.margin as f64;
-    let resolution = c.resolution as f64;
-    // With the texels that the filter needs at each border.
-    let widened =
-        |side: f64, spare: f64| (side + c.blur as f64) * resolution / (resolution - 2.0 * (margin + spare)).max(1.0);
     let mut views = Vec::new();
-    for i in 0..splits.len() - 1 {
-        // The band before the cascade, where it is mixed in, belongs to it.
-        let before = if i > 0 { c.blend as f64 * (splits[i] - splits[i - 1]) } else { 0.0 };
-        let (a, b) = (splits[i] - before, splits[i + 1]);
+    for (i, (cut, resolution)) in crops.iter().zip(c.sides()).enumerate() {
+        let [a, b] = part(c, splits, i);
+        let resolution = resolution as f64;
+        // With the texels that the filter needs at each border.
+        let widened = |side: f64, spare: f64| {
+            (side + c.blur as f64) * resolution / (resolution - 2.0 * (margin + spare)).max(1.0)
+        };
         let (center, half, depth) = if p.fit == "stable" {
             let [z, r] = sphere(a, b, tangent * tangent * (1.0 + seen.aspect * seen.aspect));
             // Rounded up to a sixteenth of its power of two, so that rounding errors of the camera do not change it.
@@ -140,6 +170,9 @@ pub fn light_views(p: &PssmParams, c: &CascadeParams, splits: &[f64], seen: &See
                 let at = to_light(at);
                 (low, high) = (low.min(at), high.max(at));
             }
+            if let Some(cut) = cut {
+                (low, high) = (cut.low.extend(cut.nearest), cut.high.extend(cut.deepest));
+            }
             let size = (high - low).truncate();
             let half = DVec2::new(widened(size.x, 0.0), widened(size.y, 0.0)) / 2.0;
             ((low + high).truncate() / 2.0, half, [low.z, high.z])
@@ -157,6 +190,7 @@ pub fn light_views(p: &PssmParams, c: &CascadeParams, splits: &[f64], seen: &See
             far: range as f32,
             perspective: 0,
             texel: (2.0 * half.max_element() / resolution) as f32,
+            resolution: resolution as f32,
             ..seen.whole
         });
     }
@@ -174,28 +208,27 @@ pub fn lamp_views(
     splits: &[f64],
     scope: &Scope,
     whole: LightView,
+    crops: &[Option<Extent>],
 ) -> Vec<LightView> {
     let image = scope.image();
     let spread = match scope.light {
         Light::Spot { outer_angle, .. } => (outer_angle as f64).to_radians().tan(),
-        _ => return vec![whole; splits.len() - 1],
+        _ => return c.sides().iter().map(|side| LightView { resolution: *side as f32, ..whole }).collect(),
     };
-    let resolution = c.resolution as f64;
-    let free = |spare: f64| resolution / (resolution - 2.0 * (scope.margin as f64 + spare)).max(1.0);
-    // With what the filter needs at each border.
-    let widened =
-        |side: DVec2, nearest: f64, spare: f64| (side + DVec2::splat(c.blur as f64 / nearest.max(1e-9))) * free(spare);
-    let place = |x: DVec3| image.depth.dot(x.extend(1.0));
-    let view = |i: usize| -> Option<LightView> {
-        // As under the sun, the band before the cascade belongs to it.
-        let before = if i > 0 { c.blend as f64 * (splits[i] - splits[i - 1]) } else { 0.0 };
-        let (a, b) = (splits[i] - before, splits[i + 1]);
+    let view = |i: usize, resolution: f64| -> Option<LightView> {
+        let free = |spare: f64| resolution / (resolution - 2.0 * (scope.margin as f64 + spare)).max(1.0);
+        let [a, b] = part(c, splits, i);
         let body = scope.slice(a, b);
         if body.is_empty() {
             return None;
         }
-        let [low, high] = hull::extent(body.iter().map(|x| image.at(*x)));
-        let [nearest, deepest] = hull::extent(body.iter().map(|x| DVec2::splat(place(*x)))).map(|depth| depth.x);
+        let all = Extent::of(&image, &body, scope.eps());
+        let Extent { low, high, deepest, .. } = crops[i].unwrap_or(all);
+        // With what the filter needs at each border.
+        let widened = |side: DVec2, nearest: f64, spare: f64| {
+            (side + DVec2::splat(c.blur as f64 / nearest.max(1e-9))) * free(spare)
+        };
+        let nearest = all.nearest;
         let (mut center, mut side) = ((low + high) / 2.0, widened(high - low, nearest, 0.0));
         if p.fit == "stable" {
             // Snapping moves the box by up to half a texel.
@@ -217,34 +250,59 @@ pub fn lamp_views(
             row_z: (Vec4::W * far - whole.axis) * (near / (far - near)),
             far,
             texel: (2.0 * half.max_element() / resolution) as f32,
+            resolution: resolution as f32,
             ..whole
         })
     };
-    (0..splits.len() - 1).map(|i| view(i).unwrap_or(whole)).collect()
+    let sized =
+        |(i, side): (usize, u32)| view(i, side as f64).unwrap_or(LightView { resolution: side as f32, ..whole });
+    c.sides().into_iter().enumerate().map(sized).collect()
 }
 
-/// The depths along the camera's axis that are split: all of its range under the sun; under a lamp only where the camera
-/// can see what of the scene's box the cone holds, if it does.
-pub fn split_range(scope: &Scope) -> [f64; 2] {
+/// The depths along the camera's axis that are split: all of its range, or where it can see the scene's box, and of that
+/// only what a lamp's cone holds.
+///
+/// Under the stable fit both ends go outwards to steps of a fourth of a power of two: splits that followed every step of
+/// the camera would let texels swim.
+pub fn split_range(p: &PssmParams, scope: &Scope) -> [f64; 2] {
     let all = [scope.camera.near as f64, scope.camera.far as f64];
-    if !matches!(scope.light, Light::Spot { .. }) {
+    if p.range == "camera" {
         return all;
     }
     let eye = scope.eye();
-    let [low, high] = hull::extent(scope.seen().iter().map(|x| DVec2::splat(eye.depth(*x)))).map(|depth| depth.x);
-    if low < high { [low.max(all[0]), high.min(all[1])] } else { all }
+    let [mut low, mut high] =
+        hull::extent(scope.seen().iter().map(|x| DVec2::splat(eye.depth(*x)))).map(|depth| depth.x);
+    if low >= high {
+        return all;
+    }
+    if p.fit == "stable" {
+        // An end that lies on a step, but for rounding, stays there.
+        low = ((low.log2() * 4.0 + 1e-3).floor() / 4.0).exp2();
+        high = ((high.log2() * 4.0 - 1e-3).ceil() / 4.0).exp2();
+    }
+    [low.max(all[0]), high.min(all[1])]
 }
 
 struct Pssm {
     cascades: Cascades,
+    range: wgpu::Buffer,
+    find_range: Pass,
+    place_splits: Pass,
     resolve: Pass,
     inspect: Pass,
 }
 
 impl Pssm {
     fn new(gpu: &Gpu) -> Result<Pssm> {
-        let pass = |entry| Pass::compute(gpu, entry, "techniques/pssm.wgsl", entry, INFO.params);
-        Ok(Pssm { cascades: Cascades::new(gpu)?, resolve: pass("resolve")?, inspect: pass("inspect")? })
+        let pass = |name, entry| Pass::compute(gpu, name, "techniques/pssm.wgsl", entry, INFO.params);
+        Ok(Pssm {
+            cascades: Cascades::new(gpu)?,
+            range: gpu.buffer("depth range", &[0; 16], wgpu::BufferUsages::STORAGE),
+            find_range: pass("depth range", "find_range")?,
+            place_splits: pass("splits", "place_splits")?,
+            resolve: pass("resolve", "resolve")?,
+            inspect: pass("inspect", "inspect")?,
+        })
     }
 }
 
@@ -255,19 +313,32 @@ impl Technique for Pssm {
         let whole = self.cascades.whole(f, &c)?;
         let camera = &f.setup.camera;
         let scope = Scope::of(f, c.resolution, whole.margin);
-        let [near, far] = split_range(&scope);
+        let [near, far] = split_range(&p, &scope);
         let splits = splits(&p, c.cascades, near, far);
-        let words: Vec<f32> = splits.iter().map(|z| *z as f32).collect();
-        f.gpu.queue.write_buffer(&self.cascades.splits, 0, bytemuck::cast_slice(&words));
-        let boxes = if p.fit == "crop" {
+        let crops = || crops(&p, &c, &splits, &scope, f.geometry);
+        let boxes = if p.fit == "samples" {
             Boxes::Samples { dilate: 0.0, least: 0.0, smoothing: 0.0 }
         } else if whole.perspective == 1 {
-            Boxes::Given(lamp_views(&p, &c, &splits, &scope, whole))
+            Boxes::Given(lamp_views(&p, &c, &splits, &scope, whole, &crops()))
         } else {
             let seen = Seen { camera, aspect: f.size[0] as f64 / f.size[1] as f64, whole };
-            Boxes::Given(light_views(&p, &c, &splits, &seen))
+            Boxes::Given(light_views(&p, &c, &splits, &seen, &crops()))
         };
         self.cascades.prepare(f, &c, &boxes);
+        if p.fit == "samples" && p.range == "visible" {
+            let [w, h] = f.size.map(|s| s.div_ceil(64));
+            f.clear(&self.range);
+            f.run(&self.find_range).bind("range", &self.range).dispatch(w, h, 1);
+            f.run(&self.place_splits)
+                .bind("range", &self.range)
+                .bind("fitting", &self.cascades.fitting)
+                .bind("parts", &self.cascades.splits)
+                .dispatch(1, 1, 1);
+        } else {
+            let words: Vec<f32> = splits.iter().map(|z| *z as f32).collect();
+            f.gpu.queue.write_buffer(&self.cascades.splits, 0, bytemuck::cast_slice(&words));
+        }
+        f.held(self.range.size());
         let maps = self.cascades.draw(f, &c)?;
         let k = &self.cascades;
         let run = f.run(&self.resolve).bind("shadow_maps", &maps).bind("fitting", &k.fitting);

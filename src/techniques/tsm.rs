@@ -76,7 +76,7 @@ fn fitted(scope: &Scope, p: &TsmParams) -> (Tsm, Option<LightView>) {
 impl Technique for Trapezoidal {
     fn render(&mut self, f: &mut Frame) -> Result<()> {
         let p = TsmParams::read(f.values);
-        let (t, view) = self.fit.get(scope(f, 0.0), f.values, |s| fitted(s, &p));
+        let (t, view) = self.fit.get(f, scope(f, 0.0), |s| fitted(s, &p));
         let drawn = self.map.render_view(f, *view, 0.0, false)?;
         self.comparison.look_up(f, &drawn);
         self.drawing.show(f, "warp", || Some(draw(t)));

@@ -252,7 +252,7 @@ impl Warped {
             let groups = p.resolution.div_ceil(8);
             f.run(&self.count_folds).bind_all(&all).dispatch(groups, groups, 1);
         }
-        f.analyse(&self.analyse, Maps { size: [p.resolution; 2], layers: 1 }, &all);
+        f.analyse(&self.analyse, Maps::of(&[p.resolution]), &all);
         self.made = self.making.take();
         Ok(())
     }
@@ -263,7 +263,15 @@ impl Warped {
             return;
         }
         let count = resolution * resolution;
-        let counting = Counting { size: [resolution; 2], layers: 1, first: 0, count, padding: 0 };
+        let counting = Counting {
+            size: [resolution; 2],
+            layers: 1,
+            first: 0,
+            count,
+            padding: 0,
+            spare: [0; 2],
+            sides: [[0; 4]; 2],
+        };
         f.gpu.queue.write_buffer(&self.counting, 0, bytemuck::bytes_of(&counting));
         f.run(&self.draw_counts).bind("counting", &self.counting).bind("counts", counts).per_pixel();
         f.show_counts(id);

@@ -1,0 +1,48 @@
+//!include lib/frame.wgsl
+//!include lib/gbuffer.wgsl
+// Between which depths view samples lie that the light may reach.
+
+// Of the depths along the camera's axis the smallest, as the largest complement, and the largest: bits of floats.
+@group(1) @binding(2) var<storage, read_write> range: array<atomic<u32>, 2>;
+
+// Depth of a pixel that the light may reach; 0 elsewhere, so also of the sky.
+fn sample_depth(pixel: vec2u) -> f32 {
+    if pixel.x >= frame.size.x || pixel.y >= frame.size.y {
+        return 0.0;
+    }
+    let p = textureLoad(g_position, pixel, 0);
+    let light = light_at(p.xyz);
+    if p.w <= 0.0 || !light.reached || dot(g_normal(textureLoad(g_surface, pixel, 0)), light.to_light) <= 0.0 {
+        return 0.0;
+    }
+    return p.w;
+}
+
+// Smallest and largest depth; x ≤ 0: no samples.
+fn depth_range() -> vec2f {
+    let low = atomicLoad(&range[0]);
+    return select(vec2f(0.0), vec2f(bitcast<f32>(0xffffffffu - low), bitcast<f32>(atomicLoad(&range[1]))), low > 0u);
+}
+
+var<workgroup> tile_range: array<atomic<u32>, 2>;
+
+// A workgroup takes 64 × 64 pixels.
+@compute @workgroup_size(8, 8)
+fn find_range(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) local: vec3u,
+              @builtin(local_invocation_index) index: u32) {
+    var low = 0u;
+    var high = 0u;
+    for (var k = 0u; k < 64u; k++) {
+        let z = bitcast<u32>(sample_depth(group.xy * 64u + vec2u(k % 8u, k / 8u) * 8u + local.xy));
+        if z > 0u {
+            low = max(low, 0xffffffffu - z);
+            high = max(high, z);
+        }
+    }
+    atomicMax(&tile_range[0], low);
+    atomicMax(&tile_range[1], high);
+    workgroupBarrier();
+    if index < 2u {
+        atomicMax(&range[index], atomicLoad(&tile_range[index]));
+    }
+}
