@@ -25,7 +25,6 @@ struct View {
 @group(1) @binding(4) var shown: texture_2d<f32>;
 @group(1) @binding(5) var output: texture_storage_2d<rgba8unorm, write>;
 
-
 fn sky(direction: vec3f) -> vec3f {
     let horizon = vec3f(0.78, 0.83, 0.88);
     if direction.y < 0.0 {
