@@ -41,6 +41,7 @@ fn keep(i: u32, g: Gathered) {
 @compute @workgroup_size(8, 8)
 fn gather(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) local: vec3u,
           @builtin(local_invocation_index) index: u32) {
+    let v = light_view;
     var held = 0u;
     var gathered = Gathered();
     for (var k = 0u; k < 64u; k++) {
@@ -56,9 +57,9 @@ fn gather(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) loc
         if !light.reached || dot(octahedral_decode(textureLoad(g_surface, pixel, 0).x), light.to_light) <= 0.0 {
             continue;
         }
-        let clip = light_clip(light_view, p.xyz);
+        let clip = light_clip(v, p.xyz);
         let uv = saturate(0.5 + 0.5 * clip.xy / clip.w);
-        let depth = saturate((dot(light_view.axis, vec4f(p.xyz, 1.0)) - light_view.near) / (light_view.far - light_view.near));
+        let depth = saturate((dot(v.axis, vec4f(p.xyz, 1.0)) - v.near) / (v.far - v.near));
         let share = vec2f(depth, 1.0 - depth);
         let i = cascade_of(p.w);
         let sides = vec4f(uv, 1.0 - uv);

@@ -5,12 +5,17 @@
 //!include lib/labels.wgsl
 // The picture: shading, the common views, and a technique's own maps.
 
+// A pipeline draws one view: adapters that run both sides of a branch would pay for all of them. The common views are
+// numbered by Rust: constants `view_shaded`, `view_split` and so on.
+override drawn_view: u32;
+// How it draws a technique's own map: 0 not, 1 texture, 2 ramp, 3 cells, 4 aliasing, 5 counts, 6 labels.
+override drawn_map: u32;
+
 struct View {
     range: vec2f,
-    // 0 none, 1 texture, 2 ramp, 3 cells, 4 aliasing, 5 counts, 6 labels.
-    shown: u32,
     // Of `map`, where it holds more than one value.
     channel: u32,
+    padding: u32,
 }
 
 @group(1) @binding(0) var<uniform> view: View;
@@ -19,8 +24,6 @@ struct View {
 @group(1) @binding(3) var map: texture_2d<f32>;
 @group(1) @binding(4) var shown: texture_2d<f32>;
 @group(1) @binding(5) var output: texture_storage_2d<rgba8unorm, write>;
-
-// The common views are numbered by Rust: constants `view_shaded`, `view_split` and so on.
 
 fn view_ray(pixel: vec2u) -> vec3f {
     let ndc = (vec2f(pixel) + 0.5) / vec2f(frame.size) * 2.0 - 1.0;
@@ -113,28 +116,28 @@ fn dimmed(s: Surface) -> vec3f {
 fn color_of(pixel: vec2u) -> vec3f {
     let s = load_surface(pixel);
     let v = textureLoad(visibility, pixel, 0).x;
-    if frame.view == view_technique_map && view.shown == 1u {
+    if drawn_view == view_technique_map && drawn_map == 1u {
         return map_picture(pixel);
     }
-    if frame.view == view_technique_map {
+    if drawn_view == view_technique_map {
         let x = textureLoad(map, pixel, 0)[view.channel];
-        if view.shown == 5u {
+        if drawn_map == 5u {
             // A texel with n samples is about √n pixels wide.
             let used = select(vec3f(0.98, 0.98, 0.97), octave_color(0.5 * log2(x)), x > 0.0);
             return select(vec3f(0.12), used, x >= 0.0);
         }
-        if view.shown == 4u && s.valid {
+        if drawn_map == 4u && s.valid {
             return select(dimmed(s), octave_color(log2(x)), x > 0.0);
         }
-        if x >= 0.0 && view.shown == 6u {
+        if x >= 0.0 && drawn_map == 6u {
             let plain = x >= plain_ground;
             let ground = select(linear_to_srgb(lit(s, v)), vec3f(0.12), plain || !s.valid);
             return mix(ground, label_color(label_of(x)), label_strength(x));
         }
-        if x >= 0.0 && view.shown == 2u {
+        if x >= 0.0 && drawn_map == 2u {
             return ramp((x - view.range.x) / (view.range.y - view.range.x));
         }
-        if x >= 0.0 && view.shown == 3u && s.valid {
+        if x >= 0.0 && drawn_map == 3u && s.valid {
             let cell = cell_of(x);
             let odd = ((cell.x + cell.y) & 1u) == 1u;
             let tint = select(vec3f(0.95, 0.75, 0.35), vec3f(0.25, 0.45, 0.75), odd);
@@ -143,10 +146,10 @@ fn color_of(pixel: vec2u) -> vec3f {
     }
     if !s.valid {
         // Only pictures have a sky; data have a plain background.
-        let data = frame.view != view_shaded && frame.view != view_split;
+        let data = drawn_view != view_shaded && drawn_view != view_split;
         return select(linear_to_srgb(sky(view_ray(pixel))), vec3f(0.22, 0.24, 0.27), data);
     }
-    switch frame.view {
+    switch drawn_view {
         case view_split: {
             let line = frame.split * f32(frame.size.x);
             let x = f32(pixel.x) + 0.5;

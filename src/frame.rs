@@ -20,6 +20,7 @@ use anyhow::{Context, Result, ensure};
 use bytemuck::{Pod, Zeroable};
 use glam::{Mat4, Vec2, Vec3};
 use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 use std::sync::Arc;
 use std::time::Instant;
 use wgpu::TextureFormat as Format;
@@ -113,6 +114,20 @@ enum Shown {
     Counts,
     /// Labels of `map_out` (`shaders/lib/labels.wgsl`): colours over the scene, or a drawing.
     Labels,
+}
+
+impl Shown {
+    /// As `drawn_map` in `shaders/shade.wgsl` has it; 0: no map.
+    fn number(&self) -> u32 {
+        match self {
+            Shown::Texture(..) => 1,
+            Shown::Ramp(_) => 2,
+            Shown::Cells => 3,
+            Shown::Aliasing(..) => 4,
+            Shown::Counts => 5,
+            Shown::Labels => 6,
+        }
+    }
 }
 
 /// What a technique is given: the G-buffer, the scene and the light, through the names its shaders use.
@@ -262,10 +277,35 @@ pub struct Told {
 #[derive(Clone, Copy, Pod, Zeroable)]
 pub struct ViewUniform {
     pub range: [f32; 2],
-    /// 0 none, 1 texture, 2 ramp, 3 cells, 4 aliasing, 5 counts, 6 labels.
-    pub shown: u32,
     /// Of the map, where it holds more than one value.
     pub channel: u32,
+    pub padding: u32,
+}
+
+/// The passes that draw the picture: each view has a pipeline of its own, made when it is first asked for.
+#[derive(Default)]
+struct Shading {
+    passes: HashMap<[u32; 2], Pass>,
+}
+
+impl Shading {
+    /// The pass that draws a view (as [`FrameUniform::view`] numbers it) and a technique's map (`drawn_map` in
+    /// `shaders/shade.wgsl`).
+    fn pass(&mut self, gpu: &Gpu, view: u32, map: u32) -> Result<&Pass> {
+        let key = [view, map];
+        for (_, other) in self.passes.iter().filter(|(k, _)| **k != key) {
+            // What it bound may be gone by the time it is asked for again.
+            other.forget();
+        }
+        match self.passes.entry(key) {
+            Entry::Occupied(held) => Ok(held.into_mut()),
+            Entry::Vacant(free) => {
+                let constants = [("drawn_view", view as f64), ("drawn_map", map as f64)];
+                let pass = Pass::specialised(gpu, "shading", "shade.wgsl", "shade", &[view::GROUP], &constants)?;
+                Ok(free.insert(pass))
+            }
+        }
+    }
 }
 
 /// A technique with its resources and parameters, made.
@@ -308,7 +348,7 @@ pub struct Renderer {
     unshadowed: Pass,
     truth: Tracing,
     classify: Pass,
-    draw: Pass,
+    shading: Shading,
     /// Bound where no technique shows a map.
     no_light_view: wgpu::Buffer,
     /// The technique's rays, as `Tally` in `shaders/lib/trace.wgsl`.
@@ -359,11 +399,11 @@ impl Renderer {
             unshadowed: Pass::compute(&gpu, "no shadow", "unshadowed.wgsl", "fill", &[])?,
             truth: Tracing::new(&gpu)?,
             classify: Pass::compute(&gpu, "mask", "mask.wgsl", "classify", &[])?,
-            draw: Pass::compute(&gpu, "shading", "shade.wgsl", "shade", &[view::GROUP])?,
+            shading: Shading::default(),
             no_light_view: gpu.buffer(
                 "no light view",
                 bytemuck::bytes_of(&LightView::zeroed()),
-                wgpu::BufferUsages::STORAGE,
+                wgpu::BufferUsages::UNIFORM,
             ),
             tally: tally(&gpu, "rays"),
             analysis: Analysis::new(&gpu)?,
@@ -494,22 +534,18 @@ impl Renderer {
         recorder.set("truth", Targets::view(self.truth.shown())?);
 
         if ask.picture {
-            let mut view = ViewUniform { range: [0.0, 1.0], shown: 0, channel: 0 };
-            let mut run = recorder.run(&self.draw).bind("shown", &map).bind("light_view", &self.no_light_view);
+            let drawn_map = shown.as_ref().map_or(0, Shown::number);
+            let pass = self.shading.pass(gpu, uniform.view, drawn_map)?;
+            let mut view = ViewUniform { range: [0.0, 1.0], channel: 0, padding: 0 };
+            let mut run = recorder.run(pass).bind("shown", &map).bind("light_view", &self.no_light_view);
             match &shown {
-                None => {}
-                Some(Shown::Texture(t, light_view)) => {
-                    view.shown = 1;
-                    run = run.bind("shown", t).bind("light_view", light_view);
-                }
-                Some(Shown::Ramp(range)) => (view.shown, view.range) = (2, *range),
-                Some(Shown::Cells) => view.shown = 3,
+                Some(Shown::Texture(t, light_view)) => run = run.bind("shown", t).bind("light_view", light_view),
+                Some(Shown::Ramp(range)) => view.range = *range,
                 Some(Shown::Aliasing(t, channel)) => {
-                    (view.shown, view.channel) = (4, *channel);
+                    view.channel = *channel;
                     run = run.bind("map", t);
                 }
-                Some(Shown::Counts) => view.shown = 5,
-                Some(Shown::Labels) => view.shown = 6,
+                _ => {}
             }
             gpu.queue.write_buffer(&self.view_buffer, 0, bytemuck::bytes_of(&view));
             run.per_pixel();

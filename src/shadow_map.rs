@@ -65,11 +65,12 @@ pub struct Fit {
 impl Fit {
     pub fn new(gpu: &Gpu) -> Result<Fit> {
         let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC;
-        let zero = |label, size| gpu.buffer(label, &vec![0; size], usage);
+        let view = wgpu::BufferUsages::UNIFORM | usage;
+        let zero = |label, size, usage| gpu.buffer(label, &vec![0; size], usage);
         Ok(Fit {
-            whole: zero("whole light view", size_of::<LightView>()),
-            fitted: zero("fitted light view", size_of::<LightView>()),
-            extent: zero("receivers' extent", 20),
+            whole: zero("whole light view", size_of::<LightView>(), view),
+            fitted: zero("fitted light view", size_of::<LightView>(), view),
+            extent: zero("receivers' extent", 20, usage),
             receivers: Pass::compute(gpu, "fit: receivers", "lib/fit.wgsl", "receivers", &[])?,
             narrow: Pass::compute(gpu, "fit: narrow", "lib/fit.wgsl", "narrow", &[])?,
             last: None,

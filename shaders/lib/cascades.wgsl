@@ -25,9 +25,13 @@ struct Fitting {
 }
 
 @group(1) @binding(16) var<uniform> fitting: Fitting;
-// Where the cascades meet, metres along the camera's axis: cascade i lies between splits[i] and splits[i + 1].
-@group(1) @binding(17) var<storage, read> splits: array<f32>;
-@group(1) @binding(18) var<storage, read> light_views: array<LightView>;
+// Where the cascades meet, metres along the camera's axis: cascade i lies between split(i) and split(i + 1).
+@group(1) @binding(17) var<uniform> splits: array<vec4f, 3>;
+@group(1) @binding(18) var<uniform> light_views: array<LightView, 8>;
+
+fn split(i: u32) -> f32 {
+    return splits[i / 4u][i % 4u];
+}
 
 // Half the map's sides that a metre across the light's axis takes; a lamp's at a depth of 1 m. A lamp's rows lean along
 // the axis where the map's middle is off it.
@@ -38,16 +42,16 @@ fn scale_of(v: LightView) -> vec2f {
 
 fn cascade_of(depth: f32) -> u32 {
     var i = 0u;
-    while i + 1u < fitting.count && depth >= splits[i + 1u] {
-        i++;
+    for (var k = 1u; k < fitting.count; k++) {
+        i += u32(depth >= split(k));
     }
     return i;
 }
 
 // How much of the next cascade is mixed in, 0 to 1.
 fn blend_of(depth: f32, i: u32) -> f32 {
-    let end = splits[i + 1u];
-    let width = fitting.blend * (end - splits[i]);
+    let end = split(i + 1u);
+    let width = fitting.blend * (end - split(i));
     if i + 1u >= fitting.count || width <= 0.0 {
         return 0.0;
     }

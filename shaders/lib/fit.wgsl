@@ -7,12 +7,13 @@
 @group(1) @binding(9) var<storage, read_write> extent: array<atomic<u32>, 5>;
 @group(1) @binding(10) var<storage, read_write> fitted: LightView;
 
-// A thread takes 8 × 8 pixels: few atomics, no barriers.
+// A workgroup takes 64 × 64 pixels, neighbouring threads neighbouring ones: few atomics, no barriers.
 @compute @workgroup_size(8, 8)
-fn receivers(@builtin(global_invocation_id) id: vec3u) {
+fn receivers(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) local: vec3u) {
+    let v = light_view;
     var most = array<f32, 5>(-1.0, -1.0, -1.0, -1.0, -1.0);
     for (var i = 0u; i < 64u; i++) {
-        let pixel = id.xy * 8u + vec2u(i % 8u, i / 8u);
+        let pixel = group.xy * 64u + vec2u(i % 8u, i / 8u) * 8u + local.xy;
         if pixel.x >= frame.size.x || pixel.y >= frame.size.y {
             continue;
         }
@@ -25,14 +26,14 @@ fn receivers(@builtin(global_invocation_id) id: vec3u) {
         if !light.reached || dot(normal, light.to_light) <= 0.0 {
             continue;
         }
-        let clip = light_clip(light_view, p.xyz);
+        let clip = light_clip(v, p.xyz);
         let uv = saturate(0.5 + 0.5 * clip.xy / clip.w);
-        let z = dot(light_view.axis, vec4f(p.xyz, 1.0));
+        let z = dot(v.axis, vec4f(p.xyz, 1.0));
         most[0] = max(most[0], uv.x);
         most[1] = max(most[1], uv.y);
         most[2] = max(most[2], 1.0 - uv.x);
         most[3] = max(most[3], 1.0 - uv.y);
-        most[4] = max(most[4], saturate((z - light_view.near) / (light_view.far - light_view.near)));
+        most[4] = max(most[4], saturate((z - v.near) / (v.far - v.near)));
     }
     if most[0] >= 0.0 {
         for (var i = 0u; i < 5u; i++) {

@@ -81,11 +81,13 @@ fn look_up(s: Surface, i: u32) -> f32 {
 fn visibility(s: Surface) -> f32 {
     let i = cascade_of(s.depth);
     let t = blend_of(s.depth, i);
-    let v = look_up(s, i);
-    if t > 0.0 {
-        return mix(v, look_up(s, i + 1u), t);
+    // One copy of the look-up: adapters that run both sides of a branch pay for each.
+    var lit = 0.0;
+    for (var k = 0u; k < select(1u, 2u, t > 0.0); k++) {
+        let v = look_up(s, i + k);
+        lit = select(mix(lit, v, t), v, k == 0u);
     }
-    return v;
+    return lit;
 }
 
 // The maps side by side, fitted into the picture as the counts are; near bright.
@@ -129,7 +131,7 @@ fn side_view(pixel: vec2u) -> f32 {
     let up = normalize(row_y);
     // As far as the scene goes, or the camera sees.
     let sides = max(abs(frame.bounds_min - frame.eye), abs(frame.bounds_max - frame.eye));
-    let end = min(splits[fitting.count], dot(sides, abs(frame.forward)));
+    let end = min(split(fitting.count), dot(sides, abs(frame.forward)));
     let size = vec2f(frame.size);
     let scale = max(1.1 * end / size.x, 2.2 * end * tangent / size.y);
     let x = (f32(pixel.x) + 0.5) * scale - 0.05 * end;
@@ -143,11 +145,11 @@ fn side_view(pixel: vec2u) -> f32 {
             return drawn(i, 0.95);
         }
     }
-    if x < splits[0] || x > end || abs(y) > x * tangent {
+    if x < split(0u) || x > end || abs(y) > x * tangent {
         return drawn(white, 0.0);
     }
     for (var i = 0u; i <= fitting.count; i++) {
-        if abs(x - splits[i]) < 0.75 * scale {
+        if abs(x - split(i)) < 0.75 * scale {
             return drawn(white, 0.9);
         }
     }

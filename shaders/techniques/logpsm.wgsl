@@ -13,7 +13,7 @@ struct Shape {
     ln: f32,
 }
 
-@group(1) @binding(14) var<storage, read> shape: Shape;
+@group(1) @binding(14) var<uniform> shape: Shape;
 
 // ln(1 + x) for x >= 0, exact to a few of its last bits: 2 artanh(x / (2 + x)) where 1 + x would lose digits.
 fn ln_1p(x: f32) -> f32 {

@@ -187,7 +187,7 @@ fn histogram(pixel: vec2u) -> f32 {
         return drawn(white, 0.0);
     }
     for (var i = 0u; i <= fitting.count; i++) {
-        if abs(bin_of(splits[i], range) / f32(bin_count) - at.x) * size.x * 0.9 < 0.75 {
+        if abs(bin_of(split(i), range) / f32(bin_count) - at.x) * size.x * 0.9 < 0.75 {
             return drawn(white, 0.9);
         }
     }

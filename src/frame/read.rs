@@ -2,6 +2,7 @@
 
 use super::{Analysis, NO_FRAME, Renderer, STORED, Shown, Targets};
 use crate::gpu::{Recorder, Slot};
+use crate::view;
 use anyhow::{Context, Result};
 use glam::Vec3;
 use wgpu::TextureFormat as Format;
@@ -39,13 +40,15 @@ impl Renderer {
     /// The last frame's picture with the truth in place of the technique's visibility, as [`Renderer::read_picture`]
     /// gives it. That frame must have drawn the view `shaded` and traced the truth.
     pub fn read_truth_picture(&mut self) -> Result<Vec<u8>> {
+        let shaded = view::index("shaded").unwrap_or_default() as u32;
+        let pass = self.shading.pass(&self.gpu, shaded, 0)?;
         let (t, size) = (&self.targets, self.targets.size()?);
         let (truth, map) = (Targets::view(self.truth.shown())?, Targets::view(&t.map)?);
         let mut picture = Slot::default();
         let output = picture.get(&self.gpu, "picture of the truth", size, Format::Rgba8Unorm, STORED);
         let mut recorder = Recorder::new(&self.gpu, &mut self.timer, false, size);
         recorder
-            .run(&self.draw)
+            .run(pass)
             .bind("frame", &self.frame_buffer)
             .bind("view", &self.view_buffer)
             .bind("g_position", Targets::view(&t.position)?)

@@ -103,13 +103,25 @@ impl Raster<'_> {
 impl Pass {
     /// A compute pass from a shader's entry point. `groups` are the parameter structs the shader uses.
     pub fn compute(gpu: &Gpu, name: &'static str, file: &str, entry: &str, groups: &[Group]) -> Result<Pass> {
+        Pass::specialised(gpu, name, file, entry, groups, &[])
+    }
+
+    /// As [`Pass::compute`], with values for the shader's `override` constants.
+    pub fn specialised(
+        gpu: &Gpu,
+        name: &'static str,
+        file: &str,
+        entry: &str,
+        groups: &[Group],
+        constants: &[(&str, f64)],
+    ) -> Result<Pass> {
         let (module, layout, layouts, bindings) = prepare(gpu, file, &[entry], groups)?;
         let pipeline = gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
             label: Some(name),
             layout: Some(&layout),
             module: &module,
             entry_point: Some(entry),
-            compilation_options: Default::default(),
+            compilation_options: wgpu::PipelineCompilationOptions { constants, ..Default::default() },
             cache: None,
         });
         Ok(Pass { name, pipeline: Pipeline::Compute(pipeline), layouts, bindings, bound: RefCell::default() })

@@ -10,7 +10,7 @@ use crate::light::{Light, LightView};
 use crate::params::Params;
 use crate::shadow_map::{MapParams, scope};
 use crate::view::View;
-use crate::warp::{self, Base, RasterParams, Warped, storage};
+use crate::warp::{self, Base, RasterParams, Warped};
 use anyhow::Result;
 use glam::DVec2;
 
@@ -109,11 +109,14 @@ fn positive_near(v: &mut LightView) {
 impl Logarithmic {
     fn new(gpu: &Gpu) -> Result<Logarithmic> {
         let file = "techniques/logpsm.wgsl";
+        use wgpu::BufferUsages as Use;
+        // Made by one pass and read by those that follow.
+        let made = |label, size: usize| gpu.buffer(label, &vec![0; size], Use::UNIFORM | Use::STORAGE | Use::COPY_SRC);
         Ok(Logarithmic {
             warped: Warped::new(gpu, file, INFO.params)?,
             range: Pass::compute(gpu, "fit: logarithm", file, "shape_of_view", INFO.params)?,
-            shape: storage(gpu, "the logarithm's shape", 16),
-            light_view: storage(gpu, "light view with margins", size_of::<LightView>() as u64),
+            shape: made("the logarithm's shape", 16),
+            light_view: made("light view with margins", size_of::<LightView>()),
             drawing: Drawing::new(gpu)?,
             fit: Kept::default(),
         })
