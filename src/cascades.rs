@@ -3,6 +3,8 @@
 use crate::frame::{ANALYSIS, Frame, Maps};
 use crate::gpu::{Gpu, Pass, Raster};
 use crate::light::LightView;
+use crate::scene::geometry::Vertex;
+use crate::shadow_map::caster;
 use crate::view::View;
 use anyhow::{Context, Result, ensure};
 use bytemuck::{Pod, Zeroable};
@@ -149,7 +151,11 @@ impl Cascades {
             whole: zero("whole light view", size_of::<LightView>(), Use::UNIFORM),
             splits: zero("splits", 48, Use::UNIFORM | Use::STORAGE | Use::COPY_SRC),
             fitting: zero("fitting", size_of::<Fitting>(), Use::UNIFORM),
-            light_views: zero("light views", MOST * size_of::<LightView>(), Use::UNIFORM | Use::STORAGE | Use::COPY_SRC),
+            light_views: zero(
+                "light views",
+                MOST * size_of::<LightView>(),
+                Use::UNIFORM | Use::STORAGE | Use::COPY_SRC,
+            ),
             boxes: zero("cascades' boxes", MOST * 32, Use::STORAGE | Use::COPY_SRC),
             extents: zero("cascades' extents", MOST * 32, Use::STORAGE),
             draws: zero("cascades' draws", MOST * 40, Use::STORAGE | Use::INDIRECT | Use::COPY_SRC),
@@ -243,6 +249,7 @@ impl Cascades {
             .bind("fitted", &self.light_views)
             .bind("draws", &self.draws)
             .dispatch(1, 1, 1);
+        let scene = f.scene;
         let groups = f.scene.triangle_count.min(ROW).div_ceil(64);
         let rows = f.scene.triangle_count.div_ceil(ROW);
         if let Some(indices) = &self.indices {
@@ -250,19 +257,19 @@ impl Cascades {
                 .bind("fitting", &self.fitting)
                 .bind("light_views", &self.light_views)
                 .bind("draws", &self.draws)
+                .bind("corners_of", &scene.indices)
                 .bind("indices", indices)
                 .dispatch(groups, rows, 1);
         }
         self.prepare_casters(f.gpu, p)?;
         let maps = Layers::hold(&mut self.maps, f.gpu, p);
-        let scene = f.scene;
         if let Some((_, [opaque, masked])) = &self.casters {
             let size = size_of::<LightView>() as u64;
             for (i, layer) in maps.each.iter().enumerate() {
                 f.copy(&self.light_views, i as u64 * size, &self.single[i], size);
                 let from = self.indices.as_ref().unwrap_or(&scene.indices);
                 let issue = |pass: &mut wgpu::RenderPass, which: u64| {
-                    pass.set_index_buffer(from.slice(..), wgpu::IndexFormat::Uint32);
+                    scene.set_casters(pass, from);
                     pass.draw_indexed_indirect(&self.draws, (2 * i as u64 + which) * 20);
                 };
                 let depth = Some((layer, 0.0));
@@ -304,15 +311,15 @@ impl Cascades {
             return Ok(());
         }
         let unclipped_depth = gpu.features.contains(wgpu::Features::DEPTH_CLIP_CONTROL);
-        let pass = |name, fragment| {
+        let pass = |name, fragment: Option<&str>| {
             let raster = Raster {
-                // Casters between the light and a cascade's box lie flat on its near plane (pancaking): clamped by the
-                // rasteriser, or else by their corners.
-                vertex: if unclipped_depth { "caster" } else { "clamped_caster" },
+                // Casters between the light and a cascade's box lie flat on its near plane (pancaking).
+                vertex: caster(unclipped_depth, fragment.is_some()),
                 unclipped_depth,
                 fragment,
                 depth: Raster::nearest(FORMAT),
                 cull: Raster::culled(&p.cull),
+                vertices: Some(Vertex::LAYOUT),
                 ..Raster::default()
             };
             Pass::render(gpu, name, "lib/depth.wgsl", raster, &[])

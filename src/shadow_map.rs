@@ -5,6 +5,7 @@ use crate::frame::{ANALYSIS, Frame, Maps};
 use crate::gpu::{Gpu, Pass, Raster, Slot};
 use crate::light::LightView;
 use crate::params::Params;
+use crate::scene::geometry::Vertex;
 use anyhow::{Context, Result};
 
 crate::params! {
@@ -180,14 +181,9 @@ impl ShadowMap {
         }
         let (cull, format, hardware, warped) = &state;
         let unclipped_depth = !warped && gpu.features.contains(wgpu::Features::DEPTH_CLIP_CONTROL);
-        let pass = |name, fragment| {
+        let pass = |name, fragment: Option<&str>| {
             let raster = Raster {
-                // Casters nearer than the near plane must stay: clamped by the rasteriser, or else by their corners.
-                vertex: match (warped, unclipped_depth) {
-                    (true, _) => "warped_caster",
-                    (_, true) => "caster",
-                    _ => "clamped_caster",
-                },
+                vertex: if *warped { "warped_caster" } else { caster(unclipped_depth, fragment.is_some()) },
                 unclipped_depth,
                 fragment,
                 depth: Raster::nearest(*format).map(|state| wgpu::DepthStencilState {
@@ -200,6 +196,7 @@ impl ShadowMap {
                     ..state
                 }),
                 cull: Raster::culled(cull),
+                vertices: Some(Vertex::LAYOUT),
                 ..Raster::default()
             };
             Pass::render(gpu, name, "lib/depth.wgsl", raster, &[])
@@ -208,6 +205,17 @@ impl ShadowMap {
         let passes = [pass("shadow map", fragments[0])?, pass("shadow map (masked)", fragments[1])?];
         self.casters = Some((state, passes));
         Ok(())
+    }
+}
+
+/// The vertex shader (`shaders/lib/depth.wgsl`) of a map that no warp bends. Casters nearer than the near plane must stay:
+/// clamped by the rasteriser (`unclipped`), or else by their corners.
+pub fn caster(unclipped: bool, masked: bool) -> &'static str {
+    match (unclipped, masked) {
+        (true, false) => "caster",
+        (true, true) => "masked_caster",
+        (false, false) => "clamped_caster",
+        (false, true) => "clamped_masked_caster",
     }
 }
 

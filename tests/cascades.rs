@@ -171,15 +171,13 @@ fn unused_cascades_draw_nothing() {
     // Straight down: all samples are in one cascade.
     s.camera.target = s.camera.position - Vec3::Y * 2.0;
     (s.camera.near, s.camera.far) = (0.5, 1000.0);
-    let triangles = |r: &mut Renderer, sets: &[&str]| {
-        analysed(r, &with(&s, "pssm", sets));
-        (samples(r), r.analysis().triangles(&r.gpu).unwrap())
-    };
-    let (many, drawn) = triangles(&mut r, &["cascades=8", "blend=0"]);
+    analysed(&mut r, &with(&s, "pssm", &["cascades=8", "blend=0"]));
+    let (many, drawn) = (samples(&r), r.analysis().triangles(&r.gpu).unwrap());
     assert_eq!(many.iter().filter(|n| **n > 0).count(), 1, "{many:?}");
     if let Some([sent, _]) = drawn {
-        let (_, all) = triangles(&mut r, &["cascades=1", "blend=0"]);
-        assert!(sent > 0 && sent <= all.unwrap()[0], "{sent} {all:?}");
+        // One map alone, so that no triangle is sent twice.
+        let all = r.geometry().triangles.len() as u64;
+        assert!(sent > all / 4 && sent <= all, "{sent} of {all}");
     }
 }
 

@@ -2,30 +2,44 @@
 //!include lib/light_view.wgsl
 // Casters into a shadow map.
 
+// A corner, as `Vertex::LAYOUT` in Rust gives it.
+struct Corner {
+    @location(0) position: vec3f,
+    @location(1) uv: vec2f,
+    @location(2) material: u32,
+}
+
 struct Caster {
     @builtin(position) clip: vec4f,
     @location(0) uv: vec2f,
     @location(1) @interpolate(flat) material: u32,
 }
 
-fn caster_of(index: u32) -> Caster {
-    let v = vertices[index];
+// Moved on to the near plane, if it is nearer.
+fn clamped(clip: vec4f) -> vec4f {
+    // A corner behind a lamp is cut off anyway; clamped, it would take the part before the lamp beyond the far plane.
+    return vec4f(clip.xy, select(clip.z, min(clip.z, clip.w), clip.w > 0.0), clip.w);
+}
+
+// Opaque casters need their places only.
+@vertex
+fn caster(@location(0) position: vec3f) -> @builtin(position) vec4f {
+    return light_clip(light_view, position);
+}
+
+@vertex
+fn clamped_caster(@location(0) position: vec3f) -> @builtin(position) vec4f {
+    return clamped(light_clip(light_view, position));
+}
+
+@vertex
+fn masked_caster(v: Corner) -> Caster {
     return Caster(light_clip(light_view, v.position), v.uv, v.material);
 }
 
 @vertex
-fn caster(@builtin(vertex_index) index: u32) -> Caster {
-    return caster_of(index);
-}
-
-@vertex
-fn clamped_caster(@builtin(vertex_index) index: u32) -> Caster {
-    var out = caster_of(index);
-    // A corner behind a lamp is cut off anyway; clamped, it would take the part before the lamp beyond the far plane.
-    if out.clip.w > 0.0 {
-        out.clip.z = min(out.clip.z, out.clip.w);
-    }
-    return out;
+fn clamped_masked_caster(v: Corner) -> Caster {
+    return Caster(clamped(light_clip(light_view, v.position)), v.uv, v.material);
 }
 
 // A warped view: depth is linear, so it is no affine function of the place in the map, and each fragment writes its own.
@@ -38,8 +52,7 @@ struct WarpedCaster {
 }
 
 @vertex
-fn warped_caster(@builtin(vertex_index) index: u32) -> WarpedCaster {
-    let v = vertices[index];
+fn warped_caster(v: Corner) -> WarpedCaster {
     var clip = light_clip(light_view, v.position);
     // Never cut off by the near or far plane.
     clip.z = 0.5 * clip.w;

@@ -63,7 +63,7 @@ struct Set {
     groups: Vec<wgpu::BindGroup>,
 }
 
-/// What a render pipeline needs beside its shader. Geometry is pulled from storage buffers.
+/// What a render pipeline needs beside its shader.
 #[derive(Clone, Default)]
 pub struct Raster<'a> {
     pub vertex: &'a str,
@@ -72,6 +72,8 @@ pub struct Raster<'a> {
     pub targets: &'a [wgpu::TextureFormat],
     pub depth: Option<wgpu::DepthStencilState>,
     pub cull: Option<wgpu::Face>,
+    /// What the vertex shader is handed; without one it pulls its geometry from storage buffers.
+    pub vertices: Option<wgpu::VertexBufferLayout<'a>>,
     /// Triangles unless said otherwise.
     pub topology: wgpu::PrimitiveTopology,
     /// Depth beyond the near and far planes is clamped to them, not clipped; needs `DEPTH_CLIP_CONTROL`.
@@ -131,6 +133,7 @@ impl Pass {
     pub fn render(gpu: &Gpu, name: &'static str, file: &str, raster: Raster, groups: &[Group]) -> Result<Pass> {
         let entries: Vec<&str> = [Some(raster.vertex), raster.fragment].into_iter().flatten().collect();
         let (module, layout, layouts, bindings) = prepare(gpu, file, &entries, groups)?;
+        let buffers: Vec<_> = raster.vertices.into_iter().map(Some).collect();
         let targets: Vec<_> = raster.targets.iter().map(|f| Some(wgpu::ColorTargetState::from(*f))).collect();
         let pipeline = gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
             label: Some(name),
@@ -139,7 +142,7 @@ impl Pass {
                 module: &module,
                 entry_point: Some(raster.vertex),
                 compilation_options: Default::default(),
-                buffers: &[],
+                buffers: &buffers,
             },
             primitive: wgpu::PrimitiveState {
                 topology: raster.topology,

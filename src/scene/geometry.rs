@@ -8,6 +8,8 @@ use glam::{Mat3, Mat4, Quat, Vec2, Vec3, Vec4};
 use obvhs::bvh2::node::Bvh2Node;
 use obvhs::triangle::Triangle;
 use rayon::prelude::*;
+use std::collections::HashMap;
+use std::mem::offset_of;
 
 /// A vertex as `Vertex` in `shaders/lib/scene.wgsl`.
 #[repr(C)]
@@ -19,6 +21,23 @@ pub struct Vertex {
     pub uv: Vec2,
     pub material: u32,
     pub padding: u32,
+}
+
+impl Vertex {
+    /// A caster's corner as `Corner` in `shaders/lib/depth.wgsl`: position, texture coordinates, material.
+    pub const LAYOUT: wgpu::VertexBufferLayout<'static> = wgpu::VertexBufferLayout {
+        array_stride: size_of::<Vertex>() as u64,
+        step_mode: wgpu::VertexStepMode::Vertex,
+        attributes: &[
+            attribute(0, offset_of!(Vertex, position), wgpu::VertexFormat::Float32x3),
+            attribute(1, offset_of!(Vertex, uv), wgpu::VertexFormat::Float32x2),
+            attribute(2, offset_of!(Vertex, material), wgpu::VertexFormat::Uint32),
+        ],
+    };
+}
+
+const fn attribute(shader_location: u32, offset: usize, format: wgpu::VertexFormat) -> wgpu::VertexAttribute {
+    wgpu::VertexAttribute { shader_location, offset: offset as u64, format }
 }
 
 /// A triangle in BVH order, as `Corners` in `shaders/lib/trace.wgsl`.
@@ -119,8 +138,11 @@ impl Geometry {
         self.order.par_iter().map(corners).collect()
     }
 
-    fn flat_indices(&self) -> Vec<u32> {
-        self.triangles.iter().flat_map(|t| [t[0], t[1], t[2]]).collect()
+    /// The triangles' corners: of opaque ones the first vertex at the same place (`welded`), so that one is transformed once.
+    fn flat_indices(&self, welded: &[u32]) -> Vec<u32> {
+        let (opaque, masked) = self.triangles.split_at(self.opaque);
+        let opaque = opaque.iter().flat_map(|t| [0, 1, 2].map(|i| welded[t[i] as usize]));
+        opaque.chain(masked.iter().flat_map(|t| [t[0], t[1], t[2]])).collect()
     }
 }
 
@@ -208,6 +230,22 @@ pub fn placements(scene: &Scene, worlds: &[Mat4]) -> Vec<(usize, Mat4)> {
         }
     }
     placed
+}
+
+/// For each vertex the first one of its mesh at the same place: what opaque casters need of it.
+fn welded(scene: &Scene) -> Vec<u32> {
+    let mut of_mesh: HashMap<usize, Vec<u32>> = HashMap::new();
+    let mut all = Vec::new();
+    for (mesh, _) in placements(scene, &world_matrices(scene, None, 0.0)) {
+        let first = all.len() as u32;
+        let own = of_mesh.entry(mesh).or_insert_with(|| {
+            let mut places = HashMap::new();
+            let positions = scene.meshes[mesh].positions.iter().zip(0..);
+            positions.map(|(p, i)| *places.entry(p.to_array().map(f32::to_bits)).or_insert(i)).collect()
+        });
+        all.extend(own.iter().map(|i| first + i));
+    }
+    all
 }
 
 fn transformed(scene: &Scene, placed: &[(usize, Mat4)]) -> Vec<Vertex> {
@@ -306,7 +344,9 @@ fn sample(channel: &super::Channel, time: f32) -> Vec4 {
 /// A scene's buffers on the GPU.
 pub struct SceneGpu {
     pub vertices: wgpu::Buffer,
+    /// Three corners a triangle, for casters.
     pub indices: wgpu::Buffer,
+    welded: Vec<u32>,
     pub triangles: wgpu::Buffer,
     pub materials: wgpu::Buffer,
     pub nodes: wgpu::Buffer,
@@ -341,7 +381,10 @@ impl SceneGpu {
             gpu.info.name,
             limits.max_storage_buffer_binding_size >> 20
         );
-        let storage = wgpu::BufferUsages::STORAGE;
+        use wgpu::BufferUsages as Use;
+        let storage = Use::STORAGE;
+        let welded = welded(scene);
+        let indices = geometry.flat_indices(&welded);
         let wrap = |w: Wrap| w as u32;
         let materials: Vec<GpuMaterial> = scene
             .materials
@@ -358,8 +401,9 @@ impl SceneGpu {
             })
             .collect();
         Ok(SceneGpu {
-            vertices: gpu.buffer("vertices", bytemuck::cast_slice(&geometry.vertices), storage),
-            indices: gpu.buffer("indices", bytemuck::cast_slice(&geometry.flat_indices()), wgpu::BufferUsages::INDEX),
+            vertices: gpu.buffer("vertices", bytemuck::cast_slice(&geometry.vertices), Use::VERTEX | Use::STORAGE),
+            indices: gpu.buffer("indices", bytemuck::cast_slice(&indices), Use::INDEX | Use::STORAGE),
+            welded,
             triangles: gpu.buffer("triangles", bytemuck::cast_slice(&geometry.triangles), storage),
             materials: gpu.buffer("materials", bytemuck::cast_slice(&materials), storage),
             nodes: gpu.buffer("BVH nodes", bytemuck::cast_slice(&nodes), storage),
@@ -380,15 +424,21 @@ impl SceneGpu {
         })
     }
 
+    /// Sets the casters' vertices, and the indices to draw of them.
+    pub fn set_casters(&self, pass: &mut wgpu::RenderPass, indices: &wgpu::Buffer) {
+        pass.set_vertex_buffer(0, self.vertices.slice(..));
+        pass.set_index_buffer(indices.slice(..), wgpu::IndexFormat::Uint32);
+    }
+
     /// Draws the opaque triangles, indexed.
     pub fn draw_opaque(&self, pass: &mut wgpu::RenderPass) {
-        pass.set_index_buffer(self.indices.slice(..), wgpu::IndexFormat::Uint32);
+        self.set_casters(pass, &self.indices);
         pass.draw_indexed(0..self.opaque_count * 3, 0, 0..1);
     }
 
     /// Draws the alpha-masked triangles, indexed.
     pub fn draw_masked(&self, pass: &mut wgpu::RenderPass) {
-        pass.set_index_buffer(self.indices.slice(..), wgpu::IndexFormat::Uint32);
+        self.set_casters(pass, &self.indices);
         pass.draw_indexed(self.opaque_count * 3..self.triangle_count * 3, 0, 0..1);
     }
 
@@ -396,7 +446,7 @@ impl SceneGpu {
     pub fn update(&mut self, gpu: &Gpu, scene: &Scene, geometry: &Geometry) {
         gpu.queue.write_buffer(&self.vertices, 0, bytemuck::cast_slice(&geometry.vertices));
         // Winding and surface ids can change too: a scale may pass through zero.
-        gpu.queue.write_buffer(&self.indices, 0, bytemuck::cast_slice(&geometry.flat_indices()));
+        gpu.queue.write_buffer(&self.indices, 0, bytemuck::cast_slice(&geometry.flat_indices(&self.welded)));
         gpu.queue.write_buffer(&self.triangles, 0, bytemuck::cast_slice(&geometry.triangles));
         gpu.queue.write_buffer(&self.nodes, 0, bytemuck::cast_slice(&geometry.nodes));
         gpu.queue.write_buffer(&self.corners, 0, bytemuck::cast_slice(&geometry.bvh_order(scene)));

@@ -5,6 +5,7 @@ use crate::frame::Frame;
 use crate::gpu::{Gpu, Pass, Raster, Slot};
 use crate::node_grid::{self, NodeGrid};
 use crate::params::Params;
+use crate::scene::geometry::Vertex;
 use crate::shadow_map::{MapParams, USAGE};
 use crate::view::View;
 use crate::warp::{self, RasterParams, Warped};
@@ -67,6 +68,7 @@ impl Dsm {
                 vertex: "warped_caster",
                 fragment: Some(fragment),
                 depth: Raster::nearest(wgpu::TextureFormat::Depth32Float),
+                vertices: Some(Vertex::LAYOUT),
                 ..Raster::default()
             };
             Pass::render(gpu, name, "lib/depth.wgsl", raster, &[])

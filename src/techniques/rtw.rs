@@ -4,6 +4,7 @@ use super::{Info, MAPS, Technique};
 use crate::frame::Frame;
 use crate::gpu::{Gpu, Pass, Raster, Resource, Slot, bytes, hold};
 use crate::params::Params;
+use crate::scene::geometry::Vertex;
 use crate::shadow_map::{MapParams, USAGE};
 use crate::view::View;
 use crate::warp::{self, RasterParams, Warped, storage};
@@ -114,6 +115,7 @@ impl Rtw {
                 vertex: "warped_caster",
                 fragment: Some(fragment),
                 depth: Raster::nearest(wgpu::TextureFormat::Depth32Float),
+                vertices: Some(Vertex::LAYOUT),
                 ..Raster::default()
             };
             Pass::render(gpu, "light's depth", "lib/depth.wgsl", raster, &[])
