@@ -122,7 +122,10 @@ pub struct Cascades {
     indices: Option<wgpu::Buffer>,
     /// The light view of each cascade alone, for drawing.
     single: Vec<wgpu::Buffer>,
+    /// The cascades' boxes are found from their samples.
+    narrow: bool,
     gather: Pass,
+    mark: Pass,
     fit: Pass,
     cull: Pass,
     analyse: Pass,
@@ -161,7 +164,9 @@ impl Cascades {
             draws: zero("cascades' draws", MOST * 40, Use::STORAGE | Use::INDIRECT | Use::COPY_SRC),
             indices: None,
             single: (0..MOST).map(|_| zero("light view", size_of::<LightView>(), Use::UNIFORM)).collect(),
+            narrow: false,
             gather: pass("fit: samples", "gather")?,
+            mark: pass("fit: samples", "mark")?,
             fit: pass("fit: boxes", "fit")?,
             cull: pass("caster culling", "cull")?,
             analyse: Pass::compute(gpu, ANALYSIS, "analyse_cascades.wgsl", "analyse", &[])?,
@@ -201,10 +206,11 @@ impl Cascades {
             Boxes::Given(_) => (0.0, 0.0, 0.0),
             Boxes::Samples { dilate, least, smoothing } => (*dilate, *least, *smoothing),
         };
+        self.narrow = matches!(boxes, Boxes::Samples { .. });
         let fitting = Fitting {
             count: p.cascades,
             blend: p.blend,
-            narrow: matches!(boxes, Boxes::Samples { .. }) as u32,
+            narrow: self.narrow as u32,
             margin: self.margin(p) + dilate,
             reach: p.blur / 2.0,
             least,
@@ -235,7 +241,7 @@ impl Cascades {
         );
         let [w, h] = f.size;
         f.clear(&self.extents);
-        f.run(&self.gather)
+        f.run(if self.narrow { &self.gather } else { &self.mark })
             .bind("light_view", &self.whole)
             .bind("fitting", &self.fitting)
             .bind("splits", &self.splits)
