@@ -163,7 +163,10 @@ pub struct Cascades {
     indices: Option<wgpu::Buffer>,
     /// The light view of each cascade alone, for drawing.
     single: Vec<wgpu::Buffer>,
+    /// The cascades' boxes are found from their samples.
+    narrow: bool,
     gather: Pass,
+    mark: Pass,
     fit: Pass,
     cull: Pass,
     analyse: Pass,
@@ -203,7 +206,9 @@ impl Cascades {
             draws: zero("cascades' draws", MOST * 40, Use::STORAGE | Use::INDIRECT | Use::COPY_SRC),
             indices: None,
             single: (0..MOST).map(|_| zero("light view", size_of::<LightView>(), Use::UNIFORM)).collect(),
+            narrow: false,
             gather: pass("fit: samples", "gather")?,
+            mark: pass("fit: samples", "mark")?,
             fit: pass("fit: boxes", "fit")?,
             cull: pass("caster culling", "cull")?,
             analyse: Pass::compute(gpu, ANALYSIS, "analyse_cascades.wgsl", "analyse", &[])?,
@@ -245,10 +250,11 @@ impl Cascades {
         };
         let mut sides = [0; MOST];
         sides.iter_mut().zip(p.sides()).for_each(|(to, side)| *to = side);
+        self.narrow = matches!(boxes, Boxes::Samples { .. });
         let fitting = Fitting {
             count: p.cascades,
             blend: p.blend,
-            narrow: matches!(boxes, Boxes::Samples { .. }) as u32,
+            narrow: self.narrow as u32,
             margin: self.margin(p) + dilate,
             reach: p.blur / 2.0,
             least,
@@ -280,7 +286,7 @@ impl Cascades {
         );
         let [w, h] = f.size;
         f.clear(&self.extents);
-        f.run(&self.gather)
+        f.run(if self.narrow { &self.gather } else { &self.mark })
             .bind("light_view", &self.whole)
             .bind("fitting", &self.fitting)
             .bind("splits", &self.splits)

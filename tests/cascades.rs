@@ -283,15 +283,13 @@ fn unused_cascades_draw_nothing() {
     // Straight down: all samples are in one cascade.
     s.camera.target = s.camera.position - Vec3::Y * 2.0;
     (s.camera.near, s.camera.far) = (0.5, 1000.0);
-    let triangles = |r: &mut Renderer, sets: &[&str]| {
-        analysed(r, &with(&s, "pssm", sets));
-        (samples(r), r.analysis().draws(&r.gpu).unwrap().map(|d| d.sent))
-    };
-    let (many, drawn) = triangles(&mut r, &["cascades=8", "blend=0", "range=camera"]);
+    analysed(&mut r, &with(&s, "pssm", &["cascades=8", "blend=0", "range=camera"]));
+    let (many, drawn) = (samples(&r), r.analysis().draws(&r.gpu).unwrap());
     assert_eq!(many.iter().filter(|n| **n > 0).count(), 1, "{many:?}");
-    if let Some(sent) = drawn {
-        let (_, all) = triangles(&mut r, &["cascades=1", "blend=0", "range=camera"]);
-        assert!(sent > 0 && sent <= all.unwrap(), "{sent} {all:?}");
+    if let Some(sent) = drawn.map(|d| d.sent) {
+        // One map alone, so that no triangle is sent twice.
+        let all = r.geometry().triangles.len() as u64;
+        assert!(sent > all / 4 && sent <= all, "{sent} of {all}");
     }
 }
 

@@ -162,7 +162,7 @@ impl Stage {
             }
             // Whole rows first, then a better mean of all.
             let (now, drawn) = (self.traced, self.drawn_truth);
-            let covered = now.covered >= 1.0 && drawn.covered < 1.0;
+            let covered = now.covered >= 1.0 && (self.keeping || drawn.covered < 1.0);
             let step = !self.keeping && (now.covered - drawn.covered >= 0.2 || now.done - drawn.done >= 0.2);
             redraw = shown && (covered || now.done >= 1.0 || step);
             if !redraw {
