@@ -250,7 +250,7 @@ fn cull(@builtin(global_invocation_id) id: vec3u) {
                 continue;
             }
         }
-        let at = atomicLoad(&draws[draw + 2u]) + atomicAdd(&draws[draw], 3u);
+        let at = 3u * (i * fitting.triangles + masked * fitting.opaque) + atomicAdd(&draws[draw], 3u);
         indices[at] = t.x;
         indices[at + 1u] = t.y;
         indices[at + 2u] = t.z;

@@ -83,9 +83,14 @@ fn visibility(s: Surface) -> f32 {
     let t = blend_of(s.depth, i);
     // One copy of the look-up: adapters that run both sides of a branch pay for each.
     var lit = 0.0;
-    for (var k = 0u; k < select(1u, 2u, t > 0.0); k++) {
+    var k = 0u;
+    loop {
         let v = look_up(s, i + k);
         lit = select(mix(lit, v, t), v, k == 0u);
+        k++;
+        if t <= 0.0 || k == 2u {
+            break;
+        }
     }
     return lit;
 }
