@@ -16,7 +16,7 @@ use glam::{DVec2, DVec3, DVec4, Vec4};
 crate::params! {
     /// How the view is split, and what each map covers.
     pub struct PssmParams {
-        /// The depths that are split. Camera: all of its range. Scene: where the camera can see the scene's box, in coarse steps under the stable fit. Visible: from the nearest to the farthest surface in the picture that faces the light, found on the GPU; for the fit to samples, as all others are made before the picture is and keep to the scene.
+        /// The depths that are split. Camera: all of its range. Scene: where the camera can see the scene's box, in coarse steps under the sun's stable fit. Visible: from the nearest to the farthest surface in the picture that faces the light, found on the GPU; for the fit to samples, as all others are made before the picture is and keep to the scene.
         range: choice("scene", ["camera", "scene", "visible"]),
         /// Where the cascades meet. Practical: between an even and a logarithmic split. Percent: at shares of one's own.
         scheme: choice("practical", ["practical", "percent"]),
@@ -262,8 +262,8 @@ pub fn lamp_views(
 /// The depths along the camera's axis that are split: all of its range, or where it can see the scene's box, and of that
 /// only what a lamp's cone holds.
 ///
-/// Under the stable fit both ends go outwards to steps of a fourth of a power of two: splits that followed every step of
-/// the camera would let texels swim.
+/// Under the sun the stable fit's both ends go outwards to steps of a fourth of a power of two: splits that followed every
+/// step of the camera would let texels swim. A lamp's maps have sides in steps whatever the splits are.
 pub fn split_range(p: &PssmParams, scope: &Scope) -> [f64; 2] {
     let all = [scope.camera.near as f64, scope.camera.far as f64];
     if p.range == "camera" {
@@ -275,7 +275,7 @@ pub fn split_range(p: &PssmParams, scope: &Scope) -> [f64; 2] {
     if low >= high {
         return all;
     }
-    if p.fit == "stable" {
+    if p.fit == "stable" && !matches!(scope.light, Light::Spot { .. }) {
         // An end that lies on a step, but for rounding, stays there.
         low = ((low.log2() * 4.0 + 1e-3).floor() / 4.0).exp2();
         high = ((high.log2() * 4.0 - 1e-3).ceil() / 4.0).exp2();
