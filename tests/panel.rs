@@ -589,15 +589,16 @@ fn places_are_shown_in_the_files_coordinates() {
     let m = &mut harness.state_mut().model;
     m.setup.camera = setup::parse_camera(&m.scene, "100002,4,100004.25:100000,0,100000:50").unwrap();
     harness.run_steps(3);
-    for shown in ["100002.00", "4.00 m", "100004.25"] {
-        let texts: Vec<_> = harness.get_all_by_role(egui::accesskit::Role::SpinButton).map(|n| n.value()).collect();
-        assert!(texts.iter().flatten().any(|t| t == shown), "{shown} is not in {texts:?}");
+    for shown in [100002.0, 4.0, 100004.25, 100000.0] {
+        let fields = harness.get_all_by_role(egui::accesskit::Role::SpinButton).filter_map(|n| n.value());
+        let mut numbers = fields.filter_map(|text| text.trim_end_matches(" m").parse::<f64>().ok());
+        assert!(numbers.any(|x| (x - shown).abs() < 0.06), "no field shows {shown}");
     }
     let before = setup(&harness).camera;
     harness.state_mut().model.setup.camera.orbit(0.3, 0.1);
     harness.run_steps(3);
     let after = setup(&harness).camera;
     assert_eq!(after.target, before.target);
-    assert!((after.reach() - before.reach()).abs() < 1e-5 && after.position.distance(before.position) > 1.0);
+    assert!((after.reach() - before.reach()).abs() < 1e-4 && after.position.distance(before.position) > 1.0);
     assert!(after.position.length() < 10.0, "{after:?}");
 }

@@ -20,8 +20,8 @@ pub fn local(original: f64, origin: f64) -> f32 {
 /// The scene's own coordinate of one in scene space: the one with the fewest digits of all that [`local`] brings back.
 pub fn original(local: f32, origin: f64) -> f64 {
     let exact = origin + f64::from(local);
-    let digits = (0..17).filter_map(|n| format!("{exact:.n$e}").parse().ok());
-    digits.into_iter().find(|x| self::local(*x, origin) == local).unwrap_or(exact)
+    let mut digits = (0..17).filter_map(|n| format!("{exact:.n$e}").parse().ok());
+    digits.find(|x| self::local(*x, origin) == local).unwrap_or(exact)
 }
 
 /// Brings the places of a set-up's `camera` and `light` tables to scene space, and notes the origin.
