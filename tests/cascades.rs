@@ -632,6 +632,9 @@ fn smoothing_remembers_until_the_camera_jumps() {
     away.camera.target = away.camera.position + right - Vec3::Y * 0.5;
     counts(&mut r, &away);
     assert_eq!(counts(&mut r, &set), fresh, "forgotten after a jump");
+    // In a sweep the configuration before is none of its business.
+    counts(&mut r, &with(&s, "sdsm", &["smoothing=0.9", "scheme=log", "blend=0"]));
+    assert_eq!(counts(&mut r, &set), fresh, "forgotten with other parameters");
     let plain = with(&s, "sdsm", &["scheme=kmeans", "blend=0"]);
     assert_eq!(counts(&mut r, &plain), fresh, "nothing to remember in the first frame");
 }

@@ -5,7 +5,7 @@ use crate::cascades::{ANALYSED, Boxes, CascadeParams, Cascades, MAPS};
 use crate::frame::Frame;
 use crate::gpu::{Gpu, Pass};
 use crate::light::LightView;
-use crate::params::Params;
+use crate::params::{Params, Values};
 use crate::scene::Camera;
 use crate::view::View;
 use anyhow::Result;
@@ -63,7 +63,7 @@ struct Last {
     camera: Camera,
     whole: LightView,
     size: [u32; 2],
-    count: u32,
+    values: Values,
 }
 
 impl Last {
@@ -74,7 +74,7 @@ impl Last {
         let still = Camera { position: b.position, target: b.target, ..*a };
         let moved = a.position.distance(b.position) > 0.1 * a.position.distance(a.target);
         let turned = a.forward().dot(b.forward()) < 10f32.to_radians().cos();
-        moved || turned || still != *b || (self.whole, self.size, self.count) != (now.whole, now.size, now.count)
+        moved || turned || still != *b || (self.whole, self.size, &self.values) != (now.whole, now.size, &now.values)
     }
 }
 
@@ -115,7 +115,7 @@ impl Technique for Sdsm {
         let whole = self.cascades.whole(f, &c)?;
         let boxes = Boxes::Samples { dilate: p.dilate, least: p.min_box, smoothing: p.smoothing };
         self.cascades.prepare(f, &c, &boxes);
-        let now = Last { camera: f.setup.camera, whole, size: f.size, count: c.cascades };
+        let now = Last { camera: f.setup.camera, whole, size: f.size, values: f.values.clone() };
         if self.last.as_ref().is_none_or(|last| last.jumped(&now)) {
             f.clear(&self.cascades.splits);
             f.clear(&self.cascades.boxes);
