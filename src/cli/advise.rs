@@ -16,7 +16,7 @@ pub struct Limits {
     /// The error allowed: 0.5% or 0.005 of a share, a number of the others.
     #[arg(long, allow_hyphen_values = true)]
     max_error: String,
-    /// Which error: error (share of wrong pixels), rmse, flip, boundary (95th percentile, pixels) or flicker; by default
+    /// Which error: error (share of wrong pixels), rmse, mae, flip, boundary (95th percentile, pixels) or flicker; by default
     /// error, or rmse where a technique filters.
     #[arg(long)]
     by: Option<String>,

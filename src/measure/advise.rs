@@ -40,6 +40,7 @@ const fn figure(id: &'static str, title: &'static str, field: &'static str, unit
 pub const FIGURES: &[Figure] = &[
     figure("error", "wrong pixels", "error_share", Unit::Share, 0.005),
     figure("rmse", "RMSE", "rmse", Unit::Plain, 0.05),
+    figure("mae", "MAE", "mae", Unit::Plain, 0.01),
     figure("flip", "FLIP", "flip", Unit::Plain, 0.02),
     figure("boundary", "boundary error", "boundary_p95_px", Unit::Pixels, 2.0),
     figure("flicker", "flicker", "flicker", Unit::Share, 0.005),
@@ -59,7 +60,7 @@ impl Figure {
     /// The error that judges these techniques fairly: the share of wrong pixels where all of them say lit or dark, the
     /// RMSE where one filters, since a soft edge is no wrong pixel.
     pub fn suited(techniques: &[String]) -> &'static Figure {
-        let filters = |id: &String| id == "pcf";
+        let filters = |id: &String| techniques::find(id).is_some_and(|info| info.filters);
         &FIGURES[techniques.iter().any(filters) as usize]
     }
 
