@@ -1,0 +1,57 @@
+//! Every picture and every figure is the same each time, bit for bit, whichever thread comes first.
+
+mod common;
+
+use common::*;
+use shadowscope::frame::{Ask, Renderer};
+use shadowscope::light::Light;
+use shadowscope::measure;
+use shadowscope::setup::Setup;
+use shadowscope::techniques;
+use std::sync::Arc;
+
+/// The set-up of a built-in scene as it starts, and with its first spot.
+fn lights(name: &str) -> Vec<Setup> {
+    let (setup, scene) = Setup::open(name).unwrap();
+    let spot = scene.lights.iter().find(|l| matches!(l.light, Light::Spot { .. }));
+    let spot = spot.map(|l| Setup { light: l.light, ..setup.clone() });
+    [setup].into_iter().chain(spot).collect()
+}
+
+/// Renders the picture, the errors and the own maps of each technique anew, `times` over.
+fn repeat(name: &str, size: [u32; 2], times: usize) {
+    let (_, scene) = Setup::open(name).unwrap();
+    let mut r = Renderer::new(gpu(), Arc::new(scene)).unwrap();
+    for mut s in lights(name) {
+        s.size = size;
+        let light = s.light;
+        for info in techniques::ALL.iter().filter(|i| i.refuses(&light).is_none()) {
+            s.select(info.id).unwrap();
+            // Smaller maps, where a technique has any: the same passes in less time.
+            let _ = s.set("resolution=128", &[info.id.into()]);
+            for id in ["shaded", "error"].into_iter().chain(info.maps().map(|m| m.id)) {
+                s.view = id.into();
+                let seen: Vec<_> = (0..times)
+                    .map(|_| {
+                        r.render(&s, Ask { fresh: true, ..ask(&s) }).unwrap();
+                        (r.read_visibility().unwrap(), r.read_picture().unwrap(), r.notes().unwrap())
+                    })
+                    .collect();
+                let differs = seen.iter().any(|other| *other != seen[0]);
+                assert!(!differs, "{name}, {} light, {}, {id}", s.light.kind(), info.id);
+            }
+            s.view = "shaded".into();
+            let measured: Vec<_> = (0..times)
+                .map(|_| serde_json::to_string(&measure::accuracy(&mut r, &s, 0).unwrap()).unwrap())
+                .collect();
+            for other in &measured {
+                assert_eq!(*other, measured[0], "{name}, {} light, {}", s.light.kind(), info.id);
+            }
+        }
+    }
+}
+
+#[test]
+fn pictures_and_figures_repeat() {
+    repeat("cubes", [48, 32], 2);
+}
