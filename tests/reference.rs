@@ -8,7 +8,7 @@ use glam::{DVec2, DVec3, Vec3};
 use rayon::prelude::*;
 use shadowscope::frame::Renderer;
 use shadowscope::light::Light;
-use shadowscope::measure::metrics::{BACKGROUND, FACING};
+use shadowscope::measure::metrics::{BACKGROUND, FACING, OUTSIDE};
 use shadowscope::scene::{Camera, Material, Scene, builtin};
 use shadowscope::setup::Setup;
 use std::collections::HashMap;
@@ -254,7 +254,7 @@ struct Count {
     beside: usize,
     /// The triangle named is neither.
     elsewhere: usize,
-    /// Whether the surface faces the light is said wrongly, n · l farther from 0 than [`GRAZING`].
+    /// Whether the surface faces the light is said wrongly, n · l farther from 0 than [`GRAZING`], or whether it reaches there.
     misfaced: usize,
     /// The shadow is wrong, though no other answer lies within [`TIE`].
     wrong: usize,
@@ -285,7 +285,7 @@ fn compare(r: &mut Renderer, reference: &Reference, setup: &Setup) -> Count {
         let at = DVec2::new((i % setup.size[0] as usize) as f64, (i / setup.size[0] as usize) as f64) + 0.5;
         let p = Vec3::from_slice(&position[i][..3]).as_dvec3();
         let named = (mask[i] != BACKGROUND).then_some(surface[i][3] as usize);
-        judge(reference, &pinhole, setup, at, named, p, mask[i] == FACING, truth[i] > 0.0)
+        judge(reference, &pinhole, setup, at, named, p, mask[i], truth[i] > 0.0)
     };
     (0..truth.len()).into_par_iter().map(pixel).reduce(Count::default, |a, b| Count {
         pixels: a.pixels + b.pixels,
@@ -310,7 +310,7 @@ fn judge(
     at: DVec2,
     named: Option<usize>,
     p: DVec3,
-    facing: bool,
+    class: u32,
     lit: bool,
 ) -> Count {
     let mut count = Count { pixels: 1, ..Count::default() };
@@ -340,7 +340,8 @@ fn judge(
     count.off_plane = away.dot(p - reference.triangles[own][0]).abs() / p.abs().max_element() * 2f64.powi(24);
     count.off_sample = pinhole.seen(p).distance(pinhole.seen(sample));
     let normal = if away.dot(ray) < 0.0 { away } else { -away };
-    let (to_light, ..) = towards(&setup.light, sample);
+    let (to_light, _, reached) = towards(&setup.light, sample);
+    let facing = class == FACING || class == OUTSIDE;
     let cosine = normal.dot(to_light.normalize());
     if facing != (cosine > 0.0) {
         count.misfaced += (cosine.abs() > GRAZING) as usize;
@@ -349,26 +350,36 @@ fn judge(
     if !facing {
         return count;
     }
+    let bound = TIE * reference.size;
+    // The sample moved about on its triangle: whatever decides passes within the bound or not.
+    let u = normal.any_orthonormal_vector();
+    let v = normal.cross(u);
+    let moved = |k: usize| {
+        let (sin, cos) = (k as f64 * TAU / 16.0).sin_cos();
+        let to = sample + (u * cos + v * sin) * bound * if k % 2 == 0 { 1.0 } else { 0.5 };
+        reference.sample(own, pinhole.eye, to - pinhole.eye)
+    };
+    if reached != (class == FACING) {
+        count.misfaced += (0..16).all(|k| towards(&setup.light, moved(k)).2 == reached) as usize;
+        return count;
+    }
+    if !reached {
+        count.wrong += lit as usize;
+        return count;
+    }
     count.facing = 1;
     count.dark = !lit as usize;
-    let bound = TIE * reference.size;
     let answer = |p: DVec3| {
-        let (to_light, far, reached) = towards(&setup.light, p);
-        if reached { reference.shadow(own, p, to_light, far, bound) } else { Shadow::Blocked }
+        let (to_light, far, _) = towards(&setup.light, p);
+        reference.shadow(own, p, to_light, far, bound)
     };
     let exact = answer(sample);
     if exact != Shadow::Touches && lit == (exact == Shadow::Lit) {
         return count;
     }
-    // The sample moved about on its triangle: the light's edge, the cone's and the range's pass within the bound or not.
-    let u = normal.any_orthonormal_vector();
-    let v = normal.cross(u);
-    let tie = exact == Shadow::Touches
-        || (0..16).any(|k| {
-            let (sin, cos) = (k as f64 * TAU / 16.0).sin_cos();
-            let moved = sample + (u * cos + v * sin) * bound * if k % 2 == 0 { 1.0 } else { 0.5 };
-            answer(reference.sample(own, pinhole.eye, moved - pinhole.eye)) != exact
-        });
+    // Low light reaches far for what lies so much higher.
+    let lifted = || answer(sample + normal * bound) != exact;
+    let tie = exact == Shadow::Touches || lifted() || (0..16).any(|k| answer(moved(k)) != exact);
     count.ties += tie as usize;
     count.wrong += !tie as usize;
     count
@@ -466,7 +477,7 @@ fn check(name: &str, scene: Scene, reach: (Vec3, f32), size: [u32; 2], most: f64
         assert!(c.ties * 1000 <= c.pixels, "{name}: {c:?}");
         assert!(c.elsewhere * 100 <= c.pixels && c.beside * 50 <= c.pixels, "{name}: {c:?}");
         // Up to half an ulp in each coordinate, and once more in the sum it is made of.
-        assert!(c.off_plane < 4.0 && c.off_sample < 0.01, "{name}: {c:?}");
+        assert!(c.off_plane < 4.0 && c.off_sample < 0.05, "{name}: {c:?}");
     }
 }
 
