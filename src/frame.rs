@@ -630,11 +630,9 @@ pub(crate) fn tally(gpu: &Gpu, label: &str) -> wgpu::Buffer {
 
 /// Makes the scene's buffers and textures known under the shaders' names.
 fn know_scene(recorder: &mut Recorder, scene: &SceneGpu) {
-    for (name, buffer) in [
-        ("vertices", &scene.vertices),
-        ("triangles", &scene.triangles),
-        ("materials", &scene.materials),
-    ] {
+    for (name, buffer) in
+        [("vertices", &scene.vertices), ("triangles", &scene.triangles), ("materials", &scene.materials)]
+    {
         recorder.set(name, buffer);
     }
     recorder.set("nodes", scene.nodes.view());

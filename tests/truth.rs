@@ -4,9 +4,14 @@ mod common;
 
 use common::*;
 use glam::{DVec3, Vec2, Vec3};
+use shadowscope::frame::Renderer;
 use shadowscope::light::Light;
 use shadowscope::measure::metrics::FACING;
-use shadowscope::scene::Scene;
+use shadowscope::scene::bvh::Node;
+use shadowscope::scene::geometry::Geometry;
+use shadowscope::scene::{Material, Mesh, Scene};
+use std::collections::HashSet;
+use std::sync::Arc;
 
 /// What a ray in double precision says of a pixel.
 #[derive(PartialEq)]
@@ -55,7 +60,7 @@ fn brute_force(triangles: &[[Vec3; 3]], own: usize, origin: Vec3, to_light: DVec
 
 /// Counts pixels that face the light where GPU and CPU differ, ties apart; also the lit, blocked and tied ones.
 fn compare(scene: Scene, size: [u32; 2]) -> (usize, [usize; 3]) {
-    let light = scene.lights[0].light;
+    let (light, materials) = (scene.lights[0].light, scene.materials.clone());
     let (mut renderer, mut setup) = start(scene, size);
     setup.select("rt-hard").unwrap();
     renderer.render(&setup, ask(&setup)).unwrap();
@@ -65,7 +70,13 @@ fn compare(scene: Scene, size: [u32; 2]) -> (usize, [usize; 3]) {
     let position = renderer.read_position().unwrap();
     let surface = renderer.read_surface().unwrap();
     let geometry = renderer.geometry();
-    let triangles: Vec<_> = (0..geometry.triangles.len()).map(|t| geometry.corners(t)).collect();
+    // Masked triangles with an alpha below the cutoff are not there: no ray meets a point.
+    let there = |t: usize| {
+        let material = &materials[geometry.vertices[geometry.triangles[t][0] as usize].material as usize];
+        material.alpha_cutoff.is_none_or(|cutoff| material.base_color.w >= cutoff)
+    };
+    let triangles: Vec<_> =
+        (0..geometry.triangles.len()).map(|t| if there(t) { geometry.corners(t) } else { [Vec3::ZERO; 3] }).collect();
     let (mut differing, mut counts) = (0, [0; 3]);
     for i in (0..truth.len()).filter(|i| mask[*i] == FACING) {
         let p = Vec3::from_slice(&position[i][..3]);
@@ -103,16 +114,28 @@ fn compare(scene: Scene, size: [u32; 2]) -> (usize, [usize; 3]) {
     (differing, counts)
 }
 
-/// A floor under a cloud of triangles of many sizes.
-fn cloud(seed: u64, light: Light) -> Scene {
+/// Triangles of many sizes.
+fn scattered(seed: u64, count: usize) -> Vec<[Vec3; 3]> {
     let mut r = Random(seed);
-    let mut triangles = floor(Vec2::splat(-8.0), Vec2::splat(8.0), -1.5);
-    for _ in 0..400 {
+    let one = |_| {
         let (center, size) = (r.point() * Vec3::new(4.0, 1.2, 4.0), 0.05 + r.next().powi(3) * 2.0);
-        triangles.push([0; 3].map(|_| center + r.point() * size));
-    }
+        [0; 3].map(|_| center + r.point() * size)
+    };
+    (0..count).map(one).collect()
+}
+
+/// A material with holes where alpha is below 0.5: everywhere or nowhere.
+fn masked(alpha: f32) -> Material {
+    Material { base_color: Vec3::splat(0.7).extend(alpha), alpha_cutoff: Some(0.5), ..material(Vec3::ONE) }
+}
+
+/// A floor under a cloud of triangles of many sizes, opaque and masked ones, of which half are not there.
+fn cloud(seed: u64, light: Light) -> Scene {
+    let mut triangles = floor(Vec2::splat(-8.0), Vec2::splat(8.0), -1.5);
+    triangles.extend(scattered(seed, 240));
+    let meshes = vec![mesh(&triangles, 0), mesh(&scattered(seed + 1, 160), 1), mesh(&scattered(seed + 2, 160), 2)];
     let view = camera(Vec3::new(6.0, 5.0, 7.0), Vec3::ZERO);
-    scene(vec![mesh(&triangles, 0)], vec![material(Vec3::splat(0.7))], view, light)
+    scene(meshes, vec![material(Vec3::splat(0.7)), masked(0.6), masked(0.4)], view, light)
 }
 
 #[test]
@@ -254,4 +277,153 @@ fn a_hemisphere_light_is_half_an_omni_light() {
         counts[if ahead < 0.0 { 2 } else { half[i] as usize }] += 1;
     }
     assert!(counts.iter().all(|n| *n > 500), "dark, lit, behind: {counts:?}");
+}
+
+/// The four boxes of a node as the shader decodes them.
+fn boxes(node: &Node) -> [[Vec3; 2]; 4] {
+    [0, 1, 2, 3].map(|k| {
+        let plane = |bytes: &[u32; 3], axis: usize| {
+            let scale = f32::from_bits((node.scales >> (8 * axis) & 255) << 23);
+            node.origin[axis] + (bytes[axis] >> (8 * k) & 255) as f32 * scale
+        };
+        [&node.low, &node.high].map(|bytes| Vec3::from_array([0, 1, 2].map(|axis| plane(bytes, axis))))
+    })
+}
+
+/// Checks that the BVH names each triangle once and that every box above one holds it; returns how many it names.
+fn check_bvh(triangles: &[[Vec3; 3]]) -> usize {
+    let made = scene(vec![mesh(triangles, 0)], vec![material(Vec3::ONE)], camera(Vec3::Z, Vec3::ZERO), sun(Vec3::Y));
+    let geometry = Geometry::new(&made, 0, 0.0).unwrap();
+    let bvh = &geometry.bvh;
+    let mut named = vec![0; geometry.triangles.len()];
+    let mut todo = vec![(0, Vec::new())];
+    let mut nodes = 0;
+    while let Some((at, above)) = todo.pop() {
+        nodes += 1;
+        let node = &bvh.nodes[at];
+        let (first, inner) = (node.children as usize >> 3, node.children as usize & 7);
+        let mut leaf = node.triangles as usize;
+        for (k, own) in boxes(node).into_iter().enumerate() {
+            let within: Vec<[Vec3; 2]> = above.iter().copied().chain([own]).collect();
+            if k < inner {
+                todo.push((first + k, within));
+                continue;
+            }
+            for i in leaf..leaf + (node.scales >> (24 + 2 * k) & 3) as usize {
+                let triangle = bvh.order[i] as usize;
+                named[triangle] += 1;
+                for p in geometry.corners(triangle) {
+                    let held = within.iter().all(|[low, high]| low.cmple(p).all() && high.cmpge(p).all());
+                    assert!(held, "triangle {triangle} at {p} is not in {within:?}");
+                }
+                leaf = i + 1;
+            }
+        }
+    }
+    assert_eq!(nodes, bvh.nodes.len());
+    assert!(named.iter().all(|n| *n <= 1));
+    // Who is not named has a duplicate that is.
+    let surfaces: HashSet<u32> = bvh.order.iter().map(|t| geometry.triangles[*t as usize][3]).collect();
+    assert!(geometry.triangles.iter().all(|t| surfaces.contains(&t[3])));
+    bvh.order.len()
+}
+
+/// Boxes of a byte a plane lose nothing, however scales and places mix.
+#[test]
+fn every_box_of_the_bvh_holds_its_triangles() {
+    let moved = |seed, count, scale: f32, by: Vec3| -> Vec<[Vec3; 3]> {
+        scattered(seed, count).into_iter().map(|t| t.map(|p| p * scale + by)).collect()
+    };
+    let mut mixed = floor(Vec2::splat(-1e5), Vec2::splat(1e5), 0.0);
+    for (i, scale) in [1e-6, 1e-3, 1.0, 1e3].into_iter().enumerate() {
+        mixed.extend(moved(i as u64 + 9, 300, scale, Vec3::new(3e4 * i as f32, 7.0, 1e-3)));
+    }
+    let flat = floor(Vec2::splat(-1.0), Vec2::splat(1.0), 1e6);
+    let points = vec![[Vec3::new(2.0, 1.0, 2.0); 3]; 500];
+    let mut r = Random(5);
+    let close: Vec<_> = (0..2000).map(|_| [Vec3::X, Vec3::Y, Vec3::Z].map(|p| p * 3.0 + r.point() * 1e-6)).collect();
+    for triangles in [moved(1, 1, 1.0, Vec3::ZERO), moved(2, 5000, 1.0, Vec3::ZERO), mixed, flat, close] {
+        assert_eq!(check_bvh(&triangles), triangles.len());
+    }
+    assert_eq!(check_bvh(&moved(3, 400, 1e-30, Vec3::ZERO)), 400);
+    assert_eq!(check_bvh(&points), 1);
+}
+
+/// Thousands of triangles at one place cost a ray no more than one does, and nearly equal ones a share of a visit each.
+#[test]
+fn triangles_at_one_place_are_cheap() {
+    let count = 8000;
+    let ground = floor(Vec2::splat(-3.0), Vec2::splat(3.0), 0.0);
+    let roof = [Vec3::new(-1.0, 1.0, -1.0), Vec3::new(-1.0, 1.0, 1.0), Vec3::new(1.0, 1.0, 0.0)];
+    let mut r = Random(8);
+    let equal = vec![roof; count];
+    let near: Vec<_> = (0..count).map(|_| roof.map(|p| p + r.point() * 1e-5)).collect();
+    let most = |roofs: &[[Vec3; 3]]| {
+        let view = camera(Vec3::new(0.0, 6.0, 5.0), Vec3::ZERO);
+        let meshes = vec![mesh(&ground, 0), mesh(roofs, 0)];
+        let sun = sun(Vec3::new(0.3, 1.0, 0.0));
+        let (mut renderer, mut setup) = start(scene(meshes, vec![material(Vec3::ONE)], view, sun), [64, 48]);
+        setup.select("rt-hard").unwrap();
+        setup.view = "visits".into();
+        renderer.render(&setup, ask(&setup)).unwrap();
+        let visits = renderer.read_map().unwrap();
+        let truth = renderer.read_truth().unwrap();
+        assert!(truth.iter().filter(|t| **t == 0.0).count() > 20, "the roof casts");
+        assert_eq!(renderer.read_gave_up().unwrap(), [0, 0]);
+        (visits.into_iter().fold(0.0, f32::max), truth)
+    };
+    let (one, truth) = most(&[roof]);
+    assert_eq!(most(&equal), (one, truth), "{count} are as one");
+    let (all, _) = most(&near);
+    assert!(all > one && all <= count as f32 / 3.0, "{all} nodes visited for {count} triangles");
+}
+
+/// Of duplicates only those are left out that stop just what another one stops: not the one that faces the other way,
+/// and not the opaque one beside a masked one.
+#[test]
+fn duplicates_that_differ_all_count() {
+    let ground = floor(Vec2::splat(-3.0), Vec2::splat(3.0), 0.0);
+    let roof = floor(Vec2::splat(-1.0), Vec2::splat(1.0), 1.0);
+    let turned: Vec<_> = roof.iter().map(|t| [t[0], t[2], t[1]]).collect();
+    let shadow = |roofs: [Mesh; 2], two_sided: bool| {
+        let view = camera(Vec3::new(0.0, 6.0, 5.0), Vec3::ZERO);
+        let [a, b] = roofs;
+        let meshes = vec![mesh(&ground, 0), a, b];
+        let materials = vec![material(Vec3::ONE), masked(0.4)];
+        let (mut renderer, mut setup) = start(scene(meshes, materials, view, sun(Vec3::new(0.3, 1.0, 0.0))), [64, 48]);
+        setup.select("rt-hard").unwrap();
+        setup.set(&format!("two_sided={two_sided}"), &["rt-hard".into()]).unwrap();
+        renderer.render(&setup, ask(&setup)).unwrap();
+        let (visibility, position) = (renderer.read_visibility().unwrap(), renderer.read_position().unwrap());
+        (0..visibility.len()).filter(|i| position[*i][1].abs() < 1e-3 && visibility[*i] == 0.0).count()
+    };
+    let alone = shadow([mesh(&roof, 0), mesh(&roof, 0)], true);
+    assert!(alone > 40, "{alone}");
+    for (a, b) in [(&roof, &turned), (&turned, &roof)] {
+        assert_eq!(shadow([mesh(a, 0), mesh(b, 0)], false), alone);
+    }
+    for [a, b] in [[0, 1], [1, 0]] {
+        assert_eq!(shadow([mesh(&roof, a), mesh(&roof, b)], true), alone);
+    }
+    let none = shadow([mesh(&roof, 1), mesh(&roof, 1)], true);
+    let way = shadow([mesh(&roof, 0), mesh(&roof, 0)], false) + shadow([mesh(&turned, 0), mesh(&turned, 0)], false);
+    assert_eq!([none, way], [0, alone], "only one side of the roof faces the sun");
+}
+
+/// A scene that does not fit the adapter is refused in one sentence that says what would.
+#[test]
+fn too_many_vertices_are_refused() {
+    let most = gpu().most_bound() / 32;
+    // An adapter with room for gigabytes is not filled for this.
+    if most > 1 << 23 {
+        return;
+    }
+    let mut large = mesh(&floor(Vec2::ZERO, Vec2::ONE, 0.0), 0);
+    large.positions.resize(most as usize + 1, Vec3::ZERO);
+    large.normals.resize(most as usize + 1, Vec3::Y);
+    large.uvs.resize(most as usize + 1, Vec2::ZERO);
+    let large = scene(vec![large], vec![material(Vec3::ONE)], camera(Vec3::Z, Vec3::ZERO), sun(Vec3::Y));
+    let error = Renderer::new(gpu(), Arc::new(large)).err().expect("it is refused").to_string();
+    assert!(error.starts_with(&format!("test has {} vertices in 2 triangles: that takes ", most + 1)), "{error}");
+    assert!(error.contains("MiB in one buffer") && !error.contains('\n'), "{error}");
 }

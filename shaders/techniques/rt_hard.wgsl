@@ -31,10 +31,31 @@ fn visible(pixel: vec2u) -> Hit {
     return trace(shadow_ray(s, light));
 }
 
+// The pixel of a thread. Rows of workgroups are dealt out 16 apart: software adapters give each core a run of
+// neighbours, and the sky takes less than the ground.
+fn dealt(id: vec2u) -> vec2u {
+    let rows = (frame.band.y + 7u) / 8u;
+    let row = id.y / 8u;
+    let each = rows / 16u;
+    // So many rounds have a row more than the others.
+    let longer = rows % 16u;
+    let rest = max(row, longer * (each + 1u)) - longer * (each + 1u);
+    let long = row < longer * (each + 1u);
+    let least = max(each, 1u);
+    let first = select(longer + rest / least, row / (each + 1u), long);
+    let round = select(rest % least, row % (each + 1u), long);
+    return vec2u(id.x, frame.band.x + (round * 16u + first) * 8u + id.y % 8u);
+}
+
+// Whether the picture and the rows of this dispatch hold the pixel.
+fn in_band(pixel: vec2u) -> bool {
+    return pixel.x < frame.size.x && pixel.y < min(frame.size.y, frame.band.x + frame.band.y);
+}
+
 @compute @workgroup_size(8, 8)
 fn resolve(@builtin(global_invocation_id) id: vec3u) {
-    let pixel = vec2u(id.x, id.y + frame.band.x);
-    if pixel.x < frame.size.x && pixel.y < frame.size.y && id.y < frame.band.y {
+    let pixel = dealt(id.xy);
+    if in_band(pixel) {
         let hit = visible(pixel);
         if hit.visits > 0u {
             tally_ray(hit);
@@ -53,8 +74,8 @@ fn resolve(@builtin(global_invocation_id) id: vec3u) {
 
 @compute @workgroup_size(8, 8)
 fn accumulate(@builtin(global_invocation_id) id: vec3u) {
-    let pixel = vec2u(id.x, id.y + frame.band.x);
-    if pixel.x >= frame.size.x || pixel.y >= frame.size.y || id.y >= frame.band.y {
+    let pixel = dealt(id.xy);
+    if !in_band(pixel) {
         return;
     }
     var count = 0u;

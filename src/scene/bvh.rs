@@ -106,7 +106,8 @@ fn widened(mut binary: Vec<Bvh2Node>, order: &[u32]) -> (Bvh, usize) {
         let mut children: Vec<usize> = vec![from];
         while children.len() < 4 {
             let inner = (0..children.len()).filter(|i| !binary[children[*i]].is_leaf());
-            let Some(i) = inner.max_by(|a, b| area(&binary[children[*a]]).total_cmp(&area(&binary[children[*b]]))) else {
+            let Some(i) = inner.max_by(|a, b| area(&binary[children[*a]]).total_cmp(&area(&binary[children[*b]])))
+            else {
                 break;
             };
             let first = binary[children.swap_remove(i)].first_index as usize;

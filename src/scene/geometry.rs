@@ -111,10 +111,8 @@ impl Geometry {
         let vertices = transformed(scene, &placed);
         let distinct = number_surfaces(&vertices, &mut triangles, opaque);
         let corner = |i: u32, c: usize| vertices[triangles[i as usize][c] as usize].position.into();
-        let tris: Vec<_> = distinct
-            .iter()
-            .map(|i| Triangle { v0: corner(*i, 0), v1: corner(*i, 1), v2: corner(*i, 2) })
-            .collect();
+        let tris: Vec<_> =
+            distinct.iter().map(|i| Triangle { v0: corner(*i, 0), v1: corner(*i, 1), v2: corner(*i, 2) }).collect();
         let mut bvh = Bvh::new(&tris);
         bvh.order.iter_mut().for_each(|i| *i = distinct[*i as usize]);
         Ok(Geometry { bounds: bvh.bounds, vertices, triangles, opaque, bvh, hull: OnceLock::new() })

@@ -1,7 +1,7 @@
 //! Scenes as they come from a glTF file or from our own generators.
 
 pub mod builtin;
-mod bvh;
+pub mod bvh;
 pub mod geometry;
 pub mod gltf;
 mod textures;

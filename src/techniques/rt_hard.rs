@@ -56,7 +56,7 @@ impl Technique for RtHard {
         if f.wants_any_map() {
             f.run(&self.inspect).per_pixel();
         }
-        f.show_ramp("visits", [0.0, 200.0]);
+        f.show_ramp("visits", [0.0, 50.0]);
         Ok(())
     }
 }
