@@ -2,6 +2,7 @@
 //! chapter 10; Navratil 2015, figure 3.8, left).
 
 use super::{Eye, LightImage, Scope, hull};
+use crate::scene::bvh::Child;
 use crate::scene::geometry::Geometry;
 use glam::{DVec2, DVec3, DVec4};
 
@@ -82,23 +83,22 @@ fn gathered(geometry: &Geometry, measure: impl Fn(&[DVec3]) -> Extent) -> Extent
     let mut sum = Extent::NONE;
     let mut open = vec![0];
     while let Some(at) = open.pop() {
-        let node = &geometry.nodes[at];
-        let corner = |i: usize| {
-            DVec3::from_array([0, 1, 2].map(|a| if i >> a & 1 == 1 { node.max[a] } else { node.min[a] } as f64))
-        };
-        let found = measure(&[0, 1, 2, 3, 4, 5, 6, 7].map(corner));
-        if found.is_empty() || sum.with(&found) == sum {
-            continue;
-        }
-        if node.prim_count == 0 {
-            open.extend([node.first_index as usize, node.first_index as usize + 1]);
-            continue;
-        }
-        let first = node.first_index as usize;
-        for triangle in &geometry.order[first..first + node.prim_count as usize] {
-            let found = measure(&geometry.corners(*triangle as usize).map(|p| p.as_dvec3()));
-            if !found.is_empty() {
-                sum = sum.with(&found);
+        for (ends, child) in geometry.bvh.nodes[at].children() {
+            let corner = |i: usize| DVec3::from_array([0, 1, 2].map(|a| ends[i >> a & 1][a] as f64));
+            let found = measure(&[0, 1, 2, 3, 4, 5, 6, 7].map(corner));
+            if found.is_empty() || sum.with(&found) == sum {
+                continue;
+            }
+            match child {
+                Child::Node(node) => open.push(node),
+                Child::Triangles(range) => {
+                    for triangle in &geometry.bvh.order[range] {
+                        let found = measure(&geometry.corners(*triangle as usize).map(|p| p.as_dvec3()));
+                        if !found.is_empty() {
+                            sum = sum.with(&found);
+                        }
+                    }
+                }
             }
         }
     }

@@ -4,6 +4,7 @@ use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 use obvhs::bvh2::node::Bvh2Node;
 use obvhs::triangle::Triangle;
+use std::ops::Range;
 
 /// A node with up to four children, inner nodes before leaves, as three texels that `shaders/lib/trace.wgsl` reads.
 ///
@@ -22,6 +23,14 @@ pub struct Node {
     pub triangles: u32,
     pub low: [u32; 3],
     pub high: [u32; 3],
+}
+
+/// What lies in a child's box.
+pub enum Child {
+    /// Another of [`Bvh::nodes`].
+    Node(usize),
+    /// A stretch of [`Bvh::order`].
+    Triangles(Range<usize>),
 }
 
 /// A BVH of triangles.
@@ -140,6 +149,23 @@ fn widened(mut binary: Vec<Bvh2Node>, order: &[u32]) -> (Bvh, usize) {
 }
 
 impl Node {
+    /// Its children, each with the two ends of a box that holds it, as the shader decodes them.
+    pub fn children(&self) -> impl Iterator<Item = ([Vec3; 2], Child)> {
+        let (first, inner) = (self.children as usize >> 3, self.children as usize & 7);
+        let plane = |bytes: &[u32; 3], axis: usize, k: usize| {
+            let scale = f32::from_bits((self.scales >> (8 * axis) & 255) << 23);
+            self.origin[axis] + (bytes[axis] >> (8 * k) & 255) as f32 * scale
+        };
+        let mut leaf = self.triangles as usize;
+        (0..4).filter_map(move |k| {
+            let count = (self.scales >> (24 + 2 * k) & 3) as usize;
+            let child = if k < inner { Child::Node(first + k) } else { Child::Triangles(leaf..leaf + count) };
+            leaf += count;
+            let ends = [&self.low, &self.high].map(|b| Vec3::from_array([0, 1, 2].map(|axis| plane(b, axis, k))));
+            (k < inner || count > 0).then_some((ends, child))
+        })
+    }
+
     /// A node around the boxes of its children, with neither inner nodes nor triangles yet.
     fn of(boxes: &[[Vec3; 2]]) -> Node {
         let origin = boxes.iter().fold(Vec3::INFINITY, |low, b| low.min(b[0]));
