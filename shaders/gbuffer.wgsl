@@ -67,7 +67,11 @@ fn weights_at(ray: vec3f, a: vec3f, ab: vec3f, ac: vec3f, normal: vec3f, side: f
     let whole = -side * dot(ray, cross(ab, ac));
     let first = whole - second - third;
     if whole > 0.0 && min(first, min(second, third)) >= 0.0 {
-        return vec3f(first, second, third) / whole;
+        let w = vec2f(second, third) / whole;
+        // Once more from the point found: what was lost to far corners, as of a long triangle, is small from there.
+        let found = a + w.x * ab + w.y * ac;
+        let better = max(w + side / whole * vec2f(dot(ray, cross(found, ac)), dot(ray, cross(ab, found))), vec2f(0.0));
+        return vec3f(max(1.0 - better.x - better.y, 0.0), better);
     }
     // The edge that is passed by most.
     let is_second = second <= first && second <= third;

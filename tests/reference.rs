@@ -523,7 +523,8 @@ fn closed_bodies() {
 
 #[test]
 fn scenes() {
-    for name in ["bench", "blocks", "arches", "hall", "observatory", "pavilion", "cubes", "terrain"] {
+    // Those without masks, which the reference does not know.
+    for name in ["bench", "blocks", "arches", "hall", "observatory", "pavilion", "cubes"] {
         let scene = builtin::build(name).unwrap();
         let view = scene.cameras[0].camera;
         check(name, scene, (view.target, view.position.distance(view.target) / 2.0), [192, 108], 2e-5);
