@@ -59,7 +59,7 @@ fn measured(path: &Path, at: DVec3) -> Vec<(String, Errors, Vec<f32>)> {
             setup.set("resolution=256", &["shadow-map".into(), "pssm".into(), "sdsm".into(), "notw".into()]).unwrap();
             renderer.render(&setup, ask(&setup)).unwrap();
             let (visibility, truth) = (renderer.read_visibility().unwrap(), renderer.read_truth().unwrap());
-            let errors = metrics::errors(&visibility, &truth, &renderer.read_mask().unwrap(), 96);
+            let errors = metrics::errors(&visibility, &truth, &truth, &renderer.read_mask().unwrap(), 96);
             out.push((format!("{technique} under {}", light.kind()), errors, visibility));
         }
     }
