@@ -333,7 +333,7 @@ fn rays_without_room_go_in_bands() {
     }
 }
 
-/// A hill 20 km from the origin, where rounding has each view sample ask for up to nine texels.
+/// A hill 20 km from the origin, drawn from near by: the same picture each time, and the right one.
 #[test]
 fn far_rays_find_room() {
     let (mut s, scene) = Setup::open("tests/data/notw-20km.glb").unwrap();
@@ -345,9 +345,11 @@ fn far_rays_find_room() {
     let mut seen = Vec::new();
     for _ in 0..6 {
         r.render(&s, Ask { fresh: true, ..ask(&s) }).unwrap();
-        let v = r.read_visibility().unwrap();
-        let dark = r.read_mask().unwrap().iter().zip(&v).filter(|(m, v)| **m == FACING && **v == 0.0).count();
-        assert_eq!(dark, 331);
+        let (v, truth) = (r.read_visibility().unwrap(), r.read_truth().unwrap());
+        let mask = r.read_mask().unwrap();
+        let facing = |of: &dyn Fn(usize) -> bool| (0..v.len()).filter(|i| mask[*i] == FACING && of(*i)).count();
+        let (dark, wrong) = (facing(&|i| truth[i] == 0.0), facing(&|i| v[i] != truth[i]));
+        assert!(dark > 300 && wrong <= 6, "{wrong} wrong, {dark} dark");
         seen.push(v);
     }
     assert!(seen.iter().all(|v| *v == seen[0]));

@@ -488,7 +488,7 @@ fn the_maps_picture_tells_near_from_far() {
 #[test]
 fn rays_that_give_up_are_reported() {
     let (mut r, mut s) = built_in("bench", "flowers-against", [160, 90]);
-    errors(&mut r, &mut s, "rt-hard", &["max_visits=64"]);
+    errors(&mut r, &mut s, "rt-hard", &["max_visits=16"]);
     let [own, truth] = r.read_gave_up().unwrap();
     assert!(own > 100 && truth == 0, "{own} {truth}");
     s.set("max_visits=65536", &["rt-hard".into()]).unwrap();

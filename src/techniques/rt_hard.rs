@@ -15,7 +15,7 @@ crate::params! {
         /// Off: a triangle blocks only the light that arrives at its front.
         two_sided: flag(true),
         /// Nodes of the BVH that a ray may visit before it gives up and counts as lit.
-        max_visits: int(65536, 64..=1048576, "nodes"),
+        max_visits: int(65536, 16..=1048576, "nodes"),
     }
 }
 
