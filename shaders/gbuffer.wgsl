@@ -59,7 +59,7 @@ fn vertex(@builtin(vertex_index) index: u32) -> Fragment {
 
 // The corners' weights at the point of a triangle that a ray from the eye meets; outside, at that of its border that the ray
 // passes nearest. `a`: the first corner from the eye; `ab`, `ac`: from it to the others; `side`: 1 if the eye sees the front.
-fn weights_at(ray: vec3f, a: vec3f, ab: vec3f, ac: vec3f, normal: vec3f, side: f32) -> vec3f {
+fn weights_at(ray: vec3f, a: vec3f, ab: vec3f, ac: vec3f, side: f32) -> vec3f {
     // Volumes spanned by the ray and the edges as the eye sees them: all positive in front of the eye and inside (Möller,
     // Trumbore 1997, whose determinant is the sum).
     let second = side * dot(ray, cross(a, ac));
@@ -100,7 +100,7 @@ fn fragment(in: Fragment) -> Targets {
     // The winding decides, not the rasteriser: the same rule as for rays.
     let a = in.corner - frame.eye;
     let front = dot(in.normal, a) <= 0.0;
-    let exact = weights_at(pixel_ray(in.clip.xy), a, in.second, in.third, in.normal, select(-1.0, 1.0, front));
+    let exact = weights_at(pixel_ray(in.clip.xy), a, in.second, in.third, select(-1.0, 1.0, front));
     let off_edges = max(exact, in.least);
     let w = off_edges / (off_edges.x + off_edges.y + off_edges.z);
     let uv = w.x * in.uvs.xy + w.y * in.uvs.zw + w.z * in.last_uv;

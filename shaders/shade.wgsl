@@ -101,6 +101,11 @@ fn map_picture(pixel: vec2u) -> vec3f {
     return vec3f(saturate((light_view.far - z) / (light_view.far - light_view.near)));
 }
 
+// Whether errors count: the surface faces the light, within its cone and range.
+fn can_be_wrong(s: Surface) -> bool {
+    return faces_light(s) && light_at(s.position).reached;
+}
+
 fn dimmed(s: Surface) -> vec3f {
     let gray = dot(linear_to_srgb(lit(s, textureLoad(visibility, s.pixel, 0).x)), vec3f(0.3, 0.6, 0.1));
     return vec3f(0.15 + 0.4 * gray);
@@ -161,7 +166,7 @@ fn color_of(pixel: vec2u) -> vec3f {
         case view_error: {
             let t = textureLoad(truth, pixel, 0).x;
             let off = abs(v - t);
-            if !faces_light(s) || off < 1.0 / 255.0 {
+            if !can_be_wrong(s) || off < 1.0 / 255.0 {
                 return dimmed(s);
             }
             let hue = select(vec3f(0.95, 0.12, 0.10), vec3f(0.10, 0.25, 1.00), v > t);
@@ -169,11 +174,11 @@ fn color_of(pixel: vec2u) -> vec3f {
         }
         case view_acne: {
             let amount = textureLoad(truth, pixel, 0).x - v;
-            return mix(dimmed(s), vec3f(1.0, 0.85, 0.1), select(0.0, saturate(amount), faces_light(s)));
+            return mix(dimmed(s), vec3f(1.0, 0.85, 0.1), select(0.0, saturate(amount), can_be_wrong(s)));
         }
         case view_detachment: {
             let amount = v - textureLoad(truth, pixel, 0).x;
-            return mix(dimmed(s), vec3f(0.2, 0.9, 0.9), select(0.0, saturate(amount), faces_light(s)));
+            return mix(dimmed(s), vec3f(0.2, 0.9, 0.9), select(0.0, saturate(amount), can_be_wrong(s)));
         }
         case view_facing: {
             let light = light_at(s.position);

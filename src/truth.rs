@@ -325,7 +325,8 @@ mod tests {
             let all: Vec<Vec2> = (0..n).map(|i| offset(i, n)).collect();
             assert!(all.iter().sum::<Vec2>().length() < 1e-5, "{n}");
             let side = (n as f32).sqrt() as u32;
-            let cells: [(&str, fn(Vec2, u32, u32) -> u32); 3] = [
+            type Cell = fn(Vec2, u32, u32) -> u32;
+            let cells: [(&str, Cell); 3] = [
                 ("columns", |p, n, _| ((p.x + 0.5) * n as f32) as u32),
                 ("rows", |p, n, _| ((p.y + 0.5) * n as f32) as u32),
                 ("cells", |p, _, k| ((p.y + 0.5) * k as f32) as u32 * k + ((p.x + 0.5) * k as f32) as u32),

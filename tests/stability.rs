@@ -335,7 +335,7 @@ fn the_command_writes_tables_charts_and_worst_frames() {
     let rows: Vec<csv::StringRecord> = rows.records().map(Result::unwrap).collect();
     assert_eq!(rows.len(), 3 * techniques::ALL.iter().filter(|i| i.lights.contains(&"directional")).count());
     assert_eq!(rows[0].len(), 13);
-    assert!(&rows[0][7] == "" && rows[1][7].parse::<f64>().is_ok(), "the first frame has none before it");
+    assert!(rows[0][7].is_empty() && rows[1][7].parse::<f64>().is_ok(), "the first frame has none before it");
     let svg = std::fs::read_to_string(dir.path().join("out/st-corner.svg")).unwrap();
     assert!(svg.starts_with("<svg") || svg.starts_with("<?xml"), "{}", &svg[..40]);
     assert!(image::open(dir.path().join("out/st-corner.png")).unwrap().width() >= 1000);

@@ -17,7 +17,7 @@ pub struct Wanted {
     /// The cost: gpu_ms, ratio, cost, gpu_bytes, rays, triangles_submitted or fragments.
     #[arg(long, default_value = COSTS[0].id)]
     x: String,
-    /// The error: error_share, rmse, flip, boundary_p95_px, contour_mean_px or flicker; or of the texels m_p95, texel_area_p95,
+    /// The error: error_share, rmse, mae, beyond_tolerance, flip, boundary_p95_px, contour_mean_px or flicker; or of the texels m_p95, texel_area_p95,
     /// stretch_p95, anisotropy_p95 or folds.
     #[arg(long, default_value = ERRORS[0].id)]
     y: String,

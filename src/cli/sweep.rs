@@ -58,6 +58,8 @@ pub fn run(mut wanted: Wanted, ids: Vec<String>, output: Output, adapter: Option
             .with_context(|| format!("{} holds another sweep; delete it or write into another file", file.display()))?;
         rows.extend(held.iter().map(|r| (r.index, r.clone())));
     }
+    // Rows of versions without an averaged truth hold its figures against the hard one.
+    rows.retain(|_, r| r.truth_samples > 0);
     if output.flicker {
         // Rows of other versions may hold flicker by another definition, and no label flicker.
         rows.retain(|_, r| r.label_flicker.is_some());

@@ -71,7 +71,13 @@ pub fn crop(scope: &Scope, geometry: &Geometry, [near, far]: [f64; 2], all: &Ext
     });
     // All that the light crosses on its way there.
     let swept = Extent { nearest: f64::NEG_INFINITY, ..*all };
-    let cast = gathered(geometry, |points| Extent::of(&image, points, eps).within(&swept));
+    let cast = gathered(geometry, |points| {
+        // What lies behind a lamp casts on nothing before it.
+        if points.iter().all(|p| image.rows[2].dot(p.extend(1.0)) <= eps) {
+            return Extent::NONE;
+        }
+        Extent::of(&image, points, eps).within(&swept)
+    });
     let across = Extent { nearest: f64::NEG_INFINITY, deepest: f64::INFINITY, ..cast };
     let cut = Extent { nearest: cast.nearest, ..received.within(&across) };
     (!received.is_empty() && !cut.is_empty()).then_some(cut)

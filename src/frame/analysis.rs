@@ -206,6 +206,9 @@ impl Analysis {
         let (x, y) = (at[0] as u32, at[1] as u32);
         let layer = y / maps.size[1] * columns + x / maps.size[0];
         let (x, y) = (x % maps.size[0], y % maps.size[1]);
+        if maps.sides.get(layer as usize).is_some_and(|side| *side > 0 && x.max(y) >= *side) {
+            return Ok(None);
+        }
         let index = (layer as u64 * maps.size[1] as u64 + y as u64) * maps.size[0] as u64 + x as u64;
         let Some(band) = self.bands.iter().find(|b| (b.first..b.first + b.count).contains(&index)) else {
             return Ok(None);

@@ -35,7 +35,7 @@ pub(super) struct Pending {
     pub(super) ready: Arc<AtomicBool>,
 }
 
-pub(super) const MAX_PASSES: u32 = 128;
+pub(super) const MAX_PASSES: u32 = 512;
 
 impl Timer {
     /// The way that can be trusted on the adapter: timestamps, or wall clock on software (lavapipe's compute

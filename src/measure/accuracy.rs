@@ -60,6 +60,9 @@ pub fn accuracy(renderer: &mut Renderer, setup: &Setup, index: u64) -> Result<Re
     let draws = analysis.draws(gpu)?;
     let pieces = analysis.pieces(gpu)?;
     let mut notes = renderer.notes()?;
+    if e.facing == 0 {
+        notes.push("No pixel faces the light within its cone and range: nothing can be wrong.".into());
+    }
     if let Some(maps) = maps.filter(|_| !counted) {
         notes.push(format!("View samples a texel are not counted: {} texels are too many.", maps.texels()));
     }

@@ -85,8 +85,8 @@ impl Figure {
     pub fn parse(&self, text: &str) -> Result<f64> {
         let (title, trimmed) = (self.title, text.trim());
         let said = match self.unit {
-            Unit::Share => format!("--max-error {text}: {title} are a share; write it as 0.5% or 0.005"),
-            Unit::Plain => format!("--max-error {text}: {title} is no share; write a number such as {}", self.usual),
+            Unit::Share => format!("--max-error {text}: {title} is given as a share; write it as 0.5% or 0.005"),
+            Unit::Plain => format!("--max-error {text}: {title} is not a share; write a number such as {}", self.usual),
             Unit::Pixels => format!("--max-error {text}: {title} is a distance in pixels; write it as 2 or 2px"),
         };
         let said = if self.unit == Unit::Share { said } else { said + ", or choose another error with --by" };
@@ -241,7 +241,9 @@ pub fn advise(
     let plain = plain.and_then(|family| search.best(within(budget.max_error), Some(family)));
     let place = |i: usize| tried.iter().position(|(n, _)| *n == i);
     let points: Vec<(f64, f64)> = tried.iter().map(|(_, r)| (Advice::cost(r), by.of(r).unwrap_or(UNKNOWN))).collect();
-    let miss = |(cost, error): &(f64, f64)| (error / wanted.error).max(cost / wanted.cost);
+    // Shares of what was wanted; of nothing, that is 0, all that is more misses by as much.
+    let share = |x: f64, wanted: f64| if wanted > 0.0 { x / wanted } else { 1.0 + x };
+    let miss = |(cost, error): &(f64, f64)| share(*error, wanted.error).max(share(*cost, wanted.cost));
     let closest = (0..points.len()).min_by(|a, b| miss(&points[*a]).total_cmp(&miss(&points[*b])));
     let answer = answer.and_then(place);
     let rows: Vec<Record> = tried.iter().map(|(_, r)| r.clone()).collect();
@@ -341,7 +343,7 @@ mod tests {
             ("error", "half", "write it as 0.5% or 0.005"),
             ("error", "2px", "write it as 0.5% or 0.005"),
             ("error", "101%", "takes 0 to 100 %"),
-            ("rmse", "0.5%", "RMSE is no share; write a number such as 0.05"),
+            ("rmse", "0.5%", "RMSE is not a share; write a number such as 0.05"),
             ("rmse", "1.5", "takes 0 to 1"),
             ("boundary", "3%", "distance in pixels"),
             ("boundary", "-1", "from 0 on"),

@@ -72,18 +72,27 @@ fn told(records: &[Record], base: &Setup, setup_text: &str) -> Result<String> {
         false => "GPU timestamps of each pass",
     };
     let taking_turns = "configurations take turns, warm-up is left out, the median counts";
-    let c = base.camera;
+    // In the file's own coordinates.
+    let written = toml::Table::try_from(base).context("the set-up cannot be written as TOML")?;
+    let table = |key: &str| written.get(key).map_or(Ok(String::new()), toml::to_string).map(|text| one_line(&text));
     let mut rows = vec![
         ("Scene", base.scene.clone()),
         ("Picture", format!("{} × {} pixels", base.size[0], base.size[1])),
         ("Configurations", format!("{} of {}", records.len(), ids(records).join(", "))),
-        ("Camera", format!("at {} m, towards {} m, {}° high, {} to {} m", c.position, c.target, c.fov, c.near, c.far)),
-        ("Light", one_line(&toml::to_string(&base.light).context("the light cannot be written as TOML")?)),
+        ("Camera", table("camera").context("the camera cannot be written as TOML")?),
+        ("Light", table("light").context("the light cannot be written as TOML")?),
         ("Clock", format!("{} s, animation {}, seed {}", base.time, base.animation, base.seed)),
         ("Adapter", all(&|r| r.adapter.clone())),
         ("Driver", all(&|r| r.driver.clone())),
         ("Times", format!("{clock}; {taking_turns}; {least} to {most} frames counted")),
-        ("Errors", "against one exact shadow ray a pixel, over the pixels that face the light".into()),
+        (
+            "Errors",
+            format!(
+                "counts against one exact shadow ray a pixel, RMSE, MAE and FLIP against the mean of {}; over the pixels \
+                 that face the light within its cone and range",
+                all(&|r| r.truth_samples.to_string())
+            ),
+        ),
         ("Notes", all(&|r| r.notes.clone())),
     ];
     rows.retain(|r| !r.1.is_empty());

@@ -45,7 +45,7 @@ pub struct Point {
     pub t: f32,
     /// What runs along the path, in its unit.
     pub value: f32,
-    /// Wrong pixels as a share of those that face the light.
+    /// Wrong pixels as a share of those that face the light, within its cone and range.
     pub error_share: f64,
     /// What changed since the last frame. None in the first one, and where no pixel is seen twice.
     #[serde(flatten)]
@@ -274,7 +274,7 @@ impl Seen {
         })
     }
 
-    /// Share of the pixels facing the light that are labelled wrongly.
+    /// Share of the pixels facing the light, within its cone and range, that are labelled wrongly.
     fn error(&self, visibility: &[f32]) -> f64 {
         let (facing, wrong) = (0..visibility.len())
             .into_par_iter()

@@ -22,6 +22,7 @@ pub fn text(rows: &[Record]) -> String {
         "FLIP",
         "px off, median/p95/max",
         "contours, px",
+        "flicker, %",
         "GPU ms",
         "quartiles",
         "frames",
@@ -59,6 +60,7 @@ pub fn text(rows: &[Record]) -> String {
             format!("{:.5}", r.flip),
             edge,
             number(r.contour_mean_px),
+            r.flicker.map_or("-".into(), |f| format!("{:.3}", f * 100.0)),
             format!("{:.3}", r.gpu_ms),
             format!("{:.3}-{:.3}", r.gpu_ms_q1, r.gpu_ms_q3),
             r.frames.to_string(),
@@ -114,8 +116,8 @@ pub fn text(rows: &[Record]) -> String {
     out += &aligned(&lines);
     if let Some(r) = rows.first() {
         out += &format!(
-            "Counts, error % and px off are against one sample a pixel; RMSE, MAE, max, off > 0.1 and FLIP against the mean of {}.\n",
-            r.truth_samples
+            "Counts, error % and px off are against one sample a pixel; RMSE, MAE, max, off > 0.1 and FLIP against {}.\n",
+            if r.truth_samples > 1 { format!("the mean of {}", r.truth_samples) } else { "the same".into() }
         );
     }
     out += "\n";

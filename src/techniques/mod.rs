@@ -16,7 +16,7 @@ mod tsm;
 
 use crate::frame::Frame;
 use crate::gpu::Gpu;
-use crate::light::{KINDS, Light};
+use crate::light::Light;
 use crate::params::{Group, Spec};
 use crate::view::View;
 use anyhow::{Context, Result, anyhow};
@@ -30,7 +30,7 @@ pub struct Info {
     pub paper: &'static str,
     /// What it does and where it fails, in a student's words.
     pub doc: &'static str,
-    /// The light kinds it serves, by their names in [`KINDS`].
+    /// The light kinds it serves, by their names in [`crate::light::KINDS`].
     pub lights: &'static [&'static str],
     /// Whether it aims at the mean visibility over a pixel, as filters do, and not at that of one sample: views and the
     /// window then show the averaged truth beside it ([`crate::truth::Samples::Auto`]).
@@ -92,8 +92,11 @@ impl Info {
     /// Why it cannot serve a light, or None if it can.
     pub fn refuses(&self, light: &Light) -> Option<String> {
         let kind = light.kind();
-        (!self.lights.contains(&kind))
-            .then(|| format!("{} serves {} light, not {}", self.title, self.lights.join(" and "), KINDS[light.index()]))
+        let lights = match self.lights {
+            [all @ .., last] if !all.is_empty() => format!("{} and {last}", all.join(", ")),
+            _ => self.lights.concat(),
+        };
+        (!self.lights.contains(&kind)).then(|| format!("{} serves {lights} light, not {kind}", self.title))
     }
 }
 

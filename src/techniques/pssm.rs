@@ -16,7 +16,7 @@ use glam::{DVec2, DVec3, DVec4, Vec4};
 crate::params! {
     /// How the view is split, and what each map covers.
     pub struct PssmParams {
-        /// The depths that are split. Camera: all of its range. Scene: where the camera can see the scene's box, in coarse steps under the sun's stable fit. Visible: from the nearest to the farthest surface in the picture that faces the light, found on the GPU; for the fit to samples, as all others are made before the picture is and keep to the scene.
+        /// The depths that are split. Camera: all of its range. Scene: where the camera can see the scene's box, in coarse steps under the sun's stable fit. Visible: from the nearest to the farthest surface in the picture that faces the light, found on the GPU; only with the fit to samples: the other fits are made before the picture is drawn, and keep to the scene.
         range: choice("scene", ["camera", "scene", "visible"]),
         /// Where the cascades meet. Practical: between an even and a logarithmic split. Percent: at shares of one's own.
         scheme: choice("practical", ["practical", "percent"]),

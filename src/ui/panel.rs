@@ -10,6 +10,7 @@ use crate::setup::place;
 use crate::techniques;
 use crate::truth::{COUNTS, Samples};
 use crate::view;
+use egui::Response;
 use egui::{
     Align, Button, CollapsingHeader, ComboBox, DragValue, Layout, RichText, ScrollArea, TextEdit, Ui, UiBuilder, vec2,
 };
@@ -263,27 +264,38 @@ fn camera(ui: &mut Ui, m: &mut Model) {
     }
 }
 
-/// A row with the three parts of a vector, shown with `origin` added: a place's in the scene's own coordinates.
+const AXES: [&str; 3] = ["x", "y", "z"];
+
+/// A row, or far from zero three, with the three parts of a vector, shown with `origin` added: a place's in the scene's own coordinates.
 pub fn vector(ui: &mut Ui, name: &str, tip: &str, v: &mut Vec3, origin: DVec3, speed: f32) -> bool {
     let before = *v;
-    row(ui, name, tip, |ui, label| {
-        let gap = 4.0;
-        ui.spacing_mut().item_spacing.x = gap;
-        let width = (ui.available_width() - 2.0 * gap) / 3.0;
-        let parts = [&mut v.x, &mut v.y, &mut v.z].into_iter().zip(origin.to_array());
-        for ((part, origin), axis) in parts.zip(["x", "y", "z"]) {
-            let now = place::original(*part, origin);
-            let mut shown = now;
-            // Far from zero the unit gives way to the digits.
-            let unit = if now.abs() < 1e4 { " m" } else { "" };
-            let drag = DragValue::new(&mut shown).speed(speed).max_decimals(2).suffix(unit);
-            let drag = drag.range(origin - 1e7..=origin + 1e7);
-            field(ui, width, drag, &format!("{axis} in metres: {now}")).labelled_by(label.id);
-            if shown != now {
-                *part = place::local(shown, origin);
-            }
+    let part = |ui: &mut Ui, width: f32, label: &Response, axis: usize, part: &mut f32| {
+        let origin = origin[axis];
+        let now = place::original(*part, origin);
+        let mut shown = now;
+        let drag = DragValue::new(&mut shown).speed(speed).max_decimals(2).suffix(" m");
+        let drag = drag.range(origin - 1e7..=origin + 1e7);
+        field(ui, width, drag, &format!("{} in metres: {now}", AXES[axis])).labelled_by(label.id);
+        if shown != now {
+            *part = place::local(shown, origin);
         }
-    });
+    };
+    let parts = [&mut v.x, &mut v.y, &mut v.z].into_iter().enumerate();
+    // Far from zero the digits of one fill a row.
+    if origin.abs().max_element() >= 1e4 {
+        for (axis, x) in parts {
+            row(ui, &format!("{name} {}", AXES[axis]), tip, |ui, label| {
+                part(ui, ui.available_width(), label, axis, x);
+            });
+        }
+    } else {
+        row(ui, name, tip, |ui, label| {
+            let gap = 4.0;
+            ui.spacing_mut().item_spacing.x = gap;
+            let width = (ui.available_width() - 2.0 * gap) / 3.0;
+            parts.for_each(|(axis, x)| part(ui, width, label, axis, x));
+        });
+    }
     *v != before
 }
 

@@ -133,7 +133,7 @@ fn status(ui: &mut Ui, m: &Model) {
             }
         };
         let tip = format!(
-            "Against the exact shadow in this picture, which is traced while the picture rests. Error: wrong pixels as a share of those that the light can reach, against one sample a pixel, which suits hard techniques. RMSE: against the truth of {}, which is fair to filters if it is more than one.",
+            "Against the exact shadow in this picture, which is traced while the picture rests. Error: wrong pixels as a share of those that face the light, within its cone and range, against one sample a pixel, which suits hard techniques. RMSE: against the truth of {}, which is fair to filters if it is more than one.",
             samples(m.setup.truth_samples.shown(m.info()))
         );
         field(ui, 210.0, error, &tip);

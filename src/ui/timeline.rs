@@ -246,7 +246,7 @@ fn transport(ui: &mut Ui, m: &mut Model, case: Option<&'static Case>) {
         }
         let figures = [("error", !m.timeline.flicker), ("flicker", m.timeline.flicker)];
         let tips = [
-            "Wrong pixels as a share of those that face the light.",
+            "Wrong pixels as a share of those that face the light, within its cone and range.",
             "How much visibility changes between neighbouring frames beyond the truth's change: mean over the pixels seen in both.",
         ];
         let items = figures.iter().zip(tips).map(|((name, on), tip)| (*name, *on, tip.to_string()));

@@ -94,7 +94,8 @@ mod tests {
             let (low, high) = (DVec3::from(low), DVec3::from(high));
             let here = origin([low, high]);
             assert!(((low + high) / 2.0 - here).abs().max_element() < 1e-6 * (high - low).length());
-            for far in [[5e5, 0.0, 5e6], [1e7, 1e7, -1e7], [123456.789f32 as f64, -7e4, 0.5], [-1e5, 3.0, -99999.0]] {
+            for far in [[5e5, 0.0, 5e6], [1e7, 1e7, -1e7], [f64::from(123456.79_f32), -7e4, 0.5], [-1e5, 3.0, -99999.0]]
+            {
                 let far = DVec3::from(far);
                 // What composing matrices in 64 bits may round that far out, too.
                 for rounding in [0.0, 1e-9, -1e-9] {
