@@ -318,8 +318,9 @@ fn judge(
     let seen = |at: DVec2| reference.nearest(pinhole.eye, pinhole.ray(at), near).map(|n| n.0);
     let same = |a: Option<usize>, b: Option<usize>| a.map(|i| reference.surface[i]) == b.map(|i| reference.surface[i]);
     if !same(seen(at), named) {
-        let around =
-            |k: usize| at + DVec2::from_angle(k as f64 * TAU / 16.0) * SNAP * if k % 2 == 0 { 1.0 } else { 0.5 };
+        let around = |k: usize| {
+            at + DVec2::from_angle(k as f64 * TAU / 16.0) * SNAP * if k.is_multiple_of(2) { 1.0 } else { 0.5 }
+        };
         // Or both are equally far for the depth buffer.
         let nearest = reference.nearest(pinhole.eye, pinhole.ray(at), near);
         let depth = |i: usize| meet(&reference.triangles[i], pinhole.eye, pinhole.ray(at)).map_or(0.0, |m| m.t);
@@ -356,7 +357,7 @@ fn judge(
     let v = normal.cross(u);
     let moved = |k: usize| {
         let (sin, cos) = (k as f64 * TAU / 16.0).sin_cos();
-        let to = sample + (u * cos + v * sin) * bound * if k % 2 == 0 { 1.0 } else { 0.5 };
+        let to = sample + (u * cos + v * sin) * bound * if k.is_multiple_of(2) { 1.0 } else { 0.5 };
         reference.sample(own, pinhole.eye, to - pinhole.eye)
     };
     if reached != (class == FACING) {

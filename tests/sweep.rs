@@ -254,7 +254,7 @@ fn advice_meets_its_budget_or_says_what_comes_closest() {
     assert!(message.contains("write it as 0.5% or 0.005"), "{message}");
     // All techniques are asked, and pcf filters.
     let message = cubes(&["--max-error", "0.5%"]);
-    assert!(message.contains("RMSE is no share") && message.contains("--by"), "{message}");
+    assert!(message.contains("RMSE is not a share") && message.contains("--by"), "{message}");
     assert!(cubes(&["--by", "luck", "--max-error", "1"]).contains("error, rmse, "));
     // The error asked for is what is judged, and flicker is measured for it.
     let out =

@@ -7,7 +7,7 @@ use glam::{DVec3, Vec2, Vec3};
 use shadowscope::frame::Renderer;
 use shadowscope::light::Light;
 use shadowscope::measure::metrics::FACING;
-use shadowscope::scene::bvh::Node;
+use shadowscope::scene::bvh::Child;
 use shadowscope::scene::geometry::Geometry;
 use shadowscope::scene::{Material, Mesh, Scene};
 use std::collections::HashSet;
@@ -279,17 +279,6 @@ fn a_hemisphere_light_is_half_an_omni_light() {
     assert!(counts.iter().all(|n| *n > 500), "dark, lit, behind: {counts:?}");
 }
 
-/// The four boxes of a node as the shader decodes them.
-fn boxes(node: &Node) -> [[Vec3; 2]; 4] {
-    [0, 1, 2, 3].map(|k| {
-        let plane = |bytes: &[u32; 3], axis: usize| {
-            let scale = f32::from_bits((node.scales >> (8 * axis) & 255) << 23);
-            node.origin[axis] + (bytes[axis] >> (8 * k) & 255) as f32 * scale
-        };
-        [&node.low, &node.high].map(|bytes| Vec3::from_array([0, 1, 2].map(|axis| plane(bytes, axis))))
-    })
-}
-
 /// Checks that the BVH names each triangle once and that every box above one holds it; returns how many it names.
 fn check_bvh(triangles: &[[Vec3; 3]]) -> usize {
     let made = scene(vec![mesh(triangles, 0)], vec![material(Vec3::ONE)], camera(Vec3::Z, Vec3::ZERO), sun(Vec3::Y));
@@ -300,23 +289,21 @@ fn check_bvh(triangles: &[[Vec3; 3]]) -> usize {
     let mut nodes = 0;
     while let Some((at, above)) = todo.pop() {
         nodes += 1;
-        let node = &bvh.nodes[at];
-        let (first, inner) = (node.children as usize >> 3, node.children as usize & 7);
-        let mut leaf = node.triangles as usize;
-        for (k, own) in boxes(node).into_iter().enumerate() {
+        for (own, child) in bvh.nodes[at].children() {
             let within: Vec<[Vec3; 2]> = above.iter().copied().chain([own]).collect();
-            if k < inner {
-                todo.push((first + k, within));
-                continue;
-            }
-            for i in leaf..leaf + (node.scales >> (24 + 2 * k) & 3) as usize {
-                let triangle = bvh.order[i] as usize;
+            let triangles = match child {
+                Child::Node(at) => {
+                    todo.push((at, within));
+                    continue;
+                }
+                Child::Triangles(range) => &bvh.order[range],
+            };
+            for triangle in triangles.iter().map(|t| *t as usize) {
                 named[triangle] += 1;
                 for p in geometry.corners(triangle) {
                     let held = within.iter().all(|[low, high]| low.cmple(p).all() && high.cmpge(p).all());
                     assert!(held, "triangle {triangle} at {p} is not in {within:?}");
                 }
-                leaf = i + 1;
             }
         }
     }
