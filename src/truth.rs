@@ -267,17 +267,13 @@ impl Tracing {
             left -= rows;
             if a.rows == height {
                 (a.whole, a.rows) = (a.whole + 1, 0);
+                if a.whole == a.samples {
+                    // Complete: only the mean is still needed.
+                    let (samples, whole) = (a.samples, a.whole);
+                    *a = Average { mean: std::mem::take(&mut a.mean), samples, whole, ..Average::default() };
+                    self.accumulate.forget();
+                }
             }
-        }
-        if self.average.samples > 0 && self.average.whole == self.average.samples {
-            // Complete: only the mean is still needed.
-            self.average = Average {
-                mean: std::mem::take(&mut self.average.mean),
-                samples: self.average.samples,
-                whole: self.average.whole,
-                ..Average::default()
-            };
-            self.accumulate.forget();
         }
     }
 
