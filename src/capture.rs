@@ -3,7 +3,7 @@
 use crate::frame::{Ask, Renderer, Truth};
 use crate::scene::geometry::shading_normal;
 use crate::setup::Setup;
-use crate::{techniques, view};
+use crate::techniques;
 use anyhow::{Context, Result, bail, ensure};
 use std::fs::File;
 use std::io::{BufReader, BufWriter, Write};
@@ -22,9 +22,9 @@ const KEYWORD: &str = "shadowscope-setup";
 pub fn capture(renderer: &mut Renderer, setup: &Setup, path: &Path) -> Result<Vec<String>> {
     check(&setup.view, path)?;
     techniques::find_or_say(&setup.technique)?.serve(&setup.light)?;
-    let truth = if view::needs_truth(&setup.view) { Truth::All } else { Truth::Off };
+    let truth = if setup.needs_truth() { Truth::All } else { Truth::Off };
     let analysis = is_exr(path);
-    renderer.render(setup, Ask { size: setup.size, truth, analysis, timed: false, picture: true, fresh: false })?;
+    renderer.draw(setup, Ask { size: setup.size, truth, analysis, timed: false, picture: true, fresh: false })?;
     if is_exr(path) {
         write_exr(renderer, setup, path)?;
     } else {

@@ -177,13 +177,6 @@ fn views(ui: &mut Ui, m: &mut Model) {
         });
         shown.response.labelled_by(label.id).on_hover_text(TRUTH_TIP);
     });
-    if m.setup.view == "split" {
-        let mut percent = m.setup.split * 100.0;
-        let tip = "Where the line stands, from the left edge. It can also be dragged in the picture.";
-        if slide(ui, "split line", tip, &mut percent, 0.0..=100.0, false, "%") {
-            m.setup.split = percent / 100.0;
-        }
-    }
 }
 
 fn technique(ui: &mut Ui, m: &mut Model) {

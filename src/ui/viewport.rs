@@ -3,6 +3,7 @@
 use super::gizmo;
 use super::model::{Action, Model, Traced};
 use super::style::{ACCENT, TEXT};
+use crate::setup::Arrange;
 use crate::view;
 use egui::{Align2, Color32, CursorIcon, FontId, Id, Key, PointerButton, Pos2, Rect, Sense, Stroke, Ui, pos2, vec2};
 
@@ -41,7 +42,7 @@ pub fn show(ui: &mut Ui, rect: Rect, m: &mut Model, out: &mut Vec<Action>) {
     }
     fly(ui, m);
     untraced(ui, rect, m);
-    if m.setup.view == "split" {
+    if m.setup.sides() == 2 && m.setup.arrange == Arrange::Swipe && m.setup.view != "difference" {
         split(ui, rect, m);
     }
     gizmo::show(ui, rect, m);
@@ -52,12 +53,12 @@ pub fn show(ui: &mut Ui, rect: Rect, m: &mut Model, out: &mut Vec<Action>) {
 }
 
 /// The common views that have a value at each pixel; a technique's maps have one too.
-const VALUED: [&str; 6] = ["visibility", "truth", "error", "acne", "detachment", "split"];
+const VALUED: [&str; 6] = ["visibility", "truth", "error", "difference", "acne", "detachment"];
 
 /// Reads the view's value under the pointer, while the picture is at rest.
 fn read(ui: &Ui, rect: Rect, pointer: Option<Pos2>, m: &Model, out: &mut Vec<Action>) {
     let valued = view::index(&m.setup.view).is_none() || VALUED.contains(&m.setup.view.as_str());
-    let traced = !view::needs_truth(&m.setup.view) || m.facts.traced == Traced::Fully;
+    let traced = !m.setup.needs_truth() || m.facts.traced == Traced::Fully;
     let rest = m.facts.size == m.facts.full && !m.facts.keeping && !m.moving() && m.measuring.is_none();
     let (Some(pointer), true) = (pointer, valued && traced && rest) else { return };
     let at = (pointer - rect.min) / rect.size();
@@ -100,11 +101,10 @@ fn fly(ui: &Ui, m: &mut Model) {
 /// Shades the part of the picture whose truth is still missing, where the view shows it.
 fn untraced(ui: &Ui, rect: Rect, m: &Model) {
     let done = m.facts.traced.covered();
-    if m.facts.traced == Traced::NotServed || done >= 1.0 || m.facts.keeping || !view::needs_truth(&m.setup.view) {
+    if m.facts.traced == Traced::NotServed || done >= 1.0 || m.facts.keeping || !m.setup.needs_truth() {
         return;
     }
-    let left = if m.setup.view == "split" { rect.left() + rect.width() * m.setup.split } else { rect.left() };
-    let rest = Rect::from_min_max(pos2(left, rect.top() + rect.height() * done), rect.max);
+    let rest = Rect::from_min_max(pos2(rect.left(), rect.top() + rect.height() * done), rect.max);
     let painter = ui.painter().with_clip_rect(rect);
     painter.rect_filled(rest, 0.0, Color32::from_rgba_unmultiplied(19, 21, 25, 240));
     let text = format!("tracing the exact shadow: {:.0} %", done * 100.0);

@@ -371,7 +371,7 @@ impl Open {
         {
             let covered = m.facts.traced.covered();
             next = stage.frame(m, full, &self.desk);
-            if covered != m.facts.traced.covered() && view::needs_truth(&m.setup.view) {
+            if covered != m.facts.traced.covered() && m.setup.needs_truth() {
                 // What covers the untraced part must fit this picture, not the last one.
                 let again = ctx.run_ui(quiet, |ui| _ = shell::layout(ui, m, &mut Vec::new()));
                 output.shapes = again.shapes;
