@@ -351,6 +351,7 @@ impl Cascades {
             ("light_views", (&self.light_views).into()),
         ];
         f.analyse(&self.analyse, layers, &bound);
+        f.tell_splits(&self.splits, p.cascades);
         Ok(map)
     }
 

@@ -146,6 +146,7 @@ pub struct Frame<'a> {
     /// Nothing may be taken over from the frame before.
     pub fresh: bool,
     source: Option<Source>,
+    splits: Option<(wgpu::Buffer, u32)>,
     held: u64,
     pieces: Option<wgpu::Buffer>,
     analysis: Option<&'a mut Analysis>,
@@ -172,6 +173,11 @@ impl Frame<'_> {
     /// Whether one of the technique's own maps is asked for, so that `inspect` must run.
     pub fn wants_any_map(&self) -> bool {
         view::index(&self.setup.view).is_none() && !view::needs_analysis(&self.setup.view)
+    }
+
+    /// Tells where cascades meet: floats, metres along the camera's axis, one more than there are cascades.
+    pub fn tell_splits(&mut self, splits: &wgpu::Buffer, cascades: u32) {
+        self.splits = Some((splits.clone(), cascades));
     }
 
     /// Gives the depth map that is shown where the map `id` is asked for. Other maps are what `map_out` holds, drawn as
@@ -347,6 +353,10 @@ pub struct Renderer {
     figure: figure::Figure,
     /// The last frame's view; None: the technique could not draw it.
     seen: Option<&'static View>,
+    /// The light view of the depth map that it shows.
+    seen_light: Option<wgpu::Buffer>,
+    /// Where the last frame's cascades meet, and how many there are.
+    splits: Option<(wgpu::Buffer, u32)>,
     revision: u64,
 }
 
@@ -399,7 +409,9 @@ impl Renderer {
             tally: tally(&gpu, "rays"),
             analysis: Analysis::new(&gpu)?,
             figure: figure::Figure::default(),
-            seen: Default::default(),
+            seen: None,
+            seen_light: None,
+            splits: None,
             gpu,
             scene,
             geometry,
@@ -509,6 +521,7 @@ impl Renderer {
             // What is analysed counts what is drawn.
             fresh: ask.fresh || analysed,
             source: None,
+            splits: None,
             held: 0,
             pieces: None,
             analysis,
@@ -522,7 +535,7 @@ impl Renderer {
         }
         told.cpu_ms = start.elapsed().as_secs_f64() * 1e3 - (f.waited() - waited);
         told.gpu_bytes = f.held;
-        let Frame { mut recorder, source, pieces, analysis, .. } = f;
+        let Frame { mut recorder, source, splits, pieces, analysis, .. } = f;
         if let Some(count) = analysis.and_then(|a| a.draws.as_mut()) {
             recorder.keep_draws(count);
         }
@@ -565,6 +578,11 @@ impl Renderer {
             run.per_pixel();
         }
         self.seen = seen;
+        self.seen_light = match source {
+            Some(Source::Depth(_, light_view)) => Some(light_view),
+            _ => None,
+        };
+        self.splits = splits;
         recorder.finish()?;
         self.analysis.pieces = pieces;
         gpu.check()?;

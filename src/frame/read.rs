@@ -2,6 +2,8 @@
 
 use super::{Analysis, Layer, NO_FRAME, Renderer, STORED, Targets};
 use crate::gpu::{Recorder, Slot};
+use crate::legend::Known;
+use crate::light::LightView;
 use crate::view::{self, Drawn};
 use anyhow::{Context, Result};
 use glam::Vec3;
@@ -13,6 +15,11 @@ impl Renderer {
     /// Reads the picture back: four bytes a pixel, rows from the top.
     pub fn read_picture(&self) -> Result<Vec<u8>> {
         self.gpu.read_texture(self.output().context(NO_FRAME)?)
+    }
+
+    /// Width of what is read back, pixels: a side's of a comparison.
+    pub fn read_width(&self) -> Result<usize> {
+        Ok(self.targets.size()?[0] as usize)
     }
 
     /// Reads the technique's visibility back, a number a pixel.
@@ -84,6 +91,21 @@ impl Renderer {
             }
         }
         Ok(notes)
+    }
+
+    /// What the legend of the last frame's picture needs to know of it, but for errors.
+    pub fn known(&self) -> Result<Known> {
+        let mut known = Known::default();
+        if let Some((splits, cascades)) = &self.splits {
+            let bytes = self.gpu.read_range(splits, 0, (u64::from(*cascades) + 1) * 4)?;
+            known.splits = bytemuck::pod_collect_to_vec(&bytes);
+        }
+        if let Some(light_view) = &self.seen_light {
+            let view: LightView =
+                bytemuck::pod_read_unaligned(&self.gpu.read_buffer(light_view)?[..size_of::<LightView>()]);
+            known.depth = Some([view.near, view.far]);
+        }
+        Ok(known)
     }
 
     /// How many shadow rays the technique traced in the last frame, which must have been analysed.

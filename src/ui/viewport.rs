@@ -1,11 +1,10 @@
 //! The viewport: camera by mouse and keys, the split line, and what is written over the picture.
 
-use super::gizmo;
 use super::model::{Action, Model, Traced};
-use super::style::{ACCENT, TEXT};
-use crate::setup::Arrange;
+use super::style::TEXT;
+use super::{compare, gizmo, legend};
 use crate::view;
-use egui::{Align2, Color32, CursorIcon, FontId, Id, Key, PointerButton, Pos2, Rect, Sense, Stroke, Ui, pos2, vec2};
+use egui::{Align2, Color32, CursorIcon, FontId, Id, Key, PointerButton, Pos2, Rect, Sense, Ui, pos2, vec2};
 
 /// Radians that a drag of one point turns.
 const TURN: f32 = 0.006;
@@ -42,9 +41,8 @@ pub fn show(ui: &mut Ui, rect: Rect, m: &mut Model, out: &mut Vec<Action>) {
     }
     fly(ui, m);
     untraced(ui, rect, m);
-    if m.setup.sides() == 2 && m.setup.arrange == Arrange::Swipe && m.setup.view != "difference" {
-        split(ui, rect, m);
-    }
+    let free = if m.show_legend { legend::show(ui, rect, m) } else { rect };
+    compare::over(ui, free, m);
     gizmo::show(ui, rect, m);
     if let Some(reason) = m.info().refuses(&m.setup.light) {
         let text = format!("{reason}: drawn without shadow");
@@ -109,28 +107,6 @@ fn untraced(ui: &Ui, rect: Rect, m: &Model) {
     painter.rect_filled(rest, 0.0, Color32::from_rgba_unmultiplied(19, 21, 25, 240));
     let text = format!("tracing the exact shadow: {:.0} %", done * 100.0);
     painter.text(rest.center(), Align2::CENTER_CENTER, text, FontId::proportional(14.0), TEXT);
-}
-
-/// The line of the split view, which can be dragged.
-fn split(ui: &mut Ui, rect: Rect, m: &mut Model) {
-    let x = rect.left() + rect.width() * m.setup.split;
-    let handle = Rect::from_center_size(pos2(x, rect.center().y), vec2(12.0, rect.height()));
-    let r = ui.interact(handle, Id::unique("split line"), Sense::drag());
-    if r.hovered() || r.dragged() {
-        ui.ctx().set_cursor_icon(CursorIcon::ResizeHorizontal);
-    }
-    if r.dragged()
-        && let Some(at) = r.interact_pointer_pos()
-    {
-        m.setup.split = ((at.x - rect.left()) / rect.width()).clamp(0.0, 1.0);
-    }
-    let painter = ui.painter().with_clip_rect(rect);
-    let x = rect.left() + rect.width() * m.setup.split;
-    let stroke = Stroke::new(1.5, if r.hovered() || r.dragged() { ACCENT } else { Color32::WHITE });
-    painter.line_segment([pos2(x, rect.top()), pos2(x, rect.bottom())], stroke);
-    painter.circle(pos2(x, rect.center().y), 6.0, Color32::from_black_alpha(160), stroke);
-    label(ui, rect, pos2(x - 8.0, rect.top() + 12.0), Align2::RIGHT_TOP, m.info().title);
-    label(ui, rect, pos2(x + 8.0, rect.top() + 12.0), Align2::LEFT_TOP, "exact");
 }
 
 /// Text on a dark ground over the picture.

@@ -11,7 +11,6 @@ use crate::frame::Renderer;
 use crate::gpu::{self, Gpu};
 use crate::measure::stability;
 use crate::setup::Setup;
-use crate::view;
 use anyhow::{Context, Result};
 use egui::{Event, Key, Modifiers, Rect, TextureOptions};
 use glam::Vec3;
