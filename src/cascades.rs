@@ -341,7 +341,7 @@ impl Cascades {
                 }
             }
         }
-        let map = maps.all.clone();
+        let (map, each) = (maps.all.clone(), maps.each.clone());
         let held = crate::gpu::bytes(&maps.texture);
         f.held(held + self.indices.as_ref().map_or(0, |b| b.size()) + self.small());
         let layers = Maps::of(&p.sides());
@@ -352,6 +352,7 @@ impl Cascades {
         ];
         f.analyse(&self.analyse, layers, &bound);
         f.tell_splits(&self.splits, p.cascades);
+        f.offer_maps(&each, &self.light_views, &p.sides());
         Ok(map)
     }
 

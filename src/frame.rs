@@ -4,10 +4,12 @@
 
 mod analysis;
 mod figure;
+mod maps;
 mod read;
 
 pub use analysis::{Analysis, Counting, Maps, PieceCount};
 pub use figure::{Pane, panes};
+pub use maps::MapLayer;
 
 use crate::gpu::{Gpu, Pass, Raster, Recorder, Slot, Timer};
 use crate::light::{Light, LightView};
@@ -21,6 +23,7 @@ use crate::view::{self, Drawn, Legend, View};
 use anyhow::{Context, Result, ensure};
 use bytemuck::{Pod, Zeroable};
 use glam::{Mat3, Mat4, Vec2, Vec3, Vec4};
+use maps::Offered;
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 use std::sync::Arc;
@@ -109,15 +112,6 @@ impl FrameUniform {
     }
 }
 
-/// What a technique's map is drawn from, where that is not `map_out`.
-#[derive(Clone)]
-enum Source {
-    /// A depth map and its light view.
-    Depth(wgpu::TextureView, wgpu::Buffer),
-    /// The channels of the analysis.
-    Aliasing(wgpu::TextureView),
-}
-
 /// How a technique's map is drawn, as `drawn_map` in `shaders/shade.wgsl` has it; 0: there is none.
 fn drawn_map(drawn: &Drawn) -> u32 {
     match drawn {
@@ -145,7 +139,7 @@ pub struct Frame<'a> {
     pub revision: u64,
     /// Nothing may be taken over from the frame before.
     pub fresh: bool,
-    source: Option<Source>,
+    offered: Option<Offered>,
     splits: Option<(wgpu::Buffer, u32)>,
     held: u64,
     pieces: Option<wgpu::Buffer>,
@@ -178,14 +172,6 @@ impl Frame<'_> {
     /// Tells where cascades meet: floats, metres along the camera's axis, one more than there are cascades.
     pub fn tell_splits(&mut self, splits: &wgpu::Buffer, cascades: u32) {
         self.splits = Some((splits.clone(), cascades));
-    }
-
-    /// Gives the depth map that is shown where the map `id` is asked for. Other maps are what `map_out` holds, drawn as
-    /// their [`View`] says.
-    pub fn show_depth(&mut self, id: &str, texture: &wgpu::TextureView, light_view: &wgpu::Buffer) {
-        if self.setup.view == id {
-            self.source = Some(Source::Depth(texture.clone(), light_view.clone()));
-        }
     }
 }
 
@@ -353,8 +339,9 @@ pub struct Renderer {
     figure: figure::Figure,
     /// The last frame's view; None: the technique could not draw it.
     seen: Option<&'static View>,
-    /// The light view of the depth map that it shows.
-    seen_light: Option<wgpu::Buffer>,
+    /// The last frame's depth maps.
+    offered: Option<Offered>,
+    read_map: Option<Pass>,
     /// Where the last frame's cascades meet, and how many there are.
     splits: Option<(wgpu::Buffer, u32)>,
     revision: u64,
@@ -410,7 +397,8 @@ impl Renderer {
             analysis: Analysis::new(&gpu)?,
             figure: figure::Figure::default(),
             seen: None,
-            seen_light: None,
+            offered: None,
+            read_map: None,
             splits: None,
             gpu,
             scene,
@@ -520,7 +508,7 @@ impl Renderer {
             revision: self.revision,
             // What is analysed counts what is drawn.
             fresh: ask.fresh || analysed,
-            source: None,
+            offered: None,
             splits: None,
             held: 0,
             pieces: None,
@@ -535,7 +523,8 @@ impl Renderer {
         }
         told.cpu_ms = start.elapsed().as_secs_f64() * 1e3 - (f.waited() - waited);
         told.gpu_bytes = f.held;
-        let Frame { mut recorder, source, splits, pieces, analysis, .. } = f;
+        let Frame { mut recorder, offered, splits, pieces, analysis, .. } = f;
+        let aliasing = analysis.as_ref().and_then(|a| a.aliasing.view().cloned());
         if let Some(count) = analysis.and_then(|a| a.draws.as_mut()) {
             recorder.keep_draws(count);
         }
@@ -564,24 +553,24 @@ impl Renderer {
             if let Some(other) = self.figure.other() {
                 run = run.bind("other", other);
             }
-            match &source {
-                Some(Source::Depth(t, light_view)) => run = run.bind("shown", t).bind("light_view", light_view),
-                Some(Source::Aliasing(t)) => run = run.bind("map", t),
-                None => {}
-            }
-            match drawn {
-                Drawn::Ramp(values) => view.range = values.range,
-                Drawn::Aliasing(channel) => view.channel = channel,
+            match (drawn, &offered) {
+                (Drawn::Ramp(values), _) => view.range = values.range,
+                (Drawn::Aliasing(channel), _) => {
+                    view.channel = channel;
+                    if let Some(aliasing) = &aliasing {
+                        run = run.bind("map", aliasing);
+                    }
+                }
+                (Drawn::Depth, Some(maps)) => {
+                    run = run.bind("shown", &maps.layers[0]).bind("light_view", &maps.light_views);
+                }
                 _ => {}
             }
             gpu.queue.write_buffer(&self.view_buffer, 0, bytemuck::bytes_of(&view));
             run.per_pixel();
         }
         self.seen = seen;
-        self.seen_light = match source {
-            Some(Source::Depth(_, light_view)) => Some(light_view),
-            _ => None,
-        };
+        self.offered = offered;
         self.splits = splits;
         recorder.finish()?;
         self.analysis.pieces = pieces;

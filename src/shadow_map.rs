@@ -168,7 +168,7 @@ impl ShadowMap {
                 f.run(masked).bind("light_view", &light_view).draw(&[], depth, false, |p| scene.draw_masked(p));
             }
         }
-        f.show_depth("shadow-map", &map, &light_view);
+        f.offer_maps(std::slice::from_ref(&map), &light_view, &[p.resolution]);
         let maps = Maps::of(&[p.resolution]);
         f.analyse(&self.analyse, maps, &[("light_view", (&light_view).into())]);
         Ok(Drawn { map, light_view })

@@ -100,9 +100,11 @@ impl Renderer {
             let bytes = self.gpu.read_range(splits, 0, (u64::from(*cascades) + 1) * 4)?;
             known.splits = bytemuck::pod_collect_to_vec(&bytes);
         }
-        if let Some(light_view) = &self.seen_light {
-            let view: LightView =
-                bytemuck::pod_read_unaligned(&self.gpu.read_buffer(light_view)?[..size_of::<LightView>()]);
+        if self.seen.is_some_and(|v| matches!(v.drawn, Drawn::Depth))
+            && let Some(maps) = &self.offered
+        {
+            let bytes = self.gpu.read_range(&maps.light_views, 0, size_of::<LightView>() as u64)?;
+            let view: LightView = bytemuck::pod_read_unaligned(&bytes);
             known.depth = Some([view.near, view.far]);
         }
         Ok(known)

@@ -240,7 +240,7 @@ impl Warped {
         if f.wants_any_map() {
             f.run(&self.inspect).bind_all(&all).per_pixel();
         }
-        f.show_depth("shadow-map", &map, &base.light_view);
+        f.offer_maps(std::slice::from_ref(&map), &base.light_view, &[p.resolution]);
         if f.setup.view == "counts-before" {
             let counts = self.counts(f.gpu, p.resolution);
             f.clear(&counts);
