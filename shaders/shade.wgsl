@@ -15,7 +15,8 @@ struct View {
     range: vec2f,
     // Of `map`, where it holds more than one value.
     channel: u32,
-    padding: u32,
+    // Of the picture, from the top, that have what the view needs; the rest is shaded.
+    rows: u32,
 }
 
 @group(1) @binding(0) var<uniform> view: View;
@@ -147,6 +148,9 @@ fn color_of(pixel: vec2u) -> vec3f {
         // Only pictures have a sky; data have a plain background.
         let data = drawn_view != view_shaded && drawn_view != view_split;
         return select(linear_to_srgb(sky(normalize(pixel_ray(vec2f(pixel) + 0.5)))), vec3f(0.22, 0.24, 0.27), data);
+    }
+    if pixel.y >= view.rows {
+        return linear_to_srgb(lit(s, v));
     }
     switch drawn_view {
         case view_split: {

@@ -280,6 +280,8 @@ pub struct Told {
     pub gpu_bytes: u64,
     /// How much of the truth is traced that the set-up names ([`crate::truth::Samples::shown`]).
     pub truth: Progress,
+    /// Samples of pixels that the frame traced of it.
+    pub traced: u64,
 }
 
 /// How a technique's own map is drawn, as `View` in `shaders/shade.wgsl`.
@@ -289,7 +291,8 @@ pub struct ViewUniform {
     pub range: [f32; 2],
     /// Of the map, where it holds more than one value.
     pub channel: u32,
-    pub padding: u32,
+    /// Rows of the picture, from the top, that have what the view needs.
+    pub rows: u32,
 }
 
 /// The passes that draw the picture: each view has a pipeline of its own, made when it is first asked for.
@@ -316,6 +319,42 @@ impl Shading {
             }
         }
     }
+}
+
+impl Shading {
+    /// Records the pass that draws a view, by its number; `rows` of the picture have what it needs. The recorder knows the
+    /// frame's targets.
+    fn record(
+        &mut self,
+        recorder: &mut Recorder,
+        number: u32,
+        shown: &Option<Shown>,
+        rows: u32,
+        [view_buffer, no_light_view]: [&wgpu::Buffer; 2],
+        map: &wgpu::TextureView,
+    ) -> Result<()> {
+        let gpu = recorder.gpu;
+        let pass = self.pass(gpu, number, shown.as_ref().map_or(0, Shown::number))?;
+        let mut view = ViewUniform { range: [0.0, 1.0], channel: 0, rows };
+        let mut run = recorder.run(pass).bind("shown", map).bind("light_view", no_light_view);
+        match shown {
+            Some(Shown::Texture(t, light_view)) => run = run.bind("shown", t).bind("light_view", light_view),
+            Some(Shown::Ramp(range)) => view.range = *range,
+            Some(Shown::Aliasing(t, channel)) => {
+                view.channel = *channel;
+                run = run.bind("map", t);
+            }
+            _ => {}
+        }
+        gpu.queue.write_buffer(view_buffer, 0, bytemuck::bytes_of(&view));
+        run.per_pixel();
+        Ok(())
+    }
+}
+
+/// The picture's rows, from the top, that have what a view needs.
+fn rows(view: &str, truth: &Tracing) -> u32 {
+    if view::needs_truth(view) { truth.rows() } else { u32::MAX }
 }
 
 /// A technique with its resources and parameters, made.
@@ -367,6 +406,8 @@ pub struct Renderer {
     /// The last frame's view, its title if it is one of the technique's own, and how that is drawn.
     seen: (String, &'static str, Option<Shown>),
     revision: u64,
+    /// The last frame failed: nothing of it serves the next.
+    broken: bool,
 }
 
 /// What the frame itself takes, beside its technique, by the names in the pass times.
@@ -426,6 +467,7 @@ impl Renderer {
             targets: Targets::default(),
             made: None,
             revision: 0,
+            broken: false,
         };
         made.gpu.check()?;
         Ok(made)
@@ -463,6 +505,7 @@ impl Renderer {
         );
         let animated_ms = self.advance(setup)?;
         let mut told = Told::default();
+        let broken = std::mem::replace(&mut self.broken, true);
 
         let gpu = &*self.gpu;
         let made = Made::take(&mut self.made, gpu, info)?;
@@ -524,7 +567,7 @@ impl Renderer {
             size: ask.size,
             revision: self.revision,
             // What is analysed counts what is drawn.
-            fresh: ask.fresh || analysed,
+            fresh: ask.fresh || analysed || broken,
             shown: None,
             held: 0,
             pieces: None,
@@ -545,37 +588,31 @@ impl Renderer {
         }
 
         // The truth goes on from where it stood, while nothing that it depends on changes.
-        let of = (self.revision, setup.camera, setup.light, ask.size);
-        self.truth.start(of, setup.truth_samples.shown(info), &mut recorder, &uniform);
+        let of = (self.revision, setup.camera, setup.light);
+        self.truth.start(of, setup.truth_samples.shown(info), gpu, &uniform);
+        let before = self.truth.progress();
         if ask.truth != Truth::Off && techniques::TRUTH.refuses(&setup.light).is_none() {
             let pixels = if let Truth::Some(pixels) = ask.truth { pixels } else { u32::MAX };
             self.truth.record(&mut recorder, &self.gbuffer, count, pixels);
         }
         told.truth = self.truth.progress();
-        recorder.set("truth", Targets::view(self.truth.shown())?);
+        told.traced = told.truth.samples - before.samples;
 
-        if ask.picture {
-            let drawn_map = shown.as_ref().map_or(0, Shown::number);
-            let pass = self.shading.pass(gpu, uniform.view, drawn_map)?;
-            let mut view = ViewUniform { range: [0.0, 1.0], channel: 0, padding: 0 };
-            let mut run = recorder.run(pass).bind("shown", &map).bind("light_view", &self.no_light_view);
-            match &shown {
-                Some(Shown::Texture(t, light_view)) => run = run.bind("shown", t).bind("light_view", light_view),
-                Some(Shown::Ramp(range)) => view.range = *range,
-                Some(Shown::Aliasing(t, channel)) => {
-                    view.channel = *channel;
-                    run = run.bind("map", t);
-                }
-                _ => {}
-            }
-            gpu.queue.write_buffer(&self.view_buffer, 0, bytemuck::bytes_of(&view));
-            run.per_pixel();
-        }
         let title = info.maps().find(|m| m.id == setup.view).map_or("", |m| m.title);
         self.seen = (setup.view.clone(), title, shown);
-        recorder.finish()?;
+        if ask.picture {
+            recorder.set("truth", Targets::view(self.truth.shown().context(NO_FRAME)?)?);
+            let rows = rows(&setup.view, &self.truth);
+            let buffers = [&self.view_buffer, &self.no_light_view];
+            self.shading.record(&mut recorder, uniform.view, &self.seen.2, rows, buffers, &map)?;
+        }
+        let finished = recorder.finish().and_then(|()| gpu.check());
+        if finished.is_err() && told.truth != before {
+            self.truth.forget();
+        }
+        finished?;
         self.analysis.pieces = pieces;
-        gpu.check()?;
+        self.broken = false;
         Ok(told)
     }
 
@@ -612,9 +649,43 @@ impl Renderer {
         recorder.set("g_position", Targets::view(&t.position)?);
         recorder.set("g_surface", Targets::view(&t.surface)?);
         self.truth.record(&mut recorder, &self.gbuffer, self.scene_gpu.triangle_count * 3, pixels);
-        recorder.finish()?;
-        gpu.check()?;
+        let finished = recorder.finish().and_then(|()| gpu.check());
+        if finished.is_err() {
+            self.truth.forget();
+        }
+        finished?;
         Ok(self.truth.progress())
+    }
+
+    /// Draws the last frame's picture again: with as much of the truth as there is by now, and in the view and with the
+    /// split line of `setup`, which is the last frame's but for these. A technique's own map must be that of the last frame.
+    pub fn redraw(&mut self, setup: &Setup) -> Result<()> {
+        let (gpu, t, size) = (&*self.gpu, &self.targets, self.targets.size()?);
+        let info = techniques::find_or_say(&setup.technique)?;
+        let uniform = FrameUniform::new(setup, info, size, self.scene_gpu.bounds);
+        gpu.queue.write_buffer(&self.frame_buffer, 0, bytemuck::bytes_of(&uniform));
+        if setup.view != self.seen.0 {
+            self.seen = (setup.view.clone(), "", None);
+        }
+        let mut recorder = Recorder::new(gpu, &mut self.timer, false, size);
+        recorder.set("frame", &self.frame_buffer);
+        recorder.set("view", &self.view_buffer);
+        let truth = self.truth.shown().context(NO_FRAME)?;
+        for (name, slot) in [
+            ("g_position", &t.position),
+            ("g_surface", &t.surface),
+            ("visibility", &t.visibility),
+            ("map", &t.map),
+            ("output", &t.output),
+            ("truth", truth),
+        ] {
+            recorder.set(name, Targets::view(slot)?);
+        }
+        let (rows, map) = (rows(&setup.view, &self.truth), Targets::view(&t.map)?);
+        let buffers = [&self.view_buffer, &self.no_light_view];
+        self.shading.record(&mut recorder, uniform.view, &self.seen.2, rows, buffers, map)?;
+        recorder.finish()?;
+        gpu.check()
     }
 
     /// Takes in the pass times that have arrived; with `wait`, all of them.

@@ -103,6 +103,14 @@ pub fn needs_analysis(id: &str) -> bool {
     id == "counts" || ALIASING.contains(&id)
 }
 
+/// Maps that count the picture's pixels: at fewer of them they would tell something else.
+const COUNTS: [&str; 6] = ["counts", "counts-before", "counts-between", "histogram", "profiles", "occupancy"];
+
+/// Whether a view is drawn only at the full resolution.
+pub fn waits(id: &str) -> bool {
+    COUNTS.contains(&id)
+}
+
 /// Refuses a view that the technique does not have.
 pub fn check(id: &str, info: &Info) -> Result<()> {
     if index(id).is_none() && !info.maps().any(|m| m.id == id) {

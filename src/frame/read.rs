@@ -23,12 +23,12 @@ impl Renderer {
     /// Reads the truth back, a number a pixel: the mean over as many samples as the last frame's set-up names
     /// ([`crate::truth::Samples::shown`]), which with one is the hard truth.
     pub fn read_truth(&self) -> Result<Vec<f32>> {
-        Ok(bytemuck::pod_collect_to_vec(&self.read(self.truth.shown())?))
+        Ok(bytemuck::pod_collect_to_vec(&self.read(self.truth.shown().context(NO_FRAME)?)?))
     }
 
     /// Reads the truth of the one sample at each pixel's centre back, 0 or 1 a pixel.
     pub fn read_hard_truth(&self) -> Result<Vec<f32>> {
-        Ok(bytemuck::pod_collect_to_vec(&self.read(self.truth.hard())?))
+        Ok(bytemuck::pod_collect_to_vec(&self.read(self.truth.hard().context(NO_FRAME)?)?))
     }
 
     /// Reads the technique's own map back, if the last frame's view was one of those: a number a pixel, which the view's
@@ -43,7 +43,7 @@ impl Renderer {
         let shaded = view::index("shaded").unwrap_or_default() as u32;
         let pass = self.shading.pass(&self.gpu, shaded, 0)?;
         let (t, size) = (&self.targets, self.targets.size()?);
-        let (truth, map) = (Targets::view(self.truth.shown())?, Targets::view(&t.map)?);
+        let (truth, map) = (Targets::view(self.truth.shown().context(NO_FRAME)?)?, Targets::view(&t.map)?);
         let mut picture = Slot::default();
         let output = picture.get(&self.gpu, "picture of the truth", size, Format::Rgba8Unorm, STORED);
         let mut recorder = Recorder::new(&self.gpu, &mut self.timer, false, size);
@@ -66,7 +66,8 @@ impl Renderer {
 
     /// How many of the technique's and of the truth's rays gave up before they knew (`max_visits`).
     pub fn read_gave_up(&self) -> Result<[u32; 2]> {
-        Ok([self.read_tally(&self.tally)?[0], self.read_tally(&self.truth.tally)?[0]])
+        let truth = self.truth.tally().context(NO_FRAME)?;
+        Ok([self.read_tally(&self.tally)?[0], self.read_tally(truth)?[0]])
     }
 
     /// What the last frame did not do as it should, a sentence each.
@@ -170,7 +171,7 @@ impl Renderer {
         Ok(match view.as_str() {
             "visibility" => Some(format!("visibility {}", short(visibility))),
             "truth" | "error" | "acne" | "detachment" | "split" => {
-                let truth = self.value(self.truth.shown(), pixel)?;
+                let truth = self.value(self.truth.shown().context(NO_FRAME)?, pixel)?;
                 Some(format!("visibility {}, truth {}", short(visibility), short(truth)))
             }
             _ => None,
