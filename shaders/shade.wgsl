@@ -17,6 +17,8 @@ struct View {
     range: vec2f,
     // Of `map`, where it holds more than one value.
     channel: u32,
+    // Of the picture, from the top, that have what the view needs; the rest is shaded.
+    rows: u32,
     // How much an overlay hides; from 1 on it lies small in a corner.
     opacity: f32,
 }
@@ -148,6 +150,9 @@ fn color_of(pixel: vec2u) -> vec4f {
         // Only pictures have a sky; data have a plain background.
         let plain = drawn_view != view_shaded;
         return ground(select(linear_to_srgb(sky(normalize(pixel_ray(vec2f(pixel) + 0.5)))), vec3f(0.22, 0.24, 0.27), plain));
+    }
+    if pixel.y >= view.rows {
+        return ground(linear_to_srgb(lit(s, v)));
     }
     switch drawn_view {
         case view_visibility: {

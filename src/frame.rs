@@ -240,6 +240,8 @@ pub struct Told {
     pub truth: Progress,
     /// Of each side of a comparison its passes with their milliseconds, equal names added up, in a frame that was timed.
     pub sides: Vec<Vec<(&'static str, f64)>>,
+    /// Samples of pixels that the frame traced of it.
+    pub traced: u64,
 }
 
 /// How a technique's own map is drawn, as `View` in `shaders/shade.wgsl`.
@@ -249,8 +251,11 @@ pub struct ViewUniform {
     pub range: [f32; 2],
     /// Of the map, where it holds more than one value.
     pub channel: u32,
+    /// Rows of the picture, from the top, that have what the view needs.
+    pub rows: u32,
     /// How much an overlay hides; at 1 and above it lies small in a corner.
     pub opacity: f32,
+    pub padding: [u32; 3],
 }
 
 /// What a picture is drawn as, as `layer` in `shaders/shade.wgsl`.
@@ -263,17 +268,38 @@ enum Layer {
 }
 
 /// The passes that draw the picture: each view has a pipeline of its own, made when it is first asked for.
-#[derive(Default)]
 struct Shading {
     passes: HashMap<[u32; 3], Pass>,
+    view: wgpu::Buffer,
+    /// Bound where no technique shows a map.
+    no_light_view: wgpu::Buffer,
+}
+
+/// A picture to be drawn.
+struct Drawing<'a> {
+    /// The view, as [`FrameUniform::view`] numbers it.
+    number: u32,
+    layer: Layer,
+    drawn: Drawn,
+    /// The technique's depth maps, and the channels of the analysis.
+    maps: Option<&'a Offered>,
+    aliasing: Option<&'a wgpu::TextureView>,
+    /// Of the picture, from the top, that have what the view needs.
+    rows: u32,
+    opacity: f32,
 }
 
 impl Shading {
-    /// The pass that draws a view (as [`FrameUniform::view`] numbers it) and a technique's map (`drawn_map` in
-    /// `shaders/shade.wgsl`), as a layer: alone, below an overlay,
-    /// or as one.
-    fn pass(&mut self, gpu: &Gpu, view: u32, map: u32, layer: Layer) -> Result<&Pass> {
-        let key = [view, map, layer as u32];
+    fn new(gpu: &Gpu) -> Shading {
+        let uniform = |label, size: usize| gpu.buffer(label, &vec![0; size], wgpu::BufferUsages::UNIFORM);
+        Shading {
+            passes: HashMap::new(),
+            view: uniform("view", size_of::<ViewUniform>()),
+            no_light_view: uniform("no light view", size_of::<LightView>()),
+        }
+    }
+
+    fn pass(&mut self, gpu: &Gpu, key: [u32; 3]) -> Result<&Pass> {
         for (_, other) in self.passes.iter().filter(|(k, _)| **k != key) {
             // What it bound may be gone by the time it is asked for again.
             other.forget();
@@ -281,12 +307,36 @@ impl Shading {
         match self.passes.entry(key) {
             Entry::Occupied(held) => Ok(held.into_mut()),
             Entry::Vacant(free) => {
-                let constants =
-                    [("drawn_view", view as f64), ("drawn_map", map as f64), ("layer", layer as u32 as f64)];
+                let [view, map, layer] = key.map(f64::from);
+                let constants = [("drawn_view", view), ("drawn_map", map), ("layer", layer)];
                 let pass = Pass::specialised(gpu, "shading", "shade.wgsl", "shade", &[view::GROUP], &constants)?;
                 Ok(free.insert(pass))
             }
         }
+    }
+
+    /// Records the pass that draws a picture. The recorder knows the frame's targets; `map` is what `map_out` holds.
+    fn record(&mut self, recorder: &mut Recorder, picture: &Drawing, map: &wgpu::TextureView) -> Result<()> {
+        let gpu = recorder.gpu;
+        let Drawing { rows, opacity, .. } = *picture;
+        let (buffer, no_light_view) = (self.view.clone(), self.no_light_view.clone());
+        let pass = self.pass(gpu, [picture.number, drawn_map(&picture.drawn), picture.layer as u32])?;
+        let mut view = ViewUniform { range: [0.0, 1.0], rows, opacity, ..ViewUniform::zeroed() };
+        let mut run = recorder.run(pass).bind("view", &buffer).bind("shown", map).bind("light_view", &no_light_view);
+        match (picture.drawn, picture.maps, picture.aliasing) {
+            (Drawn::Ramp(values), ..) => view.range = values.range,
+            (Drawn::Aliasing(channel), _, Some(aliasing)) => {
+                view.channel = channel;
+                run = run.bind("map", aliasing);
+            }
+            (Drawn::Depth, Some(maps), _) => {
+                run = run.bind("shown", &maps.layers[0]).bind("light_view", &maps.light_views);
+            }
+            _ => {}
+        }
+        gpu.queue.write_buffer(&buffer, 0, bytemuck::bytes_of(&view));
+        run.per_pixel();
+        Ok(())
     }
 }
 
@@ -325,14 +375,11 @@ pub struct Renderer {
     made: Option<Made>,
     pub timer: Timer,
     frame_buffer: wgpu::Buffer,
-    view_buffer: wgpu::Buffer,
     gbuffer: Pass,
     unshadowed: Pass,
     truth: Tracing,
     classify: Pass,
     shading: Shading,
-    /// Bound where no technique shows a map.
-    no_light_view: wgpu::Buffer,
     /// The technique's rays, as `Tally` in `shaders/lib/trace.wgsl`.
     tally: wgpu::Buffer,
     analysis: Analysis,
@@ -345,6 +392,8 @@ pub struct Renderer {
     /// Where the last frame's cascades meet, and how many there are.
     splits: Option<(wgpu::Buffer, u32)>,
     revision: u64,
+    /// The last frame failed: nothing of it serves the next.
+    broken: bool,
 }
 
 /// What the frame itself takes, beside its technique, by the names in the pass times.
@@ -382,17 +431,11 @@ impl Renderer {
         let made = Renderer {
             timer: Timer::new(&gpu),
             frame_buffer: uniform("frame", size_of::<FrameUniform>()),
-            view_buffer: uniform("view", size_of::<ViewUniform>()),
             gbuffer: Pass::render(&gpu, "G-buffer", "gbuffer.wgsl", gbuffer, &[])?,
             unshadowed: Pass::compute(&gpu, "no shadow", "unshadowed.wgsl", "fill", &[])?,
             truth: Tracing::new(&gpu)?,
             classify: Pass::compute(&gpu, "mask", "mask.wgsl", "classify", &[])?,
-            shading: Shading::default(),
-            no_light_view: gpu.buffer(
-                "no light view",
-                bytemuck::bytes_of(&LightView::zeroed()),
-                wgpu::BufferUsages::UNIFORM,
-            ),
+            shading: Shading::new(&gpu),
             tally: tally(&gpu, "rays"),
             analysis: Analysis::new(&gpu)?,
             figure: figure::Figure::default(),
@@ -408,6 +451,7 @@ impl Renderer {
             targets: Targets::default(),
             made: None,
             revision: 0,
+            broken: false,
         };
         made.gpu.check()?;
         Ok(made)
@@ -446,6 +490,7 @@ impl Renderer {
         self.figure.forget();
         let animated_ms = self.advance(setup)?;
         let mut told = Told::default();
+        let broken = std::mem::replace(&mut self.broken, true);
 
         let gpu = &*self.gpu;
         let made = Made::take(&mut self.made, gpu, info)?;
@@ -475,7 +520,6 @@ impl Renderer {
         self.analysis.start(gpu, analysed);
         gpu.queue.write_buffer(&self.tally, 0, bytemuck::cast_slice(&[0, 0, analysed as u32, 0]));
         recorder.set("tally", &self.tally);
-        recorder.set("view", &self.view_buffer);
         for (name, view) in [
             ("g_position", &position),
             ("g_surface", &surface),
@@ -507,7 +551,7 @@ impl Renderer {
             size: ask.size,
             revision: self.revision,
             // What is analysed counts what is drawn.
-            fresh: ask.fresh || analysed,
+            fresh: ask.fresh || analysed || broken,
             offered: None,
             splits: None,
             held: 0,
@@ -530,51 +574,45 @@ impl Renderer {
         }
 
         // The truth goes on from where it stood, while nothing that it depends on changes.
-        let of = (self.revision, setup.camera, setup.light, ask.size);
-        self.truth.start(of, setup.truth_samples.shown(info), &mut recorder, &uniform);
+        let of = (self.revision, setup.camera, setup.light);
+        self.truth.start(of, setup.truth_samples.shown(info), gpu, &uniform);
+        let before = self.truth.progress();
         if ask.truth != Truth::Off && techniques::TRUTH.refuses(&setup.light).is_none() {
             let pixels = if let Truth::Some(pixels) = ask.truth { pixels } else { u32::MAX };
             self.truth.record(&mut recorder, &self.gbuffer, count, pixels);
         }
         told.truth = self.truth.progress();
-        recorder.set("truth", Targets::view(self.truth.shown())?);
-        recorder.set("over", &map);
-        recorder.set("other", Targets::view(self.truth.shown())?);
+        told.traced = told.truth.samples - before.samples;
 
         // What only the technique can draw is not there where it does not serve the light.
-        let seen = view::find(&setup.view, info)
+        self.seen = view::find(&setup.view, info)
             .filter(|v| view::index(v.id).is_some() || info.refuses(&setup.light).is_none());
-        if ask.picture {
-            let drawn = seen.map_or(Drawn::Common(Legend::None), |v| v.drawn);
-            let pass = self.shading.pass(gpu, uniform.view, drawn_map(&drawn), self.figure.layer)?;
-            let mut view = ViewUniform { range: [0.0, 1.0], channel: 0, opacity: 0.0 };
-            let mut run = recorder.run(pass).bind("shown", &map).bind("light_view", &self.no_light_view);
-            // Without another technique the truth is the other one.
-            if let Some(other) = self.figure.other() {
-                run = run.bind("other", other);
-            }
-            match (drawn, &offered) {
-                (Drawn::Ramp(values), _) => view.range = values.range,
-                (Drawn::Aliasing(channel), _) => {
-                    view.channel = channel;
-                    if let Some(aliasing) = &aliasing {
-                        run = run.bind("map", aliasing);
-                    }
-                }
-                (Drawn::Depth, Some(maps)) => {
-                    run = run.bind("shown", &maps.layers[0]).bind("light_view", &maps.light_views);
-                }
-                _ => {}
-            }
-            gpu.queue.write_buffer(&self.view_buffer, 0, bytemuck::bytes_of(&view));
-            run.per_pixel();
-        }
-        self.seen = seen;
         self.offered = offered;
         self.splits = splits;
-        recorder.finish()?;
+        if ask.picture {
+            let truth = Targets::view(self.truth.shown().context(NO_FRAME)?)?;
+            recorder.set("truth", truth);
+            recorder.set("over", &map);
+            // Without another technique the truth is the other one.
+            recorder.set("other", self.figure.other().unwrap_or(truth));
+            let picture = Drawing {
+                number: uniform.view,
+                layer: self.figure.layer,
+                drawn: self.seen.map_or(Drawn::Common(Legend::None), |v| v.drawn),
+                maps: self.offered.as_ref(),
+                aliasing: aliasing.as_ref(),
+                rows: self.figure.rows(setup, &self.truth),
+                opacity: 0.0,
+            };
+            self.shading.record(&mut recorder, &picture, &map)?;
+        }
+        let finished = recorder.finish().and_then(|()| gpu.check());
+        if finished.is_err() && told.truth != before {
+            self.truth.forget();
+        }
+        finished?;
         self.analysis.pieces = pieces;
-        gpu.check()?;
+        self.broken = false;
         Ok(told)
     }
 
@@ -611,9 +649,28 @@ impl Renderer {
         recorder.set("g_position", Targets::view(&t.position)?);
         recorder.set("g_surface", Targets::view(&t.surface)?);
         self.truth.record(&mut recorder, &self.gbuffer, self.scene_gpu.triangle_count * 3, pixels);
-        recorder.finish()?;
-        gpu.check()?;
+        let finished = recorder.finish().and_then(|()| gpu.check());
+        if finished.is_err() {
+            self.truth.forget();
+        }
+        finished?;
         Ok(self.truth.progress())
+    }
+
+    /// Draws the last frame's picture again: with as much of the truth as there is by now, and in the view of `setup`, which is
+    /// the last frame's but for this. A technique's own map must be that of the last frame; of a comparison only the
+    /// arrangement may change.
+    pub fn redraw(&mut self, setup: &Setup) -> Result<()> {
+        if !setup.against.is_empty() {
+            return self.compose(setup);
+        }
+        let info = techniques::find_or_say(&setup.technique)?;
+        let uniform = FrameUniform::new(setup, info, self.targets.size()?, self.scene_gpu.bounds);
+        self.gpu.queue.write_buffer(&self.frame_buffer, 0, bytemuck::bytes_of(&uniform));
+        self.seen = view::find(&setup.view, info);
+        let drawn = self.seen.map_or(Drawn::Common(Legend::None), |v| v.drawn);
+        let rows = self.figure.rows(setup, &self.truth);
+        self.shade_again(uniform.view, drawn, Layer::Alone, false, [rows, 0])
     }
 
     /// Takes in the pass times that have arrived; with `wait`, all of them.

@@ -10,7 +10,7 @@ mod sweep;
 use crate::frame::Renderer;
 use crate::gpu::Gpu;
 use crate::measure::{Axis, reproduce};
-use crate::scene::Scene;
+use crate::scene::{Scene, builtin};
 use crate::setup::{self, Arrange, Overlay, Setup, Side};
 use crate::truth::Samples;
 use crate::{capture, techniques, tour, ui};
@@ -299,6 +299,10 @@ impl Wanted {
 
 /// Opens the window, or where there is no display writes the tour.
 fn open(what: Option<&str>, adapter: Option<&str>) -> Result<()> {
+    // What is not there is said before a window opens.
+    if let Some(what) = what.filter(|w| !builtin::is_builtin(w) && !Path::new(w).exists()) {
+        Setup::open(what)?;
+    }
     match ui::run(what, adapter)? {
         ui::Ended::Closed => Ok(()),
         ui::Ended::NoDisplay(reason) => match what {
