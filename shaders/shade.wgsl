@@ -15,6 +15,9 @@ struct View {
     range: vec2f,
     // Of `map`, where it holds more than one value.
     channel: u32,
+    // Of errors: pixels by which wrong ones grow, and whether what lies under them is light.
+    dilation: u32,
+    light_base: u32,
     padding: u32,
 }
 
@@ -111,6 +114,74 @@ fn dimmed(s: Surface) -> vec3f {
     return vec3f(0.15 + 0.4 * gray);
 }
 
+// What lies under marked errors: the picture in greys, dark or light.
+fn error_base(s: Surface) -> vec3f {
+    if view.light_base == 0u {
+        return select(vec3f(0.22, 0.24, 0.27), dimmed(s), s.valid);
+    }
+    return select(vec3f(1.0), 0.65 + 0.75 * (dimmed(s) - 0.15), s.valid);
+}
+
+// By how much a pixel is wrong, visibility less truth; 0 where that is too little to be seen, or nothing can be wrong.
+fn error_at(pixel: vec2u) -> f32 {
+    let off = textureLoad(visibility, pixel, 0).x - textureLoad(truth, pixel, 0).x;
+    // The surface only where it matters.
+    if abs(off) < 1.0 / 255.0 {
+        return 0.0;
+    }
+    let s = load_surface(pixel);
+    return select(0.0, off, s.valid && can_be_wrong(s));
+}
+
+// Classes of errors, as CAUSES in src/measure/causes.rs numbers and colours them, from 1.
+fn cause_color(kind: f32) -> vec3f {
+    let colors = array<vec3f, 5>(
+        vec3f(230.0, 159.0, 0.0), vec3f(86.0, 180.0, 233.0), vec3f(0.0, 114.0, 178.0), vec3f(204.0, 121.0, 167.0),
+        vec3f(0.0, 158.0, 115.0));
+    return colors[clamp(u32(kind), 1u, 5u) - 1u] / 255.0;
+}
+
+// The views of errors. A pixel that is right takes after a wrong one at most `view.dilation` away.
+fn error_picture(pixel: vec2u) -> vec3f {
+    let s = load_surface(pixel);
+    let base = error_base(s);
+    let low = pixel - min(pixel, vec2u(view.dilation));
+    let high = min(pixel + view.dilation, frame.size - 1u);
+    if drawn_view == view_causes {
+        var kind = textureLoad(map, pixel, 0).x;
+        if kind == 0.0 && view.dilation > 0u {
+            for (var y = low.y; y <= high.y; y++) {
+                for (var x = low.x; x <= high.x; x++) {
+                    let other = textureLoad(map, vec2u(x, y), 0).x;
+                    kind = select(kind, other, other > 0.0 && (kind == 0.0 || other < kind));
+                }
+            }
+        }
+        return select(base, cause_color(kind), kind > 0.0);
+    }
+    if drawn_view == view_error_density || drawn_view == view_flip {
+        let x = textureLoad(map, pixel, 0).x;
+        let shown = select(x > 0.0, s.valid && x >= 0.0, drawn_view == view_flip);
+        return select(base, ramp(x / select(0.5, 1.0, drawn_view == view_flip)), shown);
+    }
+    var off = error_at(pixel);
+    if off == 0.0 && view.dilation > 0u {
+        for (var y = low.y; y <= high.y; y++) {
+            for (var x = low.x; x <= high.x; x++) {
+                let other = error_at(vec2u(x, y));
+                off = select(off, other, abs(other) > abs(off));
+            }
+        }
+    }
+    if off == 0.0 {
+        return base;
+    }
+    if drawn_view == view_error_size {
+        return ramp(abs(off));
+    }
+    return mix(base, select(vec3f(0.95, 0.12, 0.10), vec3f(0.10, 0.25, 1.00), off > 0.0), 0.35 + 0.65 * abs(off));
+}
+
 // Colour of a pixel, sRGB-encoded.
 fn color_of(pixel: vec2u) -> vec3f {
     let s = load_surface(pixel);
@@ -143,6 +214,10 @@ fn color_of(pixel: vec2u) -> vec3f {
             return mix(linear_to_srgb(lit(s, v)), tint, 0.45);
         }
     }
+    if drawn_view == view_error || drawn_view == view_causes || drawn_view == view_error_density
+        || drawn_view == view_error_size || drawn_view == view_flip {
+        return error_picture(pixel);
+    }
     if !s.valid {
         // Only pictures have a sky; data have a plain background.
         let data = drawn_view != view_shaded && drawn_view != view_split;
@@ -162,23 +237,6 @@ fn color_of(pixel: vec2u) -> vec3f {
         }
         case view_truth: {
             return vec3f(textureLoad(truth, pixel, 0).x);
-        }
-        case view_error: {
-            let t = textureLoad(truth, pixel, 0).x;
-            let off = abs(v - t);
-            if !can_be_wrong(s) || off < 1.0 / 255.0 {
-                return dimmed(s);
-            }
-            let hue = select(vec3f(0.95, 0.12, 0.10), vec3f(0.10, 0.25, 1.00), v > t);
-            return mix(dimmed(s), hue, 0.35 + 0.65 * off);
-        }
-        case view_acne: {
-            let amount = textureLoad(truth, pixel, 0).x - v;
-            return mix(dimmed(s), vec3f(1.0, 0.85, 0.1), select(0.0, saturate(amount), can_be_wrong(s)));
-        }
-        case view_detachment: {
-            let amount = v - textureLoad(truth, pixel, 0).x;
-            return mix(dimmed(s), vec3f(0.2, 0.9, 0.9), select(0.0, saturate(amount), can_be_wrong(s)));
         }
         case view_facing: {
             let light = light_at(s.position);

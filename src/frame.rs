@@ -3,22 +3,25 @@
 //! Window, command line and tests all come through [`Renderer::render`].
 
 mod analysis;
+mod judged;
 mod read;
 
 pub use analysis::{Analysis, Counting, Maps, PieceCount};
 
 use crate::gpu::{Gpu, Pass, Raster, Recorder, Slot, Timer};
 use crate::light::{Light, LightView};
+use crate::measure::causes::Causes;
 use crate::params::{Group, Values};
 use crate::scene::Scene;
 use crate::scene::geometry::{Geometry, SceneGpu};
-use crate::setup::Setup;
+use crate::setup::{Base, Setup};
 use crate::techniques::{self, Info, Technique};
 use crate::truth::{Progress, Tracing};
 use crate::view;
 use anyhow::{Context, Result, ensure};
 use bytemuck::{Pod, Zeroable};
 use glam::{Mat3, Mat4, Vec2, Vec3, Vec4};
+use judged::Judged;
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 use std::sync::Arc;
@@ -289,6 +292,9 @@ pub struct ViewUniform {
     pub range: [f32; 2],
     /// Of the map, where it holds more than one value.
     pub channel: u32,
+    /// Of errors: pixels by which wrong ones grow, and whether what lies under them is light.
+    pub dilation: u32,
+    pub light_base: u32,
     pub padding: u32,
 }
 
@@ -366,13 +372,17 @@ pub struct Renderer {
     analysis: Analysis,
     /// The last frame's view, its title if it is one of the technique's own, and how that is drawn.
     seen: (String, &'static str, Option<Shown>),
+    /// What caused the last frame's errors, if its view showed that.
+    causes: Option<Causes>,
     revision: u64,
 }
 
 /// What the frame itself takes, beside its technique, by the names in the pass times.
-pub const SHARED_PASSES: [&str; 6] = [ANIMATION, "G-buffer", ANALYSIS, "count map", "truth", "shading"];
+pub const SHARED_PASSES: [&str; 7] = [ANIMATION, "G-buffer", ANALYSIS, "count map", "truth", JUDGED, "shading"];
 /// The name of every technique's analysis pass.
 pub(crate) const ANALYSIS: &str = "analysis";
+/// What [`judged`] does.
+const JUDGED: &str = "error map (CPU)";
 /// Moving the animated geometry and building its BVH, on the CPU.
 const ANIMATION: &str = "geometry and BVH (CPU)";
 
@@ -418,6 +428,7 @@ impl Renderer {
             tally: tally(&gpu, "rays"),
             analysis: Analysis::new(&gpu)?,
             seen: Default::default(),
+            causes: None,
             gpu,
             scene,
             geometry,
@@ -471,7 +482,8 @@ impl Renderer {
         let surface = t.surface.get(gpu, "surface", ask.size, Format::Rgba32Uint, DRAWN);
         let depth = t.depth.get(gpu, "depth", ask.size, Format::Depth32Float, DRAWN);
         let visibility = t.visibility.get(gpu, "visibility", ask.size, Format::R32Float, STORED);
-        let map = t.map.get(gpu, "technique's map", ask.size, Format::R32Float, STORED);
+        let written = STORED.union(wgpu::TextureUsages::COPY_DST);
+        let map = t.map.get(gpu, "technique's map", ask.size, Format::R32Float, written);
         let output = t.output.get(gpu, "picture", ask.size, Format::Rgba8Unorm, STORED);
 
         let uniform = FrameUniform::new(setup, info, ask.size, self.scene_gpu.bounds);
@@ -540,8 +552,12 @@ impl Renderer {
         told.cpu_ms = start.elapsed().as_secs_f64() * 1e3 - (f.waited() - waited);
         told.gpu_bytes = f.held;
         let Frame { mut recorder, shown, pieces, analysis, .. } = f;
-        if let Some(count) = analysis.and_then(|a| a.draws.as_mut()) {
-            recorder.keep_draws(count);
+        let mut aliasing = None;
+        if let Some(analysis) = analysis {
+            aliasing = analysis.aliasing_view().cloned();
+            if let Some(count) = &mut analysis.draws {
+                recorder.keep_draws(count);
+            }
         }
 
         // The truth goes on from where it stood, while nothing that it depends on changes.
@@ -554,11 +570,32 @@ impl Renderer {
         told.truth = self.truth.progress();
         recorder.set("truth", Targets::view(self.truth.shown())?);
 
+        self.causes = None;
         if ask.picture {
+            let start = Instant::now();
+            recorder.set("shown", &map);
+            recorder.set("light_view", &self.no_light_view);
+            let mut judged = Judged {
+                geometry: &self.geometry,
+                truth: &self.truth,
+                aliasing,
+                targets: &mut *t,
+                classify: &self.classify,
+            };
+            if let Some((values, causes)) = judged.values(setup, &mut recorder, &mut self.shading)? {
+                gpu.write_texture(t.map.texture().context(NO_FRAME)?, bytemuck::cast_slice(&values));
+                self.causes = causes;
+                recorder.note(JUDGED, start.elapsed().as_secs_f64() * 1e3);
+            }
             let drawn_map = shown.as_ref().map_or(0, Shown::number);
             let pass = self.shading.pass(gpu, uniform.view, drawn_map)?;
-            let mut view = ViewUniform { range: [0.0, 1.0], channel: 0, padding: 0 };
-            let mut run = recorder.run(pass).bind("shown", &map).bind("light_view", &self.no_light_view);
+            let mut view = ViewUniform {
+                range: [0.0, 1.0],
+                dilation: setup.error_dilation,
+                light_base: (setup.error_base == Base::Light) as u32,
+                ..ViewUniform::zeroed()
+            };
+            let mut run = recorder.run(pass);
             match &shown {
                 Some(Shown::Texture(t, light_view)) => run = run.bind("shown", t).bind("light_view", light_view),
                 Some(Shown::Ramp(range)) => view.range = *range,

@@ -150,6 +150,7 @@ struct Average {
 pub struct Tracing {
     resolve: Pass,
     accumulate: Pass,
+    explain: Pass,
     params: wgpu::Buffer,
     frame: wgpu::Buffer,
     /// The frame of the sample that is being traced, and whether it is the first.
@@ -177,6 +178,7 @@ impl Tracing {
         Ok(Tracing {
             resolve: pass("resolve")?,
             accumulate: pass("accumulate")?,
+            explain: pass("explain")?,
             params: gpu.buffer("truth", bytemuck::cast_slice(&group.words(&Values::new())), uniform),
             frame: frame("frame of the truth"),
             shifted: frame("frame of a sample"),
@@ -291,6 +293,32 @@ impl Tracing {
     /// The truth of one sample at the pixel's centre.
     pub fn hard(&self) -> &Slot {
         &self.hard
+    }
+
+    /// Whether each pixel has its hard truth.
+    pub fn covered(&self) -> bool {
+        self.rows == self.size[1]
+    }
+
+    /// Traces what tells the causes of errors apart into `evidence`. `aliasing`: the frame's, if the technique has maps.
+    pub fn explain(
+        &self,
+        recorder: &mut Recorder,
+        visibility: &wgpu::TextureView,
+        aliasing: Option<&wgpu::TextureView>,
+        evidence: &wgpu::TextureView,
+    ) {
+        let Some(hard) = self.hard.view() else { return };
+        recorder
+            .run(&self.explain)
+            .bind("frame", &self.frame)
+            .bind("params", &self.params)
+            .bind("hard", hard)
+            .bind("visibility", visibility)
+            // Of a texture with one channel the others are 0.
+            .bind("aliasing", aliasing.unwrap_or(hard))
+            .bind("evidence_out", evidence)
+            .per_pixel();
     }
 
     /// How far it is.

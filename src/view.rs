@@ -38,15 +38,30 @@ pub const VIEWS: &[View] = &[
         true,
     ),
     view(
-        "acne",
-        "Acne",
-        "Only the false shadow, in yellow: what should be lit but is dark. Specks on lit faces are acne.",
+        "causes",
+        "Causes",
+        "What made each wrong pixel. Orange: acne. Pale blue: detachment, a gap at a caster's foot. Blue: leak. Purple: the \
+         caster is missing. Green: stairs at an edge.",
         true,
     ),
     view(
-        "detachment",
-        "Detachment",
-        "Only the missing shadow, in cyan: what should be dark but is lit. A gap at a caster's foot is detachment.",
+        "error-density",
+        "Error density",
+        "Share of the pixels around that are wrong, in a window of as many pixels as the set-up names: dark blue few, \
+         yellow half of them and more.",
+        true,
+    ),
+    view(
+        "error-size",
+        "Error size",
+        "|V − truth|: how far the visibility is off, dark blue a little, yellow by all of the light.",
+        true,
+    ),
+    view(
+        "flip",
+        "FLIP",
+        "How different the shaded picture looks from the true one when the two alternate: dark blue not at all, yellow \
+         utterly.",
         true,
     ),
     view(
@@ -98,9 +113,14 @@ pub fn needs_truth(id: &str) -> bool {
 /// The maps that show a channel of the analysis: the aliasing error and its two parts, in that order.
 pub const ALIASING: [&str; 3] = ["aliasing", "perspective-aliasing", "projection-aliasing"];
 
-/// Whether a map needs the frame's analysis, and nothing else of the technique.
+/// Whether a view needs the frame's analysis, and nothing else of the technique.
 pub fn needs_analysis(id: &str) -> bool {
-    id == "counts" || ALIASING.contains(&id)
+    id == "counts" || id == "causes" || ALIASING.contains(&id)
+}
+
+/// Whether the CPU makes a view's values.
+pub fn is_judged(id: &str) -> bool {
+    ["causes", "error-density", "flip"].contains(&id)
 }
 
 /// Refuses a view that the technique does not have.

@@ -52,6 +52,8 @@ enum Command {
         /// The technique; `list techniques` names them.
         #[arg(long)]
         technique: Option<String>,
+        #[command(flatten)]
+        errors: ErrorView,
     },
     /// Measure errors, times and memory of techniques.
     Measure {
@@ -148,6 +150,28 @@ struct Wanted {
     sets: Vec<String>,
 }
 
+/// How the views of errors are drawn.
+#[derive(Args)]
+struct ErrorView {
+    /// Pixels by which wrong ones grow in views of errors: 0, 1 or 2.
+    #[arg(long, value_name = "PIXELS")]
+    error_dilation: Option<u32>,
+    /// What lies under marked errors.
+    #[arg(long, value_name = "BASE")]
+    error_base: Option<setup::Base>,
+    /// Width of the window of the view error-density: an odd number of pixels.
+    #[arg(long, value_name = "PIXELS")]
+    error_window: Option<u32>,
+}
+
+impl ErrorView {
+    fn apply(&self, setup: &mut Setup) {
+        setup.error_dilation = self.error_dilation.unwrap_or(setup.error_dilation);
+        setup.error_base = self.error_base.unwrap_or(setup.error_base);
+        setup.error_window = self.error_window.unwrap_or(setup.error_window);
+    }
+}
+
 #[derive(Clone, Copy, clap::ValueEnum)]
 enum Listed {
     Scenes,
@@ -169,7 +193,7 @@ pub fn run() -> Result<ExitCode> {
     }
     let done = match cli.command {
         None => open(cli.setup.as_deref(), adapter),
-        Some(Command::Capture { wanted, output, view, technique }) => {
+        Some(Command::Capture { wanted, output, view, technique, errors }) => {
             // What can be refused early is, before a scene is loaded and drawn.
             capture::check(view.as_deref().unwrap_or("truth"), &output)?;
             let (mut setup, scene) = wanted.open()?;
@@ -179,6 +203,7 @@ pub fn run() -> Result<ExitCode> {
             if let Some(view) = view {
                 setup.view = view;
             }
+            errors.apply(&mut setup);
             let selected = [setup.technique.clone()];
             wanted.apply(&mut setup, &scene, &selected)?;
             let mut renderer = Renderer::new(Arc::new(Gpu::new(adapter)?), Arc::new(scene))?;

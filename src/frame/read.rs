@@ -2,6 +2,7 @@
 
 use super::{Analysis, NO_FRAME, Renderer, STORED, Shown, Targets};
 use crate::gpu::{Recorder, Slot};
+use crate::measure::causes::CAUSES;
 use crate::view;
 use anyhow::{Context, Result};
 use glam::Vec3;
@@ -100,22 +101,6 @@ impl Renderer {
         &self.analysis
     }
 
-    /// Classes of the last frame's pixels, as [`crate::measure::metrics`] names them.
-    pub fn read_mask(&mut self) -> Result<Vec<u32>> {
-        let size = self.targets.size()?;
-        let mask = self.targets.mask.get(&self.gpu, "mask", size, Format::R32Uint, STORED);
-        let mut recorder = Recorder::new(&self.gpu, &mut self.timer, false, size);
-        recorder
-            .run(&self.classify)
-            .bind("frame", &self.frame_buffer)
-            .bind("g_position", Targets::view(&self.targets.position)?)
-            .bind("g_surface", Targets::view(&self.targets.surface)?)
-            .bind("mask", &mask)
-            .per_pixel();
-        recorder.finish()?;
-        Ok(bytemuck::pod_collect_to_vec(&self.read(&self.targets.mask)?))
-    }
-
     /// Reads world positions back; w is the depth along the camera's axis, 0 for background.
     pub fn read_position(&self) -> Result<Vec<[f32; 4]>> {
         Ok(bytemuck::pod_collect_to_vec(&self.read(&self.targets.position)?))
@@ -169,7 +154,16 @@ impl Renderer {
         let visibility = self.value(&self.targets.visibility, pixel)?;
         Ok(match view.as_str() {
             "visibility" => Some(format!("visibility {}", short(visibility))),
-            "truth" | "error" | "acne" | "detachment" | "split" => {
+            "causes" => {
+                let class = self.value(&self.targets.map, pixel)? as usize;
+                CAUSES.get(class.wrapping_sub(1)).map(|c| c.title.into())
+            }
+            "error-density" => {
+                let share = self.value(&self.targets.map, pixel)?;
+                (share >= 0.0).then(|| format!("{} % of the pixels around are wrong", short(100.0 * share)))
+            }
+            "flip" => Some(format!("FLIP {}", short(self.value(&self.targets.map, pixel)?))),
+            "truth" | "error" | "error-size" | "split" => {
                 let truth = self.value(self.truth.shown(), pixel)?;
                 Some(format!("visibility {}, truth {}", short(visibility), short(truth)))
             }
