@@ -79,12 +79,12 @@ macro_rules! same {
 fn shared_structs_agree() {
     same!("shade.wgsl", "Frame", FrameUniform,
         view_proj "view_proj", eye_proj "eye_proj", rays "rays", eye "eye", near "near", forward "forward",
-        far "far", bounds_min "bounds_min", seed "seed", bounds_max "bounds_max", split "split",
+        far "far", bounds_min "bounds_min", seed "seed", bounds_max "bounds_max", padding "padding",
         light_position "light_position", light_kind "light_kind", light_axis "light_axis", light_range "light_range",
         light_color "light_color", light_cosine "light_cosine", light_half_u "light_half_u", view "view",
         light_half_v "light_half_v", map "map", size "size", band "band");
-    same!("shade.wgsl", "View", ViewUniform, range "range", channel "channel", dilation "dilation", light_base "light_base",
-        padding "padding");
+    same!("shade.wgsl", "View", ViewUniform, range "range", channel "channel", opacity "opacity", dilation "dilation",
+        light_base "light_base");
     same!("counts.wgsl", "Counting", Counting,
         size "size", layers "layers", first "first", count "count", padding "padding", spare "spare", sides "sides");
     same!("cascades.wgsl", "Fitting", Fitting,

@@ -15,7 +15,7 @@ struct Frame {
     bounds_min: vec3f,
     seed: u32,
     bounds_max: vec3f,
-    split: f32,
+    padding: f32,
     // A directional light's unit vector towards it, else its position.
     light_position: vec3f,
     light_kind: u32,

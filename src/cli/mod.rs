@@ -11,7 +11,7 @@ use crate::frame::Renderer;
 use crate::gpu::Gpu;
 use crate::measure::{Axis, reproduce};
 use crate::scene::Scene;
-use crate::setup::{self, Setup};
+use crate::setup::{self, Arrange, Overlay, Setup, Side};
 use crate::truth::Samples;
 use crate::{capture, techniques, tour, ui};
 use anyhow::{Context, Result, bail, ensure};
@@ -53,7 +53,7 @@ enum Command {
         #[arg(long)]
         technique: Option<String>,
         #[command(flatten)]
-        errors: ErrorView,
+        figure: Figure,
     },
     /// Measure errors, times and memory of techniques.
     Measure {
@@ -125,6 +125,69 @@ enum Command {
     },
 }
 
+/// What a picture is composed of.
+#[derive(Args)]
+struct Figure {
+    /// Compare with TECHNIQUE, TECHNIQUE:key=value;… or truth. Can be given up to three times.
+    #[arg(long, value_name = "TECHNIQUE[:K=V;…]")]
+    against: Vec<String>,
+    /// How the sides of a comparison share the picture: swipe, side-by-side or flicker.
+    #[arg(long, value_name = "HOW")]
+    arrange: Option<String>,
+    /// Where swipe changes sides, as a share of the width.
+    #[arg(long, value_name = "SHARE")]
+    split: Option<f32>,
+    /// Blend this view over the shaded picture: VIEW or VIEW:opacity.
+    #[arg(long, value_name = "VIEW[:OPACITY]")]
+    overlay: Option<String>,
+    /// Show this view small in a corner of the shaded picture.
+    #[arg(long, value_name = "VIEW", conflicts_with = "overlay")]
+    inset: Option<String>,
+    /// Pixels by which wrong ones grow in views of errors: 0, 1 or 2.
+    #[arg(long, value_name = "PIXELS")]
+    error_dilation: Option<u32>,
+    /// What lies under marked errors.
+    #[arg(long, value_name = "BASE")]
+    error_base: Option<setup::Base>,
+    /// Width of the window of the view error-density: an odd number of pixels.
+    #[arg(long, value_name = "PIXELS")]
+    error_window: Option<u32>,
+    /// Put the view's legend below the picture.
+    #[arg(long)]
+    legend: bool,
+}
+
+impl Figure {
+    fn apply(self, setup: &mut Setup) -> Result<()> {
+        if !self.against.is_empty() {
+            setup.against = self.against.iter().map(|a| Side::parse(a)).collect::<Result<_>>()?;
+        }
+        if let Some(how) = &self.arrange {
+            let found = Arrange::ALL.into_iter().find(|a| a.id() == how);
+            setup.arrange = found
+                .with_context(|| format!("--arrange {how}: there are {}", Arrange::ALL.map(Arrange::id).join(", ")))?;
+        }
+        setup.split = self.split.unwrap_or(setup.split);
+        setup.legend |= self.legend;
+        setup.error_dilation = self.error_dilation.unwrap_or(setup.error_dilation);
+        setup.error_base = self.error_base.unwrap_or(setup.error_base);
+        setup.error_window = self.error_window.unwrap_or(setup.error_window);
+        if let Some(overlay) = &self.overlay {
+            let (view, opacity) = match overlay.split_once(':') {
+                Some((view, opacity)) => {
+                    (view, opacity.parse().with_context(|| format!("--overlay {overlay}: write it as VIEW:0.5"))?)
+                }
+                None => (overlay.as_str(), 0.5),
+            };
+            setup.overlay = Some(Overlay { view: view.into(), opacity, inset: false });
+        }
+        if let Some(view) = self.inset {
+            setup.overlay = Some(Overlay { view, opacity: 1.0, inset: true });
+        }
+        Ok(())
+    }
+}
+
 /// What is drawn, and what differs from the set-up.
 #[derive(Args)]
 struct Wanted {
@@ -150,28 +213,6 @@ struct Wanted {
     sets: Vec<String>,
 }
 
-/// How the views of errors are drawn.
-#[derive(Args)]
-struct ErrorView {
-    /// Pixels by which wrong ones grow in views of errors: 0, 1 or 2.
-    #[arg(long, value_name = "PIXELS")]
-    error_dilation: Option<u32>,
-    /// What lies under marked errors.
-    #[arg(long, value_name = "BASE")]
-    error_base: Option<setup::Base>,
-    /// Width of the window of the view error-density: an odd number of pixels.
-    #[arg(long, value_name = "PIXELS")]
-    error_window: Option<u32>,
-}
-
-impl ErrorView {
-    fn apply(&self, setup: &mut Setup) {
-        setup.error_dilation = self.error_dilation.unwrap_or(setup.error_dilation);
-        setup.error_base = self.error_base.unwrap_or(setup.error_base);
-        setup.error_window = self.error_window.unwrap_or(setup.error_window);
-    }
-}
-
 #[derive(Clone, Copy, clap::ValueEnum)]
 enum Listed {
     Scenes,
@@ -193,7 +234,7 @@ pub fn run() -> Result<ExitCode> {
     }
     let done = match cli.command {
         None => open(cli.setup.as_deref(), adapter),
-        Some(Command::Capture { wanted, output, view, technique, errors }) => {
+        Some(Command::Capture { wanted, output, view, technique, figure }) => {
             // What can be refused early is, before a scene is loaded and drawn.
             capture::check(view.as_deref().unwrap_or("truth"), &output)?;
             let (mut setup, scene) = wanted.open()?;
@@ -203,7 +244,7 @@ pub fn run() -> Result<ExitCode> {
             if let Some(view) = view {
                 setup.view = view;
             }
-            errors.apply(&mut setup);
+            figure.apply(&mut setup)?;
             let selected = [setup.technique.clone()];
             wanted.apply(&mut setup, &scene, &selected)?;
             let mut renderer = Renderer::new(Arc::new(Gpu::new(adapter)?), Arc::new(scene))?;

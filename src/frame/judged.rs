@@ -1,6 +1,6 @@
 //! Pictures of a frame's errors that the CPU makes of its visibility and truth.
 
-use super::{Renderer, STORED, Shading, Targets, know_scene};
+use super::{Layer, Renderer, STORED, Shading, Targets, know_scene};
 use crate::gpu::{Pass, Recorder, Slot};
 use crate::measure::causes::{self, Causes};
 use crate::measure::metrics;
@@ -60,7 +60,7 @@ impl Judged<'_> {
     /// The FLIP difference of the shaded picture from that with the truth, a number a pixel.
     fn flip(&mut self, recorder: &mut Recorder, shading: &mut Shading) -> Result<Vec<f32>> {
         let (gpu, size) = (recorder.gpu, self.targets.size()?);
-        let pass = shading.pass(gpu, view::index("shaded").unwrap_or_default() as u32, 0)?;
+        let pass = shading.pass(gpu, view::index("shaded").unwrap_or_default() as u32, 0, Layer::Alone)?;
         let mut picture = |visibility: &Slot| {
             let mut held = Slot::default();
             let output = held.get(gpu, "picture to compare", size, Format::Rgba8Unorm, STORED);

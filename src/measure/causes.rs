@@ -8,41 +8,30 @@ pub struct Cause {
     pub id: &'static str,
     pub title: &'static str,
     pub doc: &'static str,
-    /// sRGB, told apart by the colour-blind too (Okabe, Ito 2008).
-    pub color: [u8; 3],
 }
 
-/// The causes; class `i + 1` of [`Causes::classes`] is the `i`th of them.
+/// The causes, in the order of [`crate::palette::CAUSE_COLORS`]; class `i + 1` of [`Causes::classes`] is the `i`th of them.
 pub const CAUSES: [Cause; 5] = [
-    Cause {
-        id: "acne",
-        title: "acne",
-        doc: "Dark though lit, away from every true edge: the surface shadows itself.",
-        color: [230, 159, 0],
-    },
+    Cause { id: "acne", title: "acne", doc: "Dark though lit, away from every true edge: the surface shadows itself." },
     Cause {
         id: "detachment",
         title: "detachment",
         doc: "Lit though in shadow, between a caster's foot and where its shadow begins: peter-panning.",
-        color: [86, 180, 233],
     },
     Cause {
         id: "leak",
         title: "leak",
         doc: "Lit though in shadow, away from every true edge and from the caster: light passes through it.",
-        color: [0, 114, 178],
     },
     Cause {
         id: "missing_caster",
         title: "missing caster",
         doc: "Lit though in shadow, where nearly all of the caster's shadow is missing.",
-        color: [204, 121, 167],
     },
     Cause {
         id: "stairs",
         title: "stairs at an edge",
         doc: "Wrong within two pixels or two texels of a true edge: what resolution and filter do.",
-        color: [0, 158, 115],
     },
 ];
 

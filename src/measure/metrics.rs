@@ -50,6 +50,8 @@ pub struct Errors {
     pub rmse_penumbra: Option<f64>,
     /// None: no wrong pixel, or no true boundary in the picture.
     pub boundary: Option<Boundary>,
+    /// The wrong pixels by cause ([`super::causes::CAUSES`]), where they were told apart.
+    pub causes: Option<[usize; 5]>,
 }
 
 impl Errors {

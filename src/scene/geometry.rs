@@ -116,7 +116,15 @@ impl Geometry {
             distinct.iter().map(|i| Triangle { v0: corner(*i, 0), v1: corner(*i, 1), v2: corner(*i, 2) }).collect();
         let mut bvh = Bvh::new(&tris);
         bvh.order.iter_mut().for_each(|i| *i = distinct[*i as usize]);
-        Ok(Geometry { bounds: bvh.bounds, vertices, triangles, opaque, bvh, hull: OnceLock::new(), casters: OnceLock::new() })
+        Ok(Geometry {
+            bounds: bvh.bounds,
+            vertices,
+            triangles,
+            opaque,
+            bvh,
+            hull: OnceLock::new(),
+            casters: OnceLock::new(),
+        })
     }
 
     /// The three corners of a triangle.
