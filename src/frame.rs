@@ -4,6 +4,7 @@
 
 mod analysis;
 mod figure;
+mod judged;
 mod maps;
 mod read;
 
@@ -13,16 +14,18 @@ pub use maps::MapLayer;
 
 use crate::gpu::{Gpu, Pass, Raster, Recorder, Slot, Timer};
 use crate::light::{Light, LightView};
+use crate::measure::causes::Causes;
 use crate::params::{Group, Values};
 use crate::scene::Scene;
 use crate::scene::geometry::{Geometry, SceneGpu};
-use crate::setup::Setup;
+use crate::setup::{Base, Setup};
 use crate::techniques::{self, Info, Technique};
 use crate::truth::{Progress, Tracing};
 use crate::view::{self, Drawn, Legend, View};
 use anyhow::{Context, Result, ensure};
 use bytemuck::{Pod, Zeroable};
 use glam::{Mat3, Mat4, Vec2, Vec3, Vec4};
+use judged::Judged;
 use maps::Offered;
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
@@ -255,7 +258,10 @@ pub struct ViewUniform {
     pub rows: u32,
     /// How much an overlay hides; at 1 and above it lies small in a corner.
     pub opacity: f32,
-    pub padding: [u32; 3],
+    /// Of errors: pixels by which wrong ones grow, and whether what lies under them is light.
+    pub dilation: u32,
+    pub light_base: u32,
+    pub padding: u32,
 }
 
 /// What a picture is drawn as, as `layer` in `shaders/shade.wgsl`.
@@ -276,17 +282,26 @@ struct Shading {
 }
 
 /// A picture to be drawn.
-struct Drawing<'a> {
+#[derive(Clone, Copy)]
+struct Drawing {
     /// The view, as [`FrameUniform::view`] numbers it.
     number: u32,
-    layer: Layer,
     drawn: Drawn,
-    /// The technique's depth maps, and the channels of the analysis.
-    maps: Option<&'a Offered>,
-    aliasing: Option<&'a wgpu::TextureView>,
+    layer: Layer,
     /// Of the picture, from the top, that have what the view needs.
     rows: u32,
+    /// Of an overlay, as [`ViewUniform::opacity`].
     opacity: f32,
+    dilation: u32,
+    light_base: bool,
+}
+
+impl Drawing {
+    /// A view of a set-up, by its number; all of it.
+    fn new(setup: &Setup, number: u32, drawn: Drawn) -> Drawing {
+        let (dilation, light_base) = (setup.error_dilation, setup.error_base == Base::Light);
+        Drawing { number, drawn, layer: Layer::Alone, rows: u32::MAX, opacity: 0.0, dilation, light_base }
+    }
 }
 
 impl Shading {
@@ -315,15 +330,23 @@ impl Shading {
         }
     }
 
-    /// Records the pass that draws a picture. The recorder knows the frame's targets; `map` is what `map_out` holds.
-    fn record(&mut self, recorder: &mut Recorder, picture: &Drawing, map: &wgpu::TextureView) -> Result<()> {
+    /// Records the pass that draws a picture. The recorder knows the frame's targets; `map` is what `map_out` holds. Of the
+    /// technique: its depth maps, and the channels of the analysis.
+    fn record(
+        &mut self,
+        recorder: &mut Recorder,
+        picture: Drawing,
+        map: &wgpu::TextureView,
+        (maps, aliasing): (Option<&Offered>, Option<&wgpu::TextureView>),
+    ) -> Result<()> {
         let gpu = recorder.gpu;
-        let Drawing { rows, opacity, .. } = *picture;
+        let Drawing { rows, opacity, dilation, .. } = picture;
         let (buffer, no_light_view) = (self.view.clone(), self.no_light_view.clone());
         let pass = self.pass(gpu, [picture.number, drawn_map(&picture.drawn), picture.layer as u32])?;
-        let mut view = ViewUniform { range: [0.0, 1.0], rows, opacity, ..ViewUniform::zeroed() };
+        let light_base = picture.light_base as u32;
+        let mut view = ViewUniform { range: [0.0, 1.0], rows, opacity, dilation, light_base, ..ViewUniform::zeroed() };
         let mut run = recorder.run(pass).bind("view", &buffer).bind("shown", map).bind("light_view", &no_light_view);
-        match (picture.drawn, picture.maps, picture.aliasing) {
+        match (picture.drawn, maps, aliasing) {
             (Drawn::Ramp(values), ..) => view.range = values.range,
             (Drawn::Aliasing(channel), _, Some(aliasing)) => {
                 view.channel = channel;
@@ -391,15 +414,19 @@ pub struct Renderer {
     read_map: Option<Pass>,
     /// Where the last frame's cascades meet, and how many there are.
     splits: Option<(wgpu::Buffer, u32)>,
+    /// What caused the last frame's errors, if its view showed that.
+    causes: Option<Causes>,
     revision: u64,
     /// The last frame failed: nothing of it serves the next.
     broken: bool,
 }
 
 /// What the frame itself takes, beside its technique, by the names in the pass times.
-pub const SHARED_PASSES: [&str; 6] = [ANIMATION, "G-buffer", ANALYSIS, "count map", "truth", "shading"];
+pub const SHARED_PASSES: [&str; 7] = [ANIMATION, "G-buffer", ANALYSIS, "count map", "truth", JUDGED, "shading"];
 /// The name of every technique's analysis pass.
 pub(crate) const ANALYSIS: &str = "analysis";
+/// What [`judged`] does.
+const JUDGED: &str = "error map (CPU)";
 /// Moving the animated geometry and building its BVH, on the CPU.
 const ANIMATION: &str = "geometry and BVH (CPU)";
 
@@ -443,6 +470,7 @@ impl Renderer {
             offered: None,
             read_map: None,
             splits: None,
+            causes: None,
             gpu,
             scene,
             geometry,
@@ -499,7 +527,8 @@ impl Renderer {
         let surface = t.surface.get(gpu, "surface", ask.size, Format::Rgba32Uint, DRAWN);
         let depth = t.depth.get(gpu, "depth", ask.size, Format::Depth32Float, DRAWN);
         let visibility = t.visibility.get(gpu, "visibility", ask.size, Format::R32Float, STORED);
-        let map = t.map.get(gpu, "technique's map", ask.size, Format::R32Float, STORED);
+        let written = STORED.union(wgpu::TextureUsages::COPY_DST);
+        let map = t.map.get(gpu, "technique's map", ask.size, Format::R32Float, written);
         let output = t.output.get(gpu, "picture", ask.size, Format::Rgba8Unorm, STORED);
 
         let uniform = FrameUniform::new(setup, info, ask.size, self.scene_gpu.bounds);
@@ -568,9 +597,12 @@ impl Renderer {
         told.cpu_ms = start.elapsed().as_secs_f64() * 1e3 - (f.waited() - waited);
         told.gpu_bytes = f.held;
         let Frame { mut recorder, offered, splits, pieces, analysis, .. } = f;
-        let aliasing = analysis.as_ref().and_then(|a| a.aliasing.view().cloned());
-        if let Some(count) = analysis.and_then(|a| a.draws.as_mut()) {
-            recorder.keep_draws(count);
+        let mut aliasing = None;
+        if let Some(analysis) = analysis {
+            aliasing = analysis.aliasing_view().cloned();
+            if let Some(count) = &mut analysis.draws {
+                recorder.keep_draws(count);
+            }
         }
 
         // The truth goes on from where it stood, while nothing that it depends on changes.
@@ -589,22 +621,30 @@ impl Renderer {
             .filter(|v| view::index(v.id).is_some() || info.refuses(&setup.light).is_none());
         self.offered = offered;
         self.splits = splits;
+        self.causes = None;
         if ask.picture {
             let truth = Targets::view(self.truth.shown().context(NO_FRAME)?)?;
             recorder.set("truth", truth);
             recorder.set("over", &map);
             // Without another technique the truth is the other one.
             recorder.set("other", self.figure.other().unwrap_or(truth));
-            let picture = Drawing {
-                number: uniform.view,
-                layer: self.figure.layer,
-                drawn: self.seen.map_or(Drawn::Common(Legend::None), |v| v.drawn),
-                maps: self.offered.as_ref(),
-                aliasing: aliasing.as_ref(),
-                rows: self.figure.rows(setup, &self.truth),
-                opacity: 0.0,
+            let start = Instant::now();
+            let mut judged = Judged {
+                geometry: &self.geometry,
+                truth: &self.truth,
+                aliasing: aliasing.clone(),
+                targets: &mut *t,
+                classify: &self.classify,
             };
-            self.shading.record(&mut recorder, &picture, &map)?;
+            if let Some((values, causes)) = judged.values(setup, &mut recorder, &mut self.shading)? {
+                gpu.write_texture(t.map.texture().context(NO_FRAME)?, bytemuck::cast_slice(&values));
+                self.causes = causes;
+                recorder.note(JUDGED, start.elapsed().as_secs_f64() * 1e3);
+            }
+            let drawn = self.seen.map_or(Drawn::Common(Legend::None), |v| v.drawn);
+            let (layer, rows) = (self.figure.layer, self.figure.rows(setup, &self.truth));
+            let picture = Drawing { layer, rows, ..Drawing::new(setup, uniform.view, drawn) };
+            self.shading.record(&mut recorder, picture, &map, (self.offered.as_ref(), aliasing.as_ref()))?;
         }
         let finished = recorder.finish().and_then(|()| gpu.check());
         if finished.is_err() && told.truth != before {
@@ -670,7 +710,7 @@ impl Renderer {
         self.seen = view::find(&setup.view, info);
         let drawn = self.seen.map_or(Drawn::Common(Legend::None), |v| v.drawn);
         let rows = self.figure.rows(setup, &self.truth);
-        self.shade_again(uniform.view, drawn, Layer::Alone, false, [rows, 0])
+        self.shade_again(Drawing { rows, ..Drawing::new(setup, uniform.view, drawn) }, false)
     }
 
     /// Takes in the pass times that have arrived; with `wait`, all of them.

@@ -107,7 +107,7 @@ impl Key {
         key.sides(setup, known);
         let errors = known.errors.first().copied().flatten().filter(|_| setup.sides() == 1);
         let class = |c: &Class| {
-            let share = c.share.and_then(|share| errors.as_ref().map(share));
+            let share = c.share.and_then(|share| errors.as_ref().and_then(share));
             let text = share.map_or(c.what.into(), |s| format!("{} {}", c.what, percent(s)));
             Part::Class(c.color, text)
         };

@@ -60,6 +60,14 @@ pub struct Setup {
     /// How many samples a pixel the truth averages.
     #[serde(default)]
     pub truth_samples: Samples,
+    /// Pixels by which wrong ones grow in views of errors, 0 to 2, and what lies under them.
+    #[serde(default)]
+    pub error_dilation: u32,
+    #[serde(default)]
+    pub error_base: Base,
+    /// Width of the window of the view `error-density`, pixels; odd.
+    #[serde(default = "default_window")]
+    pub error_window: u32,
     pub camera: Camera,
     pub light: Light,
     /// Parameters by technique and name; what is absent takes its default.
@@ -72,6 +80,19 @@ pub struct Setup {
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub against: Vec<Side>,
 }
+
+/// What lies under marked errors: the picture in dark greys, or in light ones for print and projectors.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[serde(rename_all = "lowercase")]
+pub enum Base {
+    #[default]
+    Dark,
+    Light,
+}
+
+/// Most pixels by which wrong ones grow, and the widest window of their density.
+pub const MAX_DILATION: u32 = 2;
+pub const MAX_WINDOW: u32 = 255;
 
 /// How the sides of a comparison share the picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -186,6 +207,9 @@ fn default_view() -> String {
 fn default_size() -> [u32; 2] {
     [1280, 720]
 }
+fn default_window() -> u32 {
+    15
+}
 fn half() -> f32 {
     0.5
 }
@@ -212,6 +236,9 @@ impl Setup {
             size: default_size(),
             seed: 0,
             truth_samples: Samples::Auto,
+            error_dilation: 0,
+            error_base: Base::Dark,
+            error_window: default_window(),
             camera,
             light,
             params: BTreeMap::new(),
@@ -436,6 +463,16 @@ impl Setup {
                 self.size[1]
             );
         }
+        ensure!(
+            self.error_dilation <= MAX_DILATION,
+            "error_dilation = {} is not allowed; it takes 0 to {MAX_DILATION} pixels",
+            self.error_dilation
+        );
+        ensure!(
+            self.error_window % 2 == 1 && self.error_window <= MAX_WINDOW,
+            "error_window = {} is not allowed; it takes an odd number from 1 to {MAX_WINDOW} pixels",
+            self.error_window
+        );
         let c = &self.camera;
         in_range("camera.fov", c.fov, 1.0, 170.0, "°")?;
         in_range("camera.near", c.near, 1e-6, 1e9, " m")?;

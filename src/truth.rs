@@ -173,6 +173,7 @@ const SLICE: u32 = 1 << 18;
 pub struct Tracing {
     resolve: Pass,
     accumulate: Pass,
+    explain: Pass,
     params: wgpu::Buffer,
     frame: wgpu::Buffer,
     /// The frame of the sample that is being traced, and whether it is the first.
@@ -194,6 +195,7 @@ impl Tracing {
         Ok(Tracing {
             resolve: pass("resolve")?,
             accumulate: pass("accumulate")?,
+            explain: pass("explain")?,
             params: gpu.buffer("truth", bytemuck::cast_slice(&group.words(&Values::new())), uniform),
             frame: frame("frame of the truth"),
             shifted: frame("frame of a sample"),
@@ -332,6 +334,31 @@ impl Tracing {
     /// The picture's rows that have a truth, from the top.
     pub fn rows(&self) -> u32 {
         self.now().map_or(0, |(now, _)| now.rows)
+    }
+
+    /// Whether each pixel has its hard truth.
+    pub fn covered(&self) -> bool {
+        self.now().is_some_and(|(now, _)| now.rows == now.uniform.size[1])
+    }
+
+    /// Traces what tells the causes of errors apart into `evidence`. `aliasing`: the frame's, if the technique has maps.
+    pub fn explain(
+        &self,
+        recorder: &mut Recorder,
+        visibility: &wgpu::TextureView,
+        aliasing: Option<&wgpu::TextureView>,
+        evidence: &wgpu::TextureView,
+    ) {
+        let Some(hard) = self.hard().and_then(Slot::view) else { return };
+        recorder
+            .run(&self.explain)
+            .bind("params", &self.params)
+            .bind("hard", hard)
+            .bind("visibility", visibility)
+            // Of a texture with one channel the others are 0.
+            .bind("aliasing", aliasing.unwrap_or(hard))
+            .bind("evidence_out", evidence)
+            .per_pixel();
     }
 
     /// How far it is.

@@ -83,7 +83,8 @@ fn shared_structs_agree() {
         light_position "light_position", light_kind "light_kind", light_axis "light_axis", light_range "light_range",
         light_color "light_color", light_cosine "light_cosine", light_half_u "light_half_u", view "view",
         light_half_v "light_half_v", map "map", size "size", band "band");
-    same!("shade.wgsl", "View", ViewUniform, range "range", channel "channel", rows "rows", opacity "opacity");
+    same!("shade.wgsl", "View", ViewUniform, range "range", channel "channel", rows "rows", opacity "opacity",
+        dilation "dilation", light_base "light_base");
     same!("counts.wgsl", "Counting", Counting,
         size "size", layers "layers", first "first", count "count", padding "padding", spare "spare", sides "sides");
     same!("cascades.wgsl", "Fitting", Fitting,

@@ -177,6 +177,11 @@ impl Analysis {
         Ok(bytes.chunks_exact(16).map(|p| place(bytemuck::pod_read_unaligned(p))).collect())
     }
 
+    /// The aliasing error and its parts as a texture.
+    pub(super) fn aliasing_view(&self) -> Option<&wgpu::TextureView> {
+        self.maps.and_then(|_| self.aliasing.view())
+    }
+
     /// The same four numbers at one pixel.
     pub(super) fn aliasing_at(&self, gpu: &Gpu, pixel: [u32; 2]) -> Result<Option<[f32; 4]>> {
         let Some(texture) = self.aliasing.texture() else { return Ok(None) };

@@ -110,9 +110,9 @@ impl Figure {
     }
 }
 
-/// The number of the shaded view.
-fn shaded() -> u32 {
-    view::index("shaded").unwrap_or_default() as u32
+/// The shaded view.
+pub(super) fn shaded(setup: &Setup) -> Drawing {
+    Drawing::new(setup, view::index("shaded").unwrap_or_default() as u32, Drawn::Common(Legend::None))
 }
 
 const COPIED: wgpu::TextureUsages = STORED.union(wgpu::TextureUsages::COPY_DST);
@@ -162,7 +162,7 @@ impl Renderer {
         }
         for i in (1..setup.sides()).filter(|i| setup.is_truth(*i)) {
             if ask.picture && seen(i) {
-                self.shade_truth()?;
+                self.shade_truth(setup)?;
                 self.keep_picture(i)?;
             }
         }
@@ -250,26 +250,18 @@ impl Renderer {
         self.figure.over.get(&self.gpu, "overlay", ask.size, Format::Rgba8Unorm, COPIED);
         let (from, to) = (self.targets.output.texture(), self.figure.over.texture());
         copy(&self.gpu, from.context(NO_FRAME)?, [0, 0], to.context(NO_FRAME)?, [0, 0], ask.size);
-        let opacity = if overlay.inset { 1000 } else { (overlay.opacity * 1000.0).round().min(999.0) as u32 };
-        self.shade_again(shaded(), Drawn::Common(Legend::None), Layer::Below, false, [u32::MAX, opacity])?;
+        let opacity = if overlay.inset { 1.0 } else { overlay.opacity.min(0.999) };
+        self.shade_again(Drawing { layer: Layer::Below, opacity, ..shaded(setup) }, false)?;
         Ok(told)
     }
 
     /// Draws the last frame's picture shaded, with the truth in place of the visibility.
-    pub(super) fn shade_truth(&mut self) -> Result<()> {
-        self.shade_again(shaded(), Drawn::Common(Legend::None), Layer::Alone, true, [self.truth.rows(), 0])
+    pub(super) fn shade_truth(&mut self, setup: &Setup) -> Result<()> {
+        self.shade_again(Drawing { rows: self.truth.rows(), ..shaded(setup) }, true)
     }
 
-    /// Draws the last frame's picture again, or with the truth in place of the visibility. The last two numbers: rows that
-    /// have what the view needs, and thousandths of an overlay's opacity.
-    pub(super) fn shade_again(
-        &mut self,
-        number: u32,
-        drawn: Drawn,
-        layer: Layer,
-        truth: bool,
-        [rows, opacity]: [u32; 2],
-    ) -> Result<()> {
+    /// Draws the last frame's picture again; `truth`: in place of the visibility.
+    pub(super) fn shade_again(&mut self, picture: Drawing, truth: bool) -> Result<()> {
         let (t, size) = (&self.targets, self.targets.size()?);
         let exact = Targets::view(self.truth.shown().context(NO_FRAME)?)?;
         let map = Targets::view(&t.map)?;
@@ -288,16 +280,7 @@ impl Renderer {
         ] {
             recorder.set(name, view);
         }
-        let picture = Drawing {
-            number,
-            layer,
-            drawn,
-            maps: self.offered.as_ref(),
-            aliasing: self.analysis.aliasing.view(),
-            rows,
-            opacity: opacity as f32 / 1000.0,
-        };
-        self.shading.record(&mut recorder, &picture, map)?;
+        self.shading.record(&mut recorder, picture, map, (self.offered.as_ref(), self.analysis.aliasing_view()))?;
         recorder.finish()?;
         self.gpu.check()
     }

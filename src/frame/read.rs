@@ -1,13 +1,14 @@
 //! Reading the last frame back: whole buffers, and the value at one pixel.
 
-use super::{Analysis, NO_FRAME, Renderer, STORED, Targets};
-use crate::gpu::{Recorder, Slot};
+use super::{Analysis, NO_FRAME, Renderer};
+use crate::gpu::Slot;
 use crate::legend::Known;
 use crate::light::LightView;
+use crate::measure::causes::CAUSES;
+use crate::setup::Setup;
 use crate::view::Drawn;
 use anyhow::{Context, Result};
 use glam::Vec3;
-use wgpu::TextureFormat as Format;
 
 const PIXEL: wgpu::Extent3d = wgpu::Extent3d { width: 1, height: 1, depth_or_array_layers: 1 };
 
@@ -46,8 +47,8 @@ impl Renderer {
 
     /// Draws the last frame's picture shaded with the truth in place of the technique's visibility, and reads it back as
     /// [`Renderer::read_picture`] would. That frame must have traced the truth.
-    pub fn read_truth_picture(&mut self) -> Result<Vec<u8>> {
-        self.shade_truth()?;
+    pub fn read_truth_picture(&mut self, setup: &Setup) -> Result<Vec<u8>> {
+        self.shade_truth(setup)?;
         self.read(&self.targets.output)
     }
 
@@ -103,22 +104,6 @@ impl Renderer {
     /// What the last frame's analysis found; empty unless that frame was analysed.
     pub fn analysis(&self) -> &Analysis {
         &self.analysis
-    }
-
-    /// Classes of the last frame's pixels, as [`crate::measure::metrics`] names them.
-    pub fn read_mask(&mut self) -> Result<Vec<u32>> {
-        let size = self.targets.size()?;
-        let mask = self.targets.mask.get(&self.gpu, "mask", size, Format::R32Uint, STORED);
-        let mut recorder = Recorder::new(&self.gpu, &mut self.timer, false, size);
-        recorder
-            .run(&self.classify)
-            .bind("frame", &self.frame_buffer)
-            .bind("g_position", Targets::view(&self.targets.position)?)
-            .bind("g_surface", Targets::view(&self.targets.surface)?)
-            .bind("mask", &mask)
-            .per_pixel();
-        recorder.finish()?;
-        Ok(bytemuck::pod_collect_to_vec(&self.read(&self.targets.mask)?))
     }
 
     /// Reads world positions back; w is the depth along the camera's axis, 0 for background.
@@ -179,7 +164,16 @@ impl Renderer {
         let visibility = self.value(&self.targets.visibility, pixel)?;
         Ok(match view.id {
             "visibility" => Some(format!("visibility {}", short(visibility))),
-            "truth" | "error" | "acne" | "detachment" => {
+            "causes" => {
+                let class = self.value(&self.targets.map, pixel)? as usize;
+                CAUSES.get(class.wrapping_sub(1)).map(|c| c.title.into())
+            }
+            "error-density" => {
+                let share = self.value(&self.targets.map, pixel)?;
+                (share >= 0.0).then(|| format!("{} % of the pixels around are wrong", short(100.0 * share)))
+            }
+            "flip" => Some(format!("FLIP {}", short(self.value(&self.targets.map, pixel)?))),
+            "truth" | "error" | "error-size" | "difference" => {
                 let truth = self.value(self.truth.shown().context(NO_FRAME)?, pixel)?;
                 Some(format!("visibility {}, truth {}", short(visibility), short(truth)))
             }

@@ -210,6 +210,14 @@ impl Gpu {
         self.read_staging(&staging)
     }
 
+    /// Writes a whole 2D texture, rows from the top without padding. It needs the usage `COPY_DST`.
+    pub fn write_texture(&self, texture: &wgpu::Texture, texels: &[u8]) {
+        let size = texture.size();
+        let bytes_per_row = Some((texels.len() / size.height as usize) as u32);
+        let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row, rows_per_image: None };
+        self.queue.write_texture(texture.as_image_copy(), texels, layout, size);
+    }
+
     /// Reads a 2D texture back, rows from the top without padding. It needs the usage `COPY_SRC`.
     pub fn read_texture(&self, texture: &wgpu::Texture) -> Result<Vec<u8>> {
         self.read_texels(texture, [0, 0], texture.size())

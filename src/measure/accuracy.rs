@@ -43,7 +43,9 @@ pub fn accuracy(renderer: &mut Renderer, setup: &Setup, index: u64) -> Result<Re
     let shaded = Setup { view: "shaded".into(), truth_samples: Samples::Fixed(samples), ..setup.clone() };
     let (e, contour, told) = compare(renderer, &shaded, true)?;
     let picture = renderer.read_picture()?;
-    let exact = renderer.read_truth_picture()?;
+    let exact = renderer.read_truth_picture(&shaded)?;
+    let [acne_share, detachment_share, leak_share, missing_caster_share, stairs_share] =
+        renderer.read_causes()?.shares();
     let (gpu, analysis) = (&renderer.gpu, renderer.analysis());
     let maps = analysis.maps();
     let m = analysis.aliasing(gpu)?.and_then(|pixels| Aliasing::of(&pixels));
@@ -82,6 +84,11 @@ pub fn accuracy(renderer: &mut Renderer, setup: &Setup, index: u64) -> Result<Re
         outside: e.outside,
         background: e.background,
         error_share: e.share(),
+        acne_share,
+        detachment_share,
+        leak_share,
+        missing_caster_share,
+        stairs_share,
         truth_samples: samples,
         rmse: e.rmse,
         mae: e.mae,

@@ -35,6 +35,12 @@ pub struct Record {
     pub background: usize,
     /// Wrong pixels as a share of those that can be wrong, 0 to 1.
     pub error_share: f64,
+    /// The same by what caused it ([`super::causes::CAUSES`]): they add up to `error_share`.
+    pub acne_share: f64,
+    pub detachment_share: f64,
+    pub leak_share: f64,
+    pub missing_caster_share: f64,
+    pub stairs_share: f64,
     /// Samples a pixel of the truth that the sizes of errors below are against; the counts above are against one.
     pub truth_samples: u32,
     /// Visibility minus truth over the pixels that can be wrong: root mean square, mean of the absolute value, its largest,

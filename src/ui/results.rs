@@ -6,6 +6,7 @@ use super::needs::{self, main_values, percent, table, title};
 use super::style::{ACCENT, WEAK};
 use crate::frame::SHARED_PASSES;
 use crate::measure::Record;
+use crate::measure::causes::CAUSES;
 use egui::{Button, Grid, RichText, Ui};
 use egui_plot::{Line, Plot, PlotPoints};
 
@@ -118,6 +119,9 @@ fn measured(ui: &mut Ui, i: usize, r: &Record) {
         ),
     ];
     let mut rows = counts.to_vec();
+    let causes = [r.acne_share, r.detachment_share, r.leak_share, r.missing_caster_share, r.stairs_share];
+    let caused = CAUSES.iter().zip(causes).filter(|(_, share)| *share > 0.0);
+    rows.extend(caused.map(|(cause, share)| (cause.title, percent(share), cause.doc)));
     let tip =
         "Samples a pixel of the truth that the sizes of errors below are against; the counts above are against one.";
     rows.push(("truth samples", r.truth_samples.to_string(), tip));

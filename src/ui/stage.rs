@@ -95,7 +95,8 @@ impl Order {
             let whole = |s: &Setup| s.arrange != Arrange::SideBySide && s.sides() == 2;
             return now.view == old.view && (now.arrange == old.arrange || whole(now) && whole(old));
         }
-        now.view == old.view || view::index(&now.view).is_some()
+        // What the CPU makes of a frame is made with it.
+        !view::is_judged(&now.view) && (now.view == old.view || view::index(&now.view).is_some())
     }
 
     fn same(&self, other: &Order) -> bool {
@@ -605,13 +606,11 @@ impl Painter<'_> {
         let (now, drawn) = (self.traced, self.drawn_truth);
         // Whole rows first, then a better mean of all.
         let step = now.covered - drawn.covered >= TRUTH_STEP || now.done - drawn.done >= 2.0 * TRUTH_STEP;
-        // A comparison's sides are rendered anew for it: only once it is whole.
-        let step = step && order.setup.against.is_empty() && order.setup.overlay.is_none();
+        // What is rendered anew for it is so only once it is whole.
+        let again = order.same_frame(order) && order.setup.against.is_empty();
+        let step = step && again;
         if shown && (step || now.covered >= 1.0 && drawn.covered < 1.0 || self.whole()) {
-            if order.setup.against.is_empty() && order.setup.overlay.is_none() {
-                return self.redraw(order);
-            }
-            return self.draw(order, self.size, true, [true, shown]);
+            return if again { self.redraw(order) } else { self.draw(order, self.size, true, [true, shown]) };
         }
         self.send(order, None);
         Ok(())
@@ -631,6 +630,9 @@ impl Painter<'_> {
         for side in 1..setup.sides() {
             let seen = if setup.is_truth(side) { None } else { Some(renderer.read_side(side)?) };
             errors.push(seen.map(|visibility| metrics::errors(&visibility, &hard, &mean, &mask, width)));
+        }
+        if let Some(Some(first)) = errors.first_mut() {
+            first.causes = renderer.causes().map(|c| c.counts);
         }
         self.facts.known.errors = errors;
         self.facts.error = Some([e.share(), e.rmse]);

@@ -52,7 +52,8 @@ pub fn show(ui: &mut Ui, rect: Rect, m: &mut Model, out: &mut Vec<Action>) {
 }
 
 /// The common views that have a value at each pixel; a technique's maps have one too.
-const VALUED: [&str; 6] = ["visibility", "truth", "error", "difference", "acne", "detachment"];
+const VALUED: [&str; 8] =
+    ["visibility", "truth", "error", "difference", "causes", "error-density", "error-size", "flip"];
 
 /// Reads the view's value under the pointer, while the picture is at rest.
 fn read(ui: &Ui, rect: Rect, pointer: Option<Pos2>, m: &mut Model, out: &mut Vec<Action>) {
