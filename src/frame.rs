@@ -3,9 +3,12 @@
 //! Window, command line and tests all come through [`Renderer::render`].
 
 mod analysis;
+mod freeze;
+mod lines;
 mod read;
 
 pub use analysis::{Analysis, Counting, Maps, PieceCount};
+pub use lines::{Segment, Style};
 
 use crate::gpu::{Gpu, Pass, Raster, Recorder, Slot, Timer};
 use crate::light::{Light, LightView};
@@ -52,12 +55,21 @@ pub struct FrameUniform {
     pub map: u32,
     pub size: [u32; 2],
     pub band: [u32; 2],
+    pub shadow_eye: Vec3,
+    pub frozen: u32,
+    pub shadow_forward: Vec3,
+    pub shadow_far: f32,
+    pub shadow_up: Vec3,
+    pub padding: u32,
 }
 
 impl FrameUniform {
     fn new(setup: &Setup, info: &Info, size: [u32; 2], bounds: [Vec3; 2]) -> FrameUniform {
         let camera = setup.camera;
-        let projection = camera.projection(size[0] as f32 / size[1] as f32);
+        let aspect = size[0] as f32 / size[1] as f32;
+        let projection = camera.projection(aspect);
+        let frozen = setup.frozen();
+        let shadow = frozen.unwrap_or(camera);
         let light = setup.light;
         let (cosine, half_u, half_v) = match light {
             Light::Spot { outer_angle, .. } => (outer_angle.to_radians().cos(), Vec3::ZERO, Vec3::ZERO),
@@ -89,6 +101,12 @@ impl FrameUniform {
             map: info.maps().position(|m| m.id == setup.view).unwrap_or(0) as u32,
             size,
             band: [0, size[1]],
+            shadow_eye: shadow.position,
+            frozen: frozen.is_some() as u32,
+            shadow_forward: shadow.forward(),
+            shadow_far: freeze::far(&shadow, bounds),
+            shadow_up: (shadow.projection(aspect) * shadow.view()).row(1).truncate(),
+            padding: 0,
         }
     }
 
@@ -156,6 +174,7 @@ pub struct Frame<'a> {
     held: u64,
     pieces: Option<wgpu::Buffer>,
     analysis: Option<&'a mut Analysis>,
+    outlines: Option<lines::Outlines>,
 }
 
 impl<'a> std::ops::Deref for Frame<'a> {
@@ -367,10 +386,13 @@ pub struct Renderer {
     /// The last frame's view, its title if it is one of the technique's own, and how that is drawn.
     seen: (String, &'static str, Option<Shown>),
     revision: u64,
+    frozen: freeze::Frozen,
+    lines: lines::Lines,
 }
 
 /// What the frame itself takes, beside its technique, by the names in the pass times.
-pub const SHARED_PASSES: [&str; 6] = [ANIMATION, "G-buffer", ANALYSIS, "count map", "truth", "shading"];
+pub const SHARED_PASSES: [&str; 8] =
+    [ANIMATION, "G-buffer", freeze::PASS, ANALYSIS, "count map", "truth", "shading", lines::PASS];
 /// The name of every technique's analysis pass.
 pub(crate) const ANALYSIS: &str = "analysis";
 /// Moving the animated geometry and building its BVH, on the CPU.
@@ -426,6 +448,8 @@ impl Renderer {
             targets: Targets::default(),
             made: None,
             revision: 0,
+            frozen: freeze::Frozen::default(),
+            lines: lines::Lines::default(),
         };
         made.gpu.check()?;
         Ok(made)
@@ -472,7 +496,7 @@ impl Renderer {
         let depth = t.depth.get(gpu, "depth", ask.size, Format::Depth32Float, DRAWN);
         let visibility = t.visibility.get(gpu, "visibility", ask.size, Format::R32Float, STORED);
         let map = t.map.get(gpu, "technique's map", ask.size, Format::R32Float, STORED);
-        let output = t.output.get(gpu, "picture", ask.size, Format::Rgba8Unorm, STORED);
+        let output = t.output.get(gpu, "picture", ask.size, Format::Rgba8Unorm, STORED | DRAWN);
 
         let uniform = FrameUniform::new(setup, info, ask.size, self.scene_gpu.bounds);
         gpu.queue.write_buffer(&self.frame_buffer, 0, bytemuck::bytes_of(&uniform));
@@ -509,7 +533,17 @@ impl Renderer {
         }
 
         let count = scene.triangle_count * 3;
+        // What techniques know of the camera is the frozen one's; what they look up is this picture's.
+        let fitted_to = setup.frozen().map(|camera| Setup { camera, shadow_camera: None, ..setup.clone() });
+        let frozen = if let Some(to) = &fitted_to {
+            let uniform = FrameUniform::new(to, info, ask.size, scene.bounds);
+            self.frozen.draw(&mut recorder, &self.gbuffer, &depth, count, self.revision, uniform)
+        } else {
+            self.frozen = Default::default();
+            Vec::new()
+        };
         recorder.run(&self.gbuffer).draw(&[&position, &surface], Some((&depth, 0.0)), true, |p| p.draw(0..count, 0..1));
+        recorder.freeze(frozen);
 
         if let Some(count) = &self.analysis.draws {
             recorder.count_draws(count);
@@ -517,7 +551,7 @@ impl Renderer {
         let analysis = analysed.then_some(&mut self.analysis);
         let mut f = Frame {
             recorder,
-            setup,
+            setup: fitted_to.as_ref().unwrap_or(setup),
             values,
             scene,
             geometry: &self.geometry,
@@ -529,6 +563,7 @@ impl Renderer {
             held: 0,
             pieces: None,
             analysis,
+            outlines: lines::wanted(setup, &ask).then(Default::default),
         };
         let start = Instant::now();
         let waited = f.waited();
@@ -539,7 +574,8 @@ impl Renderer {
         }
         told.cpu_ms = start.elapsed().as_secs_f64() * 1e3 - (f.waited() - waited);
         told.gpu_bytes = f.held;
-        let Frame { mut recorder, shown, pieces, analysis, .. } = f;
+        let Frame { mut recorder, shown, pieces, analysis, outlines, .. } = f;
+        recorder.freeze(Vec::new());
         if let Some(count) = analysis.and_then(|a| a.draws.as_mut()) {
             recorder.keep_draws(count);
         }
@@ -570,10 +606,14 @@ impl Renderer {
             }
             gpu.queue.write_buffer(&self.view_buffer, 0, bytemuck::bytes_of(&view));
             run.per_pixel();
+            if let Some(outlines) = outlines {
+                self.lines.draw(&mut recorder, &outlines, &shown, setup, scene.bounds, &output)?;
+            }
         }
         let title = info.maps().find(|m| m.id == setup.view).map_or("", |m| m.title);
         self.seen = (setup.view.clone(), title, shown);
         recorder.finish()?;
+        self.frozen.finished();
         self.analysis.pieces = pieces;
         gpu.check()?;
         Ok(told)

@@ -50,7 +50,13 @@ pub struct Setup {
     /// How many samples a pixel the truth averages.
     #[serde(default)]
     pub truth_samples: Samples,
+    /// Draw what maps cover as lines into the scene; always drawn while there is a shadow camera.
+    #[serde(default, skip_serializing_if = "is_false")]
+    pub outlines: bool,
     pub camera: Camera,
+    /// The camera that maps are fitted to while another looks at them; None: the same.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shadow_camera: Option<Camera>,
     pub light: Light,
     /// Parameters by technique and name; what is absent takes its default.
     #[serde(default)]
@@ -59,6 +65,9 @@ pub struct Setup {
 
 fn is_zero(origin: &DVec3) -> bool {
     *origin == DVec3::ZERO
+}
+fn is_false(flag: &bool) -> bool {
+    !flag
 }
 fn default_technique() -> String {
     "shadow-map".into()
@@ -92,7 +101,9 @@ impl Setup {
             size: default_size(),
             seed: 0,
             truth_samples: Samples::Auto,
+            outlines: false,
             camera,
+            shadow_camera: None,
             light,
             params: BTreeMap::new(),
         };
@@ -135,13 +146,13 @@ impl Setup {
         let scene = load_scene(&name)?;
         table.insert("scene".into(), name.into());
         place::take_off(&mut table, scene.origin);
-        let camera = match table.get("camera") {
-            Some(toml::Value::String(name)) => Some(scene_camera(&scene, name)?),
-            None => Some(scene.cameras[0].camera),
-            Some(_) => None,
-        };
-        if let Some(camera) = camera {
-            table.insert("camera".into(), toml::Value::try_from(camera)?);
+        for key in ["camera", "shadow_camera"] {
+            let camera = match table.get(key) {
+                Some(toml::Value::String(name)) => scene_camera(&scene, name)?,
+                None if key == "camera" => scene.cameras[0].camera,
+                _ => continue,
+            };
+            table.insert(key.into(), toml::Value::try_from(camera)?);
         }
         let light = match table.get("light") {
             Some(toml::Value::String(name)) => Some(scene_light(&scene, name)?),
@@ -244,6 +255,11 @@ impl Setup {
         Ok(())
     }
 
+    /// The camera that maps are fitted to, where it is not the one that looks.
+    pub fn frozen(&self) -> Option<Camera> {
+        self.shadow_camera.filter(|c| *c != self.camera)
+    }
+
     /// The selected technique's values.
     pub fn values(&self) -> &Values {
         static NONE: Values = Values::new();
@@ -264,18 +280,8 @@ impl Setup {
                 self.size[1]
             );
         }
-        let c = &self.camera;
-        in_range("camera.fov", c.fov, 1.0, 170.0, "°")?;
-        in_range("camera.near", c.near, 1e-6, 1e9, " m")?;
-        finite("camera.position", c.position)?;
-        finite("camera.target", c.target)?;
-        ensure!(
-            c.far > c.near && c.far.is_finite(),
-            "camera.far = {} must be greater than camera.near = {}",
-            c.far,
-            c.near
-        );
-        ensure!(c.position != c.target, "camera.target must differ from camera.position");
+        check_camera("camera", &self.camera)?;
+        self.shadow_camera.map_or(Ok(()), |c| check_camera("shadow_camera", &c))?;
         self.check_light()?;
         for (id, values) in &self.params {
             let info = techniques::find_or_say(id)?;
@@ -318,6 +324,16 @@ impl Setup {
         );
         Ok(())
     }
+}
+
+fn check_camera(key: &str, c: &Camera) -> Result<()> {
+    in_range(&format!("{key}.fov"), c.fov, 1.0, 170.0, "°")?;
+    in_range(&format!("{key}.near"), c.near, 1e-6, 1e9, " m")?;
+    finite(&format!("{key}.position"), c.position)?;
+    finite(&format!("{key}.target"), c.target)?;
+    ensure!(c.far > c.near && c.far.is_finite(), "{key}.far = {} must be greater than {key}.near = {}", c.far, c.near);
+    ensure!(c.position != c.target, "{key}.target must differ from {key}.position");
+    Ok(())
 }
 
 fn in_range(key: &str, value: f32, min: f32, max: f32, unit: &str) -> Result<()> {
@@ -379,14 +395,14 @@ pub fn scene_light(scene: &Scene, name: &str) -> Result<Light> {
     }
 }
 
-/// Reads `--camera`: a name, or `px,py,pz:tx,ty,tz:fov` in the scene's own coordinates (near and far then follow the scene's
+/// Reads `--camera` and its like: a name, or `px,py,pz:tx,ty,tz:fov` in the scene's own coordinates (near and far then follow the scene's
 /// first camera).
 pub fn parse_camera(scene: &Scene, text: &str) -> Result<Camera> {
     let parts: Vec<&str> = text.split(':').collect();
     if parts.len() != 3 || scene.cameras.iter().any(|c| c.name == text) {
         return scene_camera(scene, text);
     }
-    let form = || format!("--camera {text}: write it as NAME or px,py,pz:tx,ty,tz:fov");
+    let form = || format!("the camera {text} cannot be read: write it as NAME or px,py,pz:tx,ty,tz:fov");
     let first = scene.cameras[0].camera;
     let place = |text| anyhow::Ok((parse_vec3(text)? - scene.origin).as_vec3());
     Ok(Camera {

@@ -52,6 +52,12 @@ enum Command {
         /// The technique; `list techniques` names them.
         #[arg(long)]
         technique: Option<String>,
+        /// The camera that maps are fitted to while the other looks at them, written as that one is.
+        #[arg(long, allow_hyphen_values = true, value_name = "CAMERA")]
+        shadow_camera: Option<String>,
+        /// Draw what maps cover as lines into the scene; with a shadow camera they are drawn anyway.
+        #[arg(long)]
+        outlines: bool,
     },
     /// Measure errors, times and memory of techniques.
     Measure {
@@ -169,7 +175,7 @@ pub fn run() -> Result<ExitCode> {
     }
     let done = match cli.command {
         None => open(cli.setup.as_deref(), adapter),
-        Some(Command::Capture { wanted, output, view, technique }) => {
+        Some(Command::Capture { wanted, output, view, technique, shadow_camera, outlines }) => {
             // What can be refused early is, before a scene is loaded and drawn.
             capture::check(view.as_deref().unwrap_or("truth"), &output)?;
             let (mut setup, scene) = wanted.open()?;
@@ -179,6 +185,10 @@ pub fn run() -> Result<ExitCode> {
             if let Some(view) = view {
                 setup.view = view;
             }
+            if let Some(camera) = shadow_camera {
+                setup.shadow_camera = Some(setup::parse_camera(&scene, &camera)?);
+            }
+            setup.outlines |= outlines;
             let selected = [setup.technique.clone()];
             wanted.apply(&mut setup, &scene, &selected)?;
             let mut renderer = Renderer::new(Arc::new(Gpu::new(adapter)?), Arc::new(scene))?;

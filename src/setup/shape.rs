@@ -39,7 +39,9 @@ const TOP: &[Rule] = &[
     ("size", two_counts, "two whole numbers from 1 to 16384 pixels, such as [1280, 720]"),
     ("seed", count, "a whole number from 0 to 4294967295"),
     ("truth_samples", samples, Samples::TAKES),
+    ("outlines", Value::is_bool, "true or false"),
     ("camera", |v| v.is_str() || v.is_table(), "a camera's name, in quotes, or a table"),
+    ("shadow_camera", |v| v.is_str() || v.is_table(), "a camera's name, in quotes, or a table"),
     ("light", |v| v.is_str() || v.is_table(), "a light's name, in quotes, or a table"),
     ("params", Value::is_table, "a table for each technique"),
 ];
@@ -81,9 +83,11 @@ const NEEDED: [&[&str]; 5] = [
 /// Refuses keys that do not exist, and values of the wrong type.
 pub fn check(table: &Table) -> Result<()> {
     apply(TOP, table, "")?;
-    if let Some(Value::Table(camera)) = table.get("camera") {
-        apply(CAMERA, camera, "camera.")?;
-        need(camera, &["position", "target", "fov", "near", "far"], "camera")?;
+    for key in ["camera", "shadow_camera"] {
+        if let Some(Value::Table(camera)) = table.get(key) {
+            apply(CAMERA, camera, &format!("{key}."))?;
+            need(camera, &["position", "target", "fov", "near", "far"], key)?;
+        }
     }
     if let Some(Value::Table(light)) = table.get("light") {
         check_light(light)?;
