@@ -341,6 +341,8 @@ impl Cascades {
             ("light_views", (&self.light_views).into()),
         ];
         f.analyse(&self.analyse, layers, &bound);
+        f.keep_table("light_views", &self.light_views);
+        f.keep_table("splits", &self.splits);
         f.outline_cascades(p.cascades, bound.into_iter().chain([("cascade_draws", (&self.draws).into())]).collect());
         for id in ["cascades", "shadow-maps", "side"] {
             f.show_labels(id);

@@ -160,6 +160,7 @@ impl ShadowMap {
         let view = view.map_or_else(|| whole(&scope(f, reach)), Ok)?;
         let light_view = self.fit.run(f, view, narrow);
         f.outline_view(&light_view);
+        f.keep_table("light_view", &light_view);
         let hardware = HardwareParams::read(f.values);
         self.prepare_casters(f.gpu, (p.cull.clone(), format(&p), hardware, view.perspective == LightView::WARPED))?;
         let map = self.depth.get(f.gpu, "shadow map", [p.resolution; 2], format(&p), USAGE);
