@@ -1,6 +1,7 @@
 //!include lib/frame.wgsl
 //!include lib/cascades.wgsl
 //!include lib/labels.wgsl
+//!include lib/inset.wgsl
 // What maps cover, as lines over the picture: an instance a line, drawn as a rectangle of the line's width.
 
 struct Segment {
@@ -17,7 +18,9 @@ struct Style {
     half: f32,
     // 1: `map` holds labels, of which those on a plain ground belong to a drawing and not to the scene.
     labels: u32,
-    padding: vec2u,
+    // 1: a map lies small in the corner, which stays free.
+    inset: u32,
+    padding: u32,
 }
 
 @group(0) @binding(10) var g_position: texture_2d<f32>;
@@ -176,6 +179,9 @@ fn cascade_line(@builtin(vertex_index) index: u32, @builtin(instance_index) i: u
 fn draw_line(in: Line) -> @location(0) vec4f {
     let pixel = vec2u(in.clip.xy);
     if style.labels == 1u && textureLoad(map, pixel, 0).x >= plain_ground {
+        discard;
+    }
+    if style.inset == 1u && !beside_inset(pixel) {
         discard;
     }
     let way = in.ends.zw - in.ends.xy;

@@ -1,9 +1,11 @@
 //! Pictures to files, with the set-up inside, and the set-up out of them again.
 
 use crate::frame::{Ask, Renderer, Truth};
+use crate::legend::{self, Key};
+use crate::measure::metrics;
 use crate::scene::geometry::shading_normal;
 use crate::setup::Setup;
-use crate::{techniques, view};
+use crate::techniques;
 use anyhow::{Context, Result, bail, ensure};
 use std::fs::File;
 use std::io::{BufReader, BufWriter, Write};
@@ -22,16 +24,35 @@ const KEYWORD: &str = "shadowscope-setup";
 pub fn capture(renderer: &mut Renderer, setup: &Setup, path: &Path) -> Result<Vec<String>> {
     check(&setup.view, path)?;
     techniques::find_or_say(&setup.technique)?.serve(&setup.light)?;
-    let truth = if view::needs_truth(&setup.view) { Truth::All } else { Truth::Off };
+    let truth = if setup.needs_truth() { Truth::All } else { Truth::Off };
     let analysis = is_exr(path);
-    renderer.render(setup, Ask { size: setup.size, truth, analysis, timed: false, picture: true, fresh: false })?;
+    renderer.draw(setup, Ask { size: setup.size, truth, analysis, timed: false, picture: true, fresh: false })?;
     if is_exr(path) {
         write_exr(renderer, setup, path)?;
     } else {
         create_folder(path)?;
-        write_png(path, setup.size, &renderer.read_picture()?, Some(&setup.to_toml(path)?))?;
+        let (mut size, mut picture) = (setup.size, renderer.read_picture()?);
+        if setup.legend {
+            (size, picture) = legend::below(&key(renderer, setup)?, size, &picture)?;
+        }
+        write_png(path, size, &picture, Some(&setup.to_toml(path)?))?;
     }
     renderer.notes()
+}
+
+/// The legend of the picture just drawn, with its errors where they are shown.
+fn key(renderer: &mut Renderer, setup: &Setup) -> Result<Key> {
+    let mut known = renderer.known()?;
+    if setup.needs_truth() {
+        let width = renderer.read_width()?;
+        let mask = renderer.read_mask()?;
+        let (hard, mean) = (renderer.read_hard_truth()?, renderer.read_truth()?);
+        for side in 0..setup.sides() {
+            let seen = if setup.is_truth(side) { None } else { Some(renderer.read_side(side)?) };
+            known.errors.push(seen.map(|visibility| metrics::errors(&visibility, &hard, &mean, &mask, width)));
+        }
+    }
+    Ok(Key::new(setup, renderer.geometry().bounds, &known))
 }
 
 /// The views that an .exr can hold.

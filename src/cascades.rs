@@ -5,7 +5,7 @@ use crate::gpu::{Gpu, Pass, Raster};
 use crate::light::LightView;
 use crate::scene::geometry::Vertex;
 use crate::shadow_map::caster;
-use crate::view::View;
+use crate::view::{self, Drawn, Legend, View, map};
 use anyhow::{Context, Result, ensure};
 use bytemuck::{Pod, Zeroable};
 
@@ -78,17 +78,19 @@ impl CascadeParams {
     }
 }
 
-const fn map(id: &'static str, title: &'static str, doc: &'static str) -> View {
-    View { id, title, doc, truth: false }
-}
-
 /// The views that every technique with cascades has, in the order of `inspect_cascades` in WGSL.
 pub const MAPS: [View; 6] = [
-    map("cascades", "Cascades", "Each cascade in a colour of its own: which of the maps a pixel looks up."),
+    map(
+        "cascades",
+        "Cascades",
+        "Each cascade in a colour of its own: which of the maps a pixel looks up.",
+        Drawn::Labels(Legend::Cascades),
+    ),
     map(
         "shadow-maps",
         "Shadow maps",
         "All maps side by side, framed in their cascades' colours: near the light bright, far dark.",
+        Drawn::Labels(Legend::Cascades),
     ),
     map(
         "side",
@@ -96,17 +98,25 @@ pub const MAPS: [View; 6] = [
         "The upright plane through the camera's axis, the camera at the left. Its frustum in the cascades' colours, the \
          split planes white, and outlined what each cascade's map covers of this plane. Outlines that overlap draw the \
          same casters twice.",
+        Drawn::Labels(Legend::Side),
     ),
-    map("seams", "Seams", "Where two cascades are mixed: dark all of the first, bright all of the second."),
     map(
+        "seams",
+        "Seams",
+        "Where two cascades are mixed: dark all of the first, bright all of the second.",
+        view::ramp("share of the second cascade", "", [0.0, 1.0]),
+    ),
+    view::aliasing(
         "texels",
         "Texel grid",
         "Each map texel's footprint on the scene, as a chequerboard. Large squares: blocky shadows.",
+        Drawn::Cells,
     ),
     map(
         "bias",
         "Bias",
         "How far the comparison is moved along the light's axis at each pixel, all biases together, in texels of its cascade.",
+        view::ramp("bias", "texels", [0.0, 4.0]),
     ),
 ];
 
@@ -344,12 +354,7 @@ impl Cascades {
         f.keep_table("light_views", &self.light_views);
         f.keep_table("splits", &self.splits);
         f.outline_cascades(p.cascades, bound.into_iter().chain([("cascade_draws", (&self.draws).into())]).collect());
-        for id in ["cascades", "shadow-maps", "side"] {
-            f.show_labels(id);
-        }
-        f.show_ramp("seams", [0.0, 1.0]);
-        f.show_cells("texels");
-        f.show_ramp("bias", [0.0, 4.0]);
+        f.tell_splits(&self.splits, p.cascades);
         Ok(map)
     }
 

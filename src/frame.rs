@@ -3,11 +3,13 @@
 //! Window, command line and tests all come through [`Renderer::render`].
 
 mod analysis;
+mod figure;
 mod freeze;
 mod lines;
 mod read;
 
 pub use analysis::{Analysis, Counting, Maps, PieceCount};
+pub use figure::{Pane, panes};
 pub use lines::{Segment, Style};
 
 use crate::gpu::{Gpu, Pass, Raster, Recorder, Slot, Timer};
@@ -18,7 +20,7 @@ use crate::scene::geometry::{Geometry, SceneGpu};
 use crate::setup::Setup;
 use crate::techniques::{self, Info, Technique};
 use crate::truth::{Progress, Tracing};
-use crate::view;
+use crate::view::{self, Drawn, Legend, View};
 use anyhow::{Context, Result, ensure};
 use bytemuck::{Pod, Zeroable};
 use glam::{Mat3, Mat4, Vec2, Vec3, Vec4};
@@ -42,7 +44,7 @@ pub struct FrameUniform {
     pub bounds_min: Vec3,
     pub seed: u32,
     pub bounds_max: Vec3,
-    pub split: f32,
+    pub padding: f32,
     pub light_position: Vec3,
     pub light_kind: u32,
     pub light_axis: Vec3,
@@ -60,7 +62,7 @@ pub struct FrameUniform {
     pub shadow_forward: Vec3,
     pub shadow_far: f32,
     pub shadow_up: Vec3,
-    pub padding: u32,
+    pub spare: u32,
 }
 
 impl FrameUniform {
@@ -87,7 +89,7 @@ impl FrameUniform {
             bounds_min: bounds[0],
             seed: setup.seed,
             bounds_max: bounds[1],
-            split: setup.split,
+            padding: 0.0,
             light_position: light.position(),
             light_kind: light.index() as u32,
             light_axis: light.axis(),
@@ -106,7 +108,7 @@ impl FrameUniform {
             shadow_forward: shadow.forward(),
             shadow_far: freeze::far(&shadow, bounds),
             shadow_up: (shadow.projection(aspect) * shadow.view()).row(1).truncate(),
-            padding: 0,
+            spare: 0,
         }
     }
 
@@ -125,34 +127,25 @@ impl FrameUniform {
     }
 }
 
-/// How a technique's own map is drawn.
+/// What a technique's map is drawn from, where that is not `map_out`.
 #[derive(Clone)]
-enum Shown {
-    /// A depth map and its light view, fitted into the picture.
-    Texture(wgpu::TextureView, wgpu::Buffer),
-    /// Values of `map_out`, from dark at `range[0]` to bright at `range[1]`.
-    Ramp([f32; 2]),
-    /// Values of `map_out`, columns and rows of cells (`shaders/lib/cells.wgsl`): a chequerboard over the scene.
-    Cells,
-    /// A channel of the analysis, in octaves around 1.
-    Aliasing(wgpu::TextureView, u32),
-    /// Counts of view samples, as `shaders/counts.wgsl` leaves them in `map_out`.
-    Counts,
-    /// Labels of `map_out` (`shaders/lib/labels.wgsl`): colours over the scene, or a drawing.
-    Labels,
+enum Source {
+    /// A depth map and its light view.
+    Depth(wgpu::TextureView, wgpu::Buffer),
+    /// The channels of the analysis.
+    Aliasing(wgpu::TextureView),
 }
 
-impl Shown {
-    /// As `drawn_map` in `shaders/shade.wgsl` has it; 0: no map.
-    fn number(&self) -> u32 {
-        match self {
-            Shown::Texture(..) => 1,
-            Shown::Ramp(_) => 2,
-            Shown::Cells => 3,
-            Shown::Aliasing(..) => 4,
-            Shown::Counts => 5,
-            Shown::Labels => 6,
-        }
+/// How a technique's map is drawn, as `drawn_map` in `shaders/shade.wgsl` has it; 0: there is none.
+fn drawn_map(drawn: &Drawn) -> u32 {
+    match drawn {
+        Drawn::Common(_) => 0,
+        Drawn::Depth => 1,
+        Drawn::Ramp(_) | Drawn::Diagram(_) => 2,
+        Drawn::Cells => 3,
+        Drawn::Aliasing(_) => 4,
+        Drawn::Counts => 5,
+        Drawn::Labels(_) => 6,
     }
 }
 
@@ -170,7 +163,8 @@ pub struct Frame<'a> {
     pub revision: u64,
     /// Nothing may be taken over from the frame before.
     pub fresh: bool,
-    shown: Option<Shown>,
+    source: Option<Source>,
+    splits: Option<(wgpu::Buffer, u32)>,
     held: u64,
     pieces: Option<wgpu::Buffer>,
     analysis: Option<&'a mut Analysis>,
@@ -200,38 +194,16 @@ impl Frame<'_> {
         view::index(&self.setup.view).is_none() && !view::needs_analysis(&self.setup.view)
     }
 
-    /// Shows a depth map where the map `id` is asked for.
-    pub fn show_texture(&mut self, id: &str, texture: &wgpu::TextureView, light_view: &wgpu::Buffer) {
-        if self.setup.view == id {
-            self.shown = Some(Shown::Texture(texture.clone(), light_view.clone()));
-        }
+    /// Tells where cascades meet: floats, metres along the camera's axis, one more than there are cascades.
+    pub fn tell_splits(&mut self, splits: &wgpu::Buffer, cascades: u32) {
+        self.splits = Some((splits.clone(), cascades));
     }
 
-    /// Shows `map_out` as a colour ramp over `range`, where the map `id` is asked for. Negative values show the scene.
-    pub fn show_ramp(&mut self, id: &str, range: [f32; 2]) {
+    /// Gives the depth map that is shown where the map `id` is asked for. Other maps are what `map_out` holds, drawn as
+    /// their [`View`] says.
+    pub fn show_depth(&mut self, id: &str, texture: &wgpu::TextureView, light_view: &wgpu::Buffer) {
         if self.setup.view == id {
-            self.shown = Some(Shown::Ramp(range));
-        }
-    }
-
-    /// Shows `map_out` as a chequerboard over the scene, where the map `id` is asked for.
-    pub fn show_cells(&mut self, id: &str) {
-        if self.setup.view == id {
-            self.shown = Some(Shown::Cells);
-        }
-    }
-
-    /// Shows `map_out` as counts of view samples, where the map `id` is asked for.
-    pub fn show_counts(&mut self, id: &str) {
-        if self.setup.view == id {
-            self.shown = Some(Shown::Counts);
-        }
-    }
-
-    /// Shows `map_out` as coloured labels (`shaders/lib/labels.wgsl`), where the map `id` is asked for.
-    pub fn show_labels(&mut self, id: &str) {
-        if self.setup.view == id {
-            self.shown = Some(Shown::Labels);
+            self.source = Some(Source::Depth(texture.clone(), light_view.clone()));
         }
     }
 }
@@ -299,6 +271,8 @@ pub struct Told {
     pub gpu_bytes: u64,
     /// How much of the truth is traced that the set-up names ([`crate::truth::Samples::shown`]).
     pub truth: Progress,
+    /// Of each side of a comparison its passes with their milliseconds, equal names added up, in a frame that was timed.
+    pub sides: Vec<Vec<(&'static str, f64)>>,
 }
 
 /// How a technique's own map is drawn, as `View` in `shaders/shade.wgsl`.
@@ -308,20 +282,31 @@ pub struct ViewUniform {
     pub range: [f32; 2],
     /// Of the map, where it holds more than one value.
     pub channel: u32,
-    pub padding: u32,
+    /// How much an overlay hides; at 1 and above it lies small in a corner.
+    pub opacity: f32,
+}
+
+/// What a picture is drawn as, as `layer` in `shaders/shade.wgsl`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Layer {
+    #[default]
+    Alone,
+    Below,
+    Over,
 }
 
 /// The passes that draw the picture: each view has a pipeline of its own, made when it is first asked for.
 #[derive(Default)]
 struct Shading {
-    passes: HashMap<[u32; 2], Pass>,
+    passes: HashMap<[u32; 3], Pass>,
 }
 
 impl Shading {
     /// The pass that draws a view (as [`FrameUniform::view`] numbers it) and a technique's map (`drawn_map` in
-    /// `shaders/shade.wgsl`).
-    fn pass(&mut self, gpu: &Gpu, view: u32, map: u32) -> Result<&Pass> {
-        let key = [view, map];
+    /// `shaders/shade.wgsl`), as a layer: alone, below an overlay,
+    /// or as one.
+    fn pass(&mut self, gpu: &Gpu, view: u32, map: u32, layer: Layer) -> Result<&Pass> {
+        let key = [view, map, layer as u32];
         for (_, other) in self.passes.iter().filter(|(k, _)| **k != key) {
             // What it bound may be gone by the time it is asked for again.
             other.forget();
@@ -329,7 +314,8 @@ impl Shading {
         match self.passes.entry(key) {
             Entry::Occupied(held) => Ok(held.into_mut()),
             Entry::Vacant(free) => {
-                let constants = [("drawn_view", view as f64), ("drawn_map", map as f64)];
+                let constants =
+                    [("drawn_view", view as f64), ("drawn_map", map as f64), ("layer", layer as u32 as f64)];
                 let pass = Pass::specialised(gpu, "shading", "shade.wgsl", "shade", &[view::GROUP], &constants)?;
                 Ok(free.insert(pass))
             }
@@ -383,8 +369,13 @@ pub struct Renderer {
     /// The technique's rays, as `Tally` in `shaders/lib/trace.wgsl`.
     tally: wgpu::Buffer,
     analysis: Analysis,
-    /// The last frame's view, its title if it is one of the technique's own, and how that is drawn.
-    seen: (String, &'static str, Option<Shown>),
+    figure: figure::Figure,
+    /// The last frame's view; None: the technique could not draw it.
+    seen: Option<&'static View>,
+    /// The light view of the depth map that it shows.
+    seen_light: Option<wgpu::Buffer>,
+    /// Where the last frame's cascades meet, and how many there are.
+    splits: Option<(wgpu::Buffer, u32)>,
     revision: u64,
     frozen: freeze::Frozen,
     lines: lines::Lines,
@@ -439,7 +430,10 @@ impl Renderer {
             ),
             tally: tally(&gpu, "rays"),
             analysis: Analysis::new(&gpu)?,
-            seen: Default::default(),
+            figure: figure::Figure::default(),
+            seen: None,
+            seen_light: None,
+            splits: None,
             gpu,
             scene,
             geometry,
@@ -463,7 +457,7 @@ impl Renderer {
         &self.geometry
     }
 
-    /// Renders one frame.
+    /// Renders one frame of the set-up's own technique, without overlay and comparison: see [`Renderer::draw`].
     ///
     /// # Errors
     /// A picture larger than the adapter takes, or what the device reports.
@@ -485,6 +479,7 @@ impl Renderer {
             "{width} × {height} pixels are more than {} takes ({limit})",
             self.gpu.info.name
         );
+        self.figure.forget();
         let animated_ms = self.advance(setup)?;
         let mut told = Told::default();
 
@@ -559,7 +554,8 @@ impl Renderer {
             revision: self.revision,
             // What is analysed counts what is drawn.
             fresh: ask.fresh || analysed,
-            shown: None,
+            source: None,
+            splits: None,
             held: 0,
             pieces: None,
             analysis,
@@ -574,7 +570,7 @@ impl Renderer {
         }
         told.cpu_ms = start.elapsed().as_secs_f64() * 1e3 - (f.waited() - waited);
         told.gpu_bytes = f.held;
-        let Frame { mut recorder, shown, pieces, analysis, outlines, .. } = f;
+        let Frame { mut recorder, source, splits, pieces, analysis, outlines, .. } = f;
         recorder.freeze(Vec::new());
         if let Some(count) = analysis.and_then(|a| a.draws.as_mut()) {
             recorder.keep_draws(count);
@@ -589,29 +585,44 @@ impl Renderer {
         }
         told.truth = self.truth.progress();
         recorder.set("truth", Targets::view(self.truth.shown())?);
+        recorder.set("over", &map);
+        recorder.set("other", Targets::view(self.truth.shown())?);
 
+        // What only the technique can draw is not there where it does not serve the light.
+        let seen = view::find(&setup.view, info)
+            .filter(|v| view::index(v.id).is_some() || info.refuses(&setup.light).is_none());
         if ask.picture {
-            let drawn_map = shown.as_ref().map_or(0, Shown::number);
-            let pass = self.shading.pass(gpu, uniform.view, drawn_map)?;
-            let mut view = ViewUniform { range: [0.0, 1.0], channel: 0, padding: 0 };
+            let drawn = seen.map_or(Drawn::Common(Legend::None), |v| v.drawn);
+            let pass = self.shading.pass(gpu, uniform.view, drawn_map(&drawn), self.figure.layer)?;
+            let mut view = ViewUniform { range: [0.0, 1.0], channel: 0, opacity: 0.0 };
             let mut run = recorder.run(pass).bind("shown", &map).bind("light_view", &self.no_light_view);
-            match &shown {
-                Some(Shown::Texture(t, light_view)) => run = run.bind("shown", t).bind("light_view", light_view),
-                Some(Shown::Ramp(range)) => view.range = *range,
-                Some(Shown::Aliasing(t, channel)) => {
-                    view.channel = *channel;
-                    run = run.bind("map", t);
-                }
+            // Without another technique the truth is the other one.
+            if let Some(other) = self.figure.other() {
+                run = run.bind("other", other);
+            }
+            match &source {
+                Some(Source::Depth(t, light_view)) => run = run.bind("shown", t).bind("light_view", light_view),
+                Some(Source::Aliasing(t)) => run = run.bind("map", t),
+                None => {}
+            }
+            match drawn {
+                Drawn::Ramp(values) => view.range = values.range,
+                Drawn::Aliasing(channel) => view.channel = channel,
                 _ => {}
             }
             gpu.queue.write_buffer(&self.view_buffer, 0, bytemuck::bytes_of(&view));
             run.per_pixel();
-            if let Some(outlines) = outlines {
-                self.lines.draw(&mut recorder, &outlines, &shown, setup, scene.bounds, &output)?;
+            self.lines.take(gpu, outlines, setup, scene.bounds, ask.size)?;
+            if self.figure.layer == Layer::Alone {
+                self.lines.draw(&mut recorder, &setup.view, &drawn, false, &[], &output);
             }
         }
-        let title = info.maps().find(|m| m.id == setup.view).map_or("", |m| m.title);
-        self.seen = (setup.view.clone(), title, shown);
+        self.seen = seen;
+        self.seen_light = match source {
+            Some(Source::Depth(_, light_view)) => Some(light_view),
+            _ => None,
+        };
+        self.splits = splits;
         recorder.finish()?;
         self.frozen.finished();
         self.analysis.pieces = pieces;
@@ -638,9 +649,9 @@ impl Renderer {
         std::mem::swap(&mut self.made, kept);
     }
 
-    /// The picture of the last frame, sRGB-encoded, as a texture view.
+    /// The picture of the last frame, sRGB-encoded.
     pub fn output(&self) -> Option<&wgpu::Texture> {
-        self.targets.output.texture()
+        self.figure.texture().or(self.targets.output.texture())
     }
 
     /// Traces some more of the truth, as many pixels' samples as given, and draws nothing else; how far it is then. The

@@ -5,7 +5,7 @@
 //! technique, truth, picture) → [`measure`] (errors and times) → [`cli`] and [`ui`].
 //! Underneath: [`gpu`] (device, passes bound by name), [`mod@params`] (declared once), [`light`],
 //! [`fit`] (warps and fits in f64), [`shadow_map`] (depth maps and fits), [`cascades`] (several of them along the view),
-//! [`warp`] (one of them, bent), [`node_grid`] (by a grid of nodes), [`techniques`] (a file each), [`truth`] (the exact shadow, band by band), [`view`] (ways to look), [`capture`] (files).
+//! [`warp`] (one of them, bent), [`node_grid`] (by a grid of nodes), [`techniques`] (a file each), [`truth`] (the exact shadow, band by band), [`view`] (ways to look, in colours of [`palette`], explained by a [`legend`]), [`capture`] (files).
 
 pub mod capture;
 pub mod cascades;
@@ -14,9 +14,11 @@ pub mod cli;
 pub mod fit;
 pub mod frame;
 pub mod gpu;
+pub mod legend;
 pub mod light;
 pub mod measure;
 pub mod node_grid;
+pub mod palette;
 pub mod params;
 pub mod scene;
 pub mod setup;

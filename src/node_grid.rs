@@ -6,26 +6,33 @@
 use crate::frame::Frame;
 use crate::gpu::{Gpu, Pass, Resource};
 use crate::params::Group;
-use crate::view::View;
+use crate::view::{self, BEFORE_AFTER, Class, Drawn, Legend, View};
 use crate::warp::storage;
 use anyhow::Result;
 
 /// The views of the grid, numbers 11 and 12 of `frame.map`.
 pub const MAPS: [View; 2] = [
-    View {
-        id: "nodes",
-        title: "Grid of nodes",
-        doc: "The map with the deformed grid: lines between nodes, which are red. Yellow: cells that are folded over \
+    view::map(
+        "nodes",
+        "Grid of nodes",
+        "The map with the deformed grid: lines between nodes, which are red. Yellow: cells that are folded over \
               or not convex, where two places of the scene share texels.",
-        truth: false,
-    },
-    View {
-        id: "cells",
-        title: "Balance of the cells",
-        doc: "Left before the warp, right in the map: what a cell asks for over what it has. Orange: more than its area, \
+        Drawn::Labels(Legend::Classes(&[
+            Class::label(0, "nodes"),
+            Class::label(3, "lines of the grid"),
+            Class::label(1, "folded or not convex"),
+        ])),
+    ),
+    view::map(
+        "cells",
+        "Balance of the cells",
+        "Left before the warp, right in the map: what a cell asks for over what it has. Orange: more than its area, \
               blue: less; strongest from 16 times on. Pale on the right: the grid has reached its goal.",
-        truth: false,
-    },
+        Drawn::Labels(Legend::Squares(
+            BEFORE_AFTER,
+            &[Class::label(0, "asks for more than its area"), Class::label(4, "for less")],
+        )),
+    ),
 ];
 
 /// Vectors a node that the solvers keep.

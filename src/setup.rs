@@ -8,8 +8,9 @@ mod shape;
 use crate::light::Light;
 use crate::params::{Kind, Value, Values};
 use crate::scene::{Camera, Scene, builtin, gltf};
+use crate::techniques::{self, Info};
 use crate::truth::Samples;
-use crate::{capture, techniques, view};
+use crate::{capture, view};
 use anyhow::{Context, Result, bail, ensure};
 use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
@@ -38,9 +39,18 @@ pub struct Setup {
     /// What is drawn, as `list views` prints it.
     #[serde(default = "default_view")]
     pub view: String,
-    /// Where the `split` view changes from the technique to the truth, as a share of the width.
+    /// What the figure is composed of where it shows more than one technique.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub arrange: Arrange,
+    /// Where [`Arrange::Swipe`] changes from the first side to the second, as a share of the width.
     #[serde(default = "half")]
     pub split: f32,
+    /// The side that [`Arrange::Flicker`] shows, from 0.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub front: u32,
+    /// Captures have the view's legend below the picture.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub legend: bool,
     /// Width and height of the picture, pixels.
     #[serde(default = "default_size")]
     pub size: [u32; 2],
@@ -61,8 +71,115 @@ pub struct Setup {
     /// Parameters by technique and name; what is absent takes its default.
     #[serde(default)]
     pub params: BTreeMap<String, Values>,
+    /// A view that is blended over the shaded picture, which stands in for `view` then.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub overlay: Option<Overlay>,
+    /// What the technique is compared with: the second side, and up to two more.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub against: Vec<Side>,
 }
 
+/// How the sides of a comparison share the picture.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Arrange {
+    /// The first left of a line, the second right of it.
+    #[default]
+    Swipe,
+    /// Each in a part of its own: two beside each other, more in two rows.
+    SideBySide,
+    /// One of them at a time.
+    Flicker,
+}
+
+impl Arrange {
+    pub const ALL: [Arrange; 3] = [Arrange::Swipe, Arrange::SideBySide, Arrange::Flicker];
+
+    /// As set-ups and the command line have it.
+    pub fn id(self) -> &'static str {
+        match self {
+            Arrange::Swipe => "swipe",
+            Arrange::SideBySide => "side-by-side",
+            Arrange::Flicker => "flicker",
+        }
+    }
+}
+
+/// One side of a comparison: a technique with its parameters.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Side {
+    /// A technique's id, or [`Side::TRUTH`].
+    pub technique: String,
+    #[serde(default)]
+    pub params: Values,
+}
+
+impl Side {
+    /// In place of a technique: the truth.
+    pub const TRUTH: &str = "truth";
+
+    pub fn is_truth(&self) -> bool {
+        self.technique == Side::TRUTH
+    }
+
+    /// The technique; None for the truth.
+    pub fn info(&self) -> Option<&'static Info> {
+        techniques::find(&self.technique)
+    }
+
+    /// The truth, or a technique with its defaults.
+    ///
+    /// # Errors
+    /// No technique of that name.
+    pub fn new(technique: &str) -> Result<Side> {
+        let mut side = Side { technique: technique.into(), params: Values::new() };
+        if !side.is_truth() {
+            techniques::find_or_say(technique)?;
+            side.complete();
+        }
+        Ok(side)
+    }
+
+    /// From `TECHNIQUE` or `TECHNIQUE:key=value;…`.
+    pub fn parse(text: &str) -> Result<Side> {
+        let (technique, rest) = text.split_once(':').unwrap_or((text, ""));
+        let mut side = Side::new(technique).with_context(|| format!("--against {text}"))?;
+        for assignment in rest.split(';').filter(|a| !a.is_empty()) {
+            let Some((name, value)) = assignment.split_once('=') else {
+                bail!("--against {text}: write {assignment} as key=value");
+            };
+            let spec = side.info().and_then(|i| i.specs().find(|s| s.name == name));
+            let spec = spec.with_context(|| format!("--against {text}: {technique} has no parameter {name}"))?;
+            side.params.insert(name.into(), spec.parse(&format!("{technique}.{name}"), value)?);
+        }
+        Ok(side)
+    }
+
+    /// Fills in defaults.
+    fn complete(&mut self) {
+        for spec in self.info().into_iter().flat_map(|i| i.specs()) {
+            self.params.entry(spec.name.into()).or_insert_with(|| spec.default());
+        }
+    }
+}
+
+/// A view over the shaded picture.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Overlay {
+    pub view: String,
+    /// 0: not seen. 1: hides what is below.
+    #[serde(default = "half")]
+    pub opacity: f32,
+    /// Small in a corner instead of all over.
+    #[serde(default)]
+    pub inset: bool,
+}
+
+fn is_default<T: Default + PartialEq>(value: &T) -> bool {
+    *value == T::default()
+}
 fn is_zero(origin: &DVec3) -> bool {
     *origin == DVec3::ZERO
 }
@@ -97,7 +214,10 @@ impl Setup {
             animation: 0,
             technique: default_technique(),
             view: default_view(),
+            arrange: Arrange::Swipe,
             split: half(),
+            front: 0,
+            legend: false,
             size: default_size(),
             seed: 0,
             truth_samples: Samples::Auto,
@@ -106,6 +226,8 @@ impl Setup {
             shadow_camera: None,
             light,
             params: BTreeMap::new(),
+            overlay: None,
+            against: Vec::new(),
         };
         setup.complete();
         Ok(setup)
@@ -139,6 +261,7 @@ impl Setup {
     pub fn from_toml(text: &str, path: &Path) -> Result<(Setup, Scene)> {
         let mut table: toml::Table = toml::from_str(text).map_err(|e| one_line(&e.to_string()))?;
         shape::check(&table)?;
+        split_to_truth(&mut table);
         let Some(name) = table.get("scene").and_then(|v| v.as_str()) else {
             bail!("the key scene is missing; give a built-in scene's name or the path of a glTF file");
         };
@@ -199,11 +322,49 @@ impl Setup {
                 values.entry(spec.name.into()).or_insert_with(|| spec.default());
             }
         }
+        self.against.iter_mut().for_each(Side::complete);
+    }
+
+    /// The set-up of one technique alone, with nothing over it: what is measured.
+    pub fn alone(&self) -> Setup {
+        Setup { against: Vec::new(), arrange: Arrange::Swipe, front: 0, overlay: None, ..self.clone() }
+    }
+
+    /// The set-up of one side of the comparison, alone; the first is 0. The truth has that of the first.
+    pub fn side(&self, i: usize) -> Setup {
+        let mut setup = self.alone();
+        setup.overlay = self.overlay.clone();
+        if let Some(side) = i.checked_sub(1).and_then(|i| self.against.get(i)).filter(|s| !s.is_truth()) {
+            setup.technique = side.technique.clone();
+            setup.params.insert(side.technique.clone(), side.params.clone());
+        }
+        setup
+    }
+
+    /// Sides of the comparison; 1 without one.
+    pub fn sides(&self) -> usize {
+        1 + self.against.len()
+    }
+
+    /// Whether a side is the truth.
+    pub fn is_truth(&self, side: usize) -> bool {
+        side.checked_sub(1).and_then(|i| self.against.get(i)).is_some_and(Side::is_truth)
+    }
+
+    /// Whether the picture needs the truth.
+    pub fn needs_truth(&self) -> bool {
+        let shown = match &self.overlay {
+            Some(overlay) => &overlay.view,
+            None => &self.view,
+        };
+        let other = shown == "difference" && !self.against.is_empty();
+        self.against.iter().any(Side::is_truth) || view::needs_truth(shown) && !other
     }
 
     /// Turns the whole numbers of a file into floats where a parameter is one.
     fn widen(&mut self) {
-        for (id, values) in &mut self.params {
+        let sides = self.against.iter_mut().map(|s| (&s.technique, &mut s.params));
+        for (id, values) in self.params.iter_mut().chain(sides) {
             for spec in techniques::find(id).into_iter().flat_map(|i| i.specs()) {
                 if let (Kind::Float { .. }, Some(Value::Int(v))) = (spec.kind, values.get(spec.name)) {
                     values.insert(spec.name.into(), Value::Float(*v as f64));
@@ -215,7 +376,7 @@ impl Setup {
     /// The set-up without technique, parameters and view: what the configurations of one sweep share.
     pub fn around(&self) -> Setup {
         let blank = String::new();
-        Setup { technique: blank.clone(), view: blank, split: 0.0, params: BTreeMap::new(), ..self.clone() }
+        Setup { technique: blank.clone(), view: blank, split: 0.0, params: BTreeMap::new(), ..self.alone() }
     }
 
     /// Selects a technique by its id.
@@ -271,6 +432,17 @@ impl Setup {
         let info = techniques::find_or_say(&self.technique)?;
         view::check(&self.view, info)?;
         in_range("split", self.split, 0.0, 1.0, "")?;
+        ensure!(self.against.len() < 4, "there are {} sides in against; at most 3 can be shown", self.against.len());
+        ensure!(
+            (self.front as usize) < self.sides(),
+            "front = {} is not allowed; there are {} sides",
+            self.front,
+            self.sides()
+        );
+        if let Some(overlay) = &self.overlay {
+            view::check(&overlay.view, info).context("overlay")?;
+            in_range("overlay.opacity", overlay.opacity, 0.0, 1.0, "")?;
+        }
         in_range("time", self.time, 0.0, 1e6, " s")?;
         for side in self.size {
             ensure!(
@@ -283,10 +455,12 @@ impl Setup {
         check_camera("camera", &self.camera)?;
         self.shadow_camera.map_or(Ok(()), |c| check_camera("shadow_camera", &c))?;
         self.check_light()?;
-        for (id, values) in &self.params {
+        let own = self.params.iter().map(|(id, values)| (format!("params.{id}"), id, values));
+        let sides = self.against.iter().filter(|s| !s.is_truth());
+        for (path, id, values) in own.chain(sides.map(|s| ("against.params".into(), &s.technique, &s.params))) {
             let info = techniques::find_or_say(id)?;
             for (name, value) in values {
-                let key = format!("params.{id}.{name}");
+                let key = format!("{path}.{name}");
                 match info.specs().find(|s| s.name == name) {
                     Some(spec) => spec.check(&key, value)?,
                     None => {
@@ -334,6 +508,15 @@ fn check_camera(key: &str, c: &Camera) -> Result<()> {
     ensure!(c.far > c.near && c.far.is_finite(), "{key}.far = {} must be greater than {key}.near = {}", c.far, c.near);
     ensure!(c.position != c.target, "{key}.target must differ from {key}.position");
     Ok(())
+}
+
+/// The view `split` of older files is a comparison with the truth.
+fn split_to_truth(table: &mut toml::Table) {
+    if table.get("view").and_then(|v| v.as_str()) == Some("split") {
+        table.insert("view".into(), default_view().into());
+        let truth = toml::Table::from_iter([("technique".to_string(), Side::TRUTH.into())]);
+        table.insert("against".into(), toml::Value::Array(vec![truth.into()]));
+    }
 }
 
 fn in_range(key: &str, value: f32, min: f32, max: f32, unit: &str) -> Result<()> {

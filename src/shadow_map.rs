@@ -175,7 +175,7 @@ impl ShadowMap {
                 f.run(masked).bind("light_view", &light_view).draw(&[], depth, false, |p| scene.draw_masked(p));
             }
         }
-        f.show_texture("shadow-map", &map, &light_view);
+        f.show_depth("shadow-map", &map, &light_view);
         let maps = Maps::of(&[p.resolution]);
         f.analyse(&self.analyse, maps, &[("light_view", (&light_view).into())]);
         Ok(Drawn { map, light_view })

@@ -1,6 +1,7 @@
-//! What can be drawn of a frame.
+//! What can be drawn of a frame, and what its colours mean.
 
-use crate::params::{Group, Kind, Spec};
+use crate::palette::{FALSE_SHADOW, GREY, LABELS, LEAK, Palette, RAMP, Rgb};
+use crate::params::{self, Kind, Spec};
 use crate::techniques::Info;
 use anyhow::{Result, bail};
 
@@ -13,64 +14,286 @@ pub struct View {
     pub doc: &'static str,
     /// Needs the ray-traced truth.
     pub truth: bool,
+    pub group: Group,
+    pub drawn: Drawn,
 }
 
-const fn view(id: &'static str, title: &'static str, doc: &'static str, truth: bool) -> View {
-    View { id, title, doc, truth }
+/// What views are listed under.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Group {
+    Look,
+    Errors,
+    Map,
+    Aliasing,
+    Scene,
+}
+
+impl Group {
+    pub const ALL: [Group; 5] = [Group::Look, Group::Errors, Group::Map, Group::Aliasing, Group::Scene];
+
+    pub fn title(self) -> &'static str {
+        match self {
+            Group::Look => "look",
+            Group::Errors => "errors",
+            Group::Map => "map",
+            Group::Aliasing => "aliasing",
+            Group::Scene => "scene data",
+        }
+    }
+}
+
+/// How a view is drawn, from which its legend follows.
+#[derive(Clone, Copy, Debug)]
+pub enum Drawn {
+    /// By code of its own in `shaders/shade.wgsl`.
+    Common(Legend),
+    /// A depth map and its light view, fitted into the picture.
+    Depth,
+    /// Values of `map_out` from dark to bright; negative ones show the scene.
+    Ramp(Values),
+    /// Values of `map_out`, columns and rows of cells (`shaders/lib/cells.wgsl`): a chequerboard over the scene.
+    Cells,
+    /// A channel of the analysis, in octaves around 1.
+    Aliasing(u32),
+    /// Samples per texel, as `shaders/counts.wgsl` leaves them in `map_out`.
+    Counts,
+    /// Labels of `map_out` (`shaders/lib/labels.wgsl`): colours over the scene, or a drawing.
+    Labels(Legend),
+    /// Strokes of `map_out` in colours of the ramp (`shaders/diagram.wgsl`).
+    Diagram(Legend),
+}
+
+/// The values that a scale runs over.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Values {
+    pub what: &'static str,
+    /// Empty: a plain number.
+    pub unit: &'static str,
+    pub range: [f32; 2],
+}
+
+/// What the colours of a view mean.
+#[derive(Clone, Copy, Debug)]
+pub enum Legend {
+    /// It is a picture: nothing to explain.
+    None,
+    Scale(Palette, Values),
+    /// Octaves from 2⁻⁴ to 2⁴ in colours of their own, times the number.
+    Octaves(&'static str, f32),
+    /// Depth along the camera's axis, logarithmic; depth from the light. Their ranges follow from camera, scene and light.
+    EyeDepth,
+    LightDepth,
+    Classes(&'static [Class]),
+    /// A class for each cascade, with its range of depths.
+    Cascades,
+    /// A chart: its axes, and what is drawn in it.
+    Chart(Area, Axis, Axis, &'static [Class]),
+    /// The upright plane through the camera's axis: distances along it, and the cascades.
+    Side,
+    /// Two squares beside each other, and what is drawn in them.
+    Squares([&'static str; 2], &'static [Class]),
+    /// The same with curves over places from 0 to 1: what runs along the squares, and what upwards.
+    Curves([&'static str; 2], [&'static str; 2], &'static [Class]),
+}
+
+/// The squares of a map before and after its warp.
+pub const BEFORE_AFTER: [&str; 2] = ["light's image before the warp", "map"];
+
+/// The part of the picture that a chart takes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Area {
+    /// All but a twentieth at each side.
+    Margins,
+    /// The largest square in the middle, less a little.
+    Square,
+}
+
+/// A colour and what it stands for.
+#[derive(Clone, Copy, Debug)]
+pub struct Class {
+    pub color: Rgb,
+    pub what: &'static str,
+    /// Its share of the pixels that can be wrong, where that is counted.
+    pub share: Option<fn(&crate::measure::metrics::Errors) -> f64>,
+}
+
+impl Class {
+    pub const fn new(color: Rgb, what: &'static str) -> Class {
+        Class { color, what, share: None }
+    }
+
+    /// One of the colours that the shaders' labels have.
+    pub const fn label(i: usize, what: &'static str) -> Class {
+        Class::new(LABELS[i], what)
+    }
+}
+
+/// An axis of a chart that is drawn into the picture.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Axis {
+    pub what: &'static str,
+    pub span: Span,
+}
+
+/// The values along an axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Span {
+    /// From the one to the other.
+    Linear(f32, f32),
+    /// As far as 1; marks stand at the squares of even places.
+    Root,
+    /// Logarithmic between the first and the last split, metres.
+    Splits,
+    /// None, 1, and on in half octaves, so many bins.
+    HalfOctaves(u32),
+}
+
+const fn common(
+    id: &'static str,
+    title: &'static str,
+    group: Group,
+    doc: &'static str,
+    truth: bool,
+    legend: Legend,
+) -> View {
+    View { id, title, doc, truth, group, drawn: Drawn::Common(legend) }
+}
+
+/// A map of a technique's own.
+pub const fn map(id: &'static str, title: &'static str, doc: &'static str, drawn: Drawn) -> View {
+    View { id, title, doc, truth: false, group: Group::Map, drawn }
+}
+
+const VISIBILITY: Legend = Legend::Scale(GREY, Values { what: "visibility", unit: "", range: [0.0, 1.0] });
+const AXES: Legend = Legend::Classes(&[
+    Class::new([1.0, 0.35, 0.3], "x"),
+    Class::new([0.35, 0.9, 0.35], "y (up)"),
+    Class::new([0.4, 0.5, 1.0], "z"),
+]);
+
+/// A view of how a technique's map meets the pixels.
+pub const fn aliasing(id: &'static str, title: &'static str, doc: &'static str, drawn: Drawn) -> View {
+    View { group: Group::Aliasing, ..map(id, title, doc, drawn) }
 }
 
 /// The views that every technique has; a technique's own maps come on top ([`Info::maps`]).
 pub const VIEWS: &[View] = &[
-    view("shaded", "Shaded", "The lit picture with the technique's shadow.", false),
-    view("split", "Split", "Left of the line the technique's shadow, right of it the exact one.", true),
-    view("visibility", "Visibility", "How much of the light each pixel sees: white all of it, black none.", false),
-    view(
+    common("shaded", "Shaded", Group::Look, "The lit picture with the technique's shadow.", false, Legend::None),
+    common(
+        "visibility",
+        "Visibility",
+        Group::Look,
+        "How much of the light each pixel sees: white all of it, black none.",
+        false,
+        VISIBILITY,
+    ),
+    common(
         "truth",
         "Truth",
+        Group::Look,
         "The exact visibility, ray traced: at the pixel's centre, or the mean over as many samples of the pixel as the \
          set-up names.",
         true,
+        VISIBILITY,
     ),
-    view(
+    common(
         "error",
         "Error",
+        Group::Errors,
         "Blue: lit but should be in shadow. Red: in shadow but should be lit. The rest is right.",
         true,
+        Legend::Classes(&[
+            Class {
+                color: LEAK,
+                what: "lit, should be in shadow",
+                share: Some(|e| e.lit_incorrect as f64 / e.facing.max(1) as f64),
+            },
+            Class {
+                color: FALSE_SHADOW,
+                what: "in shadow, should be lit",
+                share: Some(|e| e.shadow_incorrect as f64 / e.facing.max(1) as f64),
+            },
+        ]),
     ),
-    view(
+    common(
+        "difference",
+        "Difference",
+        Group::Errors,
+        "Visibility of the first technique minus that of the second one it is compared with, or minus the truth where there \
+         is no second. Blue: darker. Orange: brighter.",
+        true,
+        Legend::Scale(
+            crate::palette::DIVERGING,
+            Values { what: "visibility, first minus second", unit: "", range: [-1.0, 1.0] },
+        ),
+    ),
+    common(
         "acne",
         "Acne",
+        Group::Errors,
         "Only the false shadow, in yellow: what should be lit but is dark. Specks on lit faces are acne.",
         true,
+        Legend::Classes(&[Class::new([1.0, 0.85, 0.1], "in shadow, should be lit")]),
     ),
-    view(
+    common(
         "detachment",
         "Detachment",
+        Group::Errors,
         "Only the missing shadow, in cyan: what should be dark but is lit. A gap at a caster's foot is detachment.",
         true,
+        Legend::Classes(&[Class::new([0.2, 0.9, 0.9], "lit, should be in shadow")]),
     ),
-    view(
+    common(
         "facing",
         "Facing",
+        Group::Scene,
         "Green: the surface turns towards the light and can be wrong. Ochre: it does so outside the light's cone or \
          range. Grey: it turns away. Both are dark without any shadow technique.",
         false,
+        Legend::Classes(&[
+            Class::new([0.45, 0.75, 0.45], "faces the light"),
+            Class::new([0.60, 0.48, 0.25], "outside its cone or range"),
+            Class::new([0.35; 3], "turned away"),
+        ]),
     ),
-    view("normals", "Normals", "The surface's direction as a colour: x red, y green, z blue.", false),
-    view("albedo", "Albedo", "The surface's own colour, without light.", false),
-    view("depth", "Eye depth", "Distance from the camera along its axis, near dark, far bright.", false),
-    view(
+    common(
+        "normals",
+        "Normals",
+        Group::Scene,
+        "The surface's direction as a colour: x red, y green, z blue.",
+        false,
+        AXES,
+    ),
+    common("albedo", "Albedo", Group::Scene, "The surface's own colour, without light.", false, Legend::None),
+    common(
+        "depth",
+        "Eye depth",
+        Group::Scene,
+        "Distance from the camera along its axis, near dark, far bright.",
+        false,
+        Legend::EyeDepth,
+    ),
+    common(
         "light-depth",
         "Light depth",
+        Group::Scene,
         "Distance from the light (along its rays for the sun), near dark, far bright.",
         false,
+        Legend::LightDepth,
     ),
-    view("position", "Position", "World position in metres, repeating every metre, as a colour.", false),
-    view("triangles", "Triangles", "Each triangle in a colour of its own.", false),
+    common(
+        "position",
+        "Position",
+        Group::Scene,
+        "World position in metres, repeating every metre, as a colour.",
+        false,
+        AXES,
+    ),
+    common("triangles", "Triangles", Group::Scene, "Each triangle in a colour of its own.", false, Legend::None),
 ];
 
 /// The views' numbers for the shader: constants `view_shaded` and so on, and behind them `view_technique_map`.
-pub const GROUP: Group = Group {
+pub const GROUP: params::Group = params::Group {
     name: "Views",
     specs: &[Spec { name: "view", doc: "", unit: "", kind: Kind::Choice { default: "shaded", options: &IDS } }],
 };
@@ -90,24 +313,61 @@ pub fn index(id: &str) -> Option<usize> {
     VIEWS.iter().position(|v| v.id == id)
 }
 
+/// A view of this technique.
+pub fn find(id: &str, info: &Info) -> Option<&'static View> {
+    VIEWS.iter().chain(info.maps()).find(|v| v.id == id)
+}
+
 /// Whether a view needs the truth.
 pub fn needs_truth(id: &str) -> bool {
     VIEWS.iter().any(|v| v.id == id && v.truth)
 }
-
-/// The maps that show a channel of the analysis: the aliasing error and its two parts, in that order.
-pub const ALIASING: [&str; 3] = ["aliasing", "perspective-aliasing", "projection-aliasing"];
 
 /// Whether a map needs the frame's analysis, and nothing else of the technique.
 pub fn needs_analysis(id: &str) -> bool {
     id == "counts" || ALIASING.contains(&id)
 }
 
+/// The maps that show a channel of the analysis: the aliasing error and its two parts, in that order.
+pub const ALIASING: [&str; 3] = ["aliasing", "perspective-aliasing", "projection-aliasing"];
+
 /// Refuses a view that the technique does not have.
 pub fn check(id: &str, info: &Info) -> Result<()> {
-    if index(id).is_none() && !info.maps().any(|m| m.id == id) {
+    if find(id, info).is_none() {
         let all: Vec<&str> = VIEWS.iter().chain(info.maps()).map(|v| v.id).collect();
         bail!("view = {id} is unknown; {} has {}", info.id, all.join(", "));
     }
     Ok(())
+}
+
+impl View {
+    /// It is drawn over the scene: what stands there can be pointed at.
+    pub fn shows_scene(&self) -> bool {
+        !matches!(self.drawn, Drawn::Depth | Drawn::Counts | Drawn::Labels(Legend::Chart(..)))
+    }
+}
+
+/// The ramp over these values.
+pub const fn ramp(what: &'static str, unit: &'static str, range: [f32; 2]) -> Drawn {
+    Drawn::Ramp(Values { what, unit, range })
+}
+
+const CELLS: &[Class] = &[Class::new([0.25, 0.45, 0.75], "a texel"), Class::new([0.95, 0.75, 0.35], "the next one")];
+
+impl Drawn {
+    /// The scale that explains its colours, if it is one.
+    pub fn legend(&self) -> Legend {
+        match self {
+            Drawn::Common(legend) | Drawn::Labels(legend) | Drawn::Diagram(legend) => *legend,
+            Drawn::Ramp(values) => Legend::Scale(RAMP, *values),
+            Drawn::Depth => Legend::Scale(
+                GREY,
+                Values { what: "depth along the light's axis", unit: "far … near", range: [0.0, 1.0] },
+            ),
+            Drawn::Cells => Legend::Classes(CELLS),
+            Drawn::Aliasing(_) => Legend::Octaves("aliasing error, pixels per texel", 1.0),
+            // A texel with n samples is about √n pixels wide.
+            Drawn::Counts => Legend::Octaves("samples per texel", 2.0),
+        }
+    }
 }

@@ -79,14 +79,14 @@ macro_rules! same {
 fn shared_structs_agree() {
     same!("shade.wgsl", "Frame", FrameUniform,
         view_proj "view_proj", eye_proj "eye_proj", rays "rays", eye "eye", near "near", forward "forward",
-        far "far", bounds_min "bounds_min", seed "seed", bounds_max "bounds_max", split "split",
+        far "far", bounds_min "bounds_min", seed "seed", bounds_max "bounds_max", padding "padding",
         light_position "light_position", light_kind "light_kind", light_axis "light_axis", light_range "light_range",
         light_color "light_color", light_cosine "light_cosine", light_half_u "light_half_u", view "view",
         light_half_v "light_half_v", map "map", size "size", band "band", shadow_eye "shadow_eye", frozen "frozen",
-        shadow_forward "shadow_forward", shadow_far "shadow_far", shadow_up "shadow_up", padding "padding");
+        shadow_forward "shadow_forward", shadow_far "shadow_far", shadow_up "shadow_up", spare "spare");
     same!("lines.wgsl", "Segment", Segment, start "start", color "color", end "end", weight "weight");
-    same!("lines.wgsl", "Style", Style, half "half", labels "labels", padding "padding");
-    same!("shade.wgsl", "View", ViewUniform, range "range", channel "channel", padding "padding");
+    same!("lines.wgsl", "Style", Style, half "half", labels "labels", inset "inset", padding "padding");
+    same!("shade.wgsl", "View", ViewUniform, range "range", channel "channel", opacity "opacity");
     same!("counts.wgsl", "Counting", Counting,
         size "size", layers "layers", first "first", count "count", padding "padding", spare "spare", sides "sides");
     same!("cascades.wgsl", "Fitting", Fitting,

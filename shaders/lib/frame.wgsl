@@ -15,7 +15,7 @@ struct Frame {
     bounds_min: vec3f,
     seed: u32,
     bounds_max: vec3f,
-    split: f32,
+    padding: f32,
     // A directional light's unit vector towards it, else its position.
     light_position: vec3f,
     light_kind: u32,
@@ -40,7 +40,7 @@ struct Frame {
     shadow_far: f32,
     // Upwards in its picture, as long as 1 over the tangent of half its field of view.
     shadow_up: vec3f,
-    padding: u32,
+    spare: u32,
 }
 
 const directional = 0u;

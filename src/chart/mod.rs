@@ -7,10 +7,11 @@ mod lines;
 mod raster;
 mod scale;
 
-pub use canvas::escape;
+pub use canvas::{escape, text_width};
 pub use error_cost::svg;
 pub use lines::{Line, Lines, lines_svg};
-pub use raster::png;
+pub use raster::{pixels, png};
+pub use scale::short;
 
 use crate::measure::Record;
 use crate::techniques;

@@ -11,7 +11,7 @@ use crate::frame::Renderer;
 use crate::gpu::Gpu;
 use crate::measure::{Axis, reproduce};
 use crate::scene::Scene;
-use crate::setup::{self, Setup};
+use crate::setup::{self, Arrange, Overlay, Setup, Side};
 use crate::truth::Samples;
 use crate::{capture, techniques, tour, ui};
 use anyhow::{Context, Result, bail, ensure};
@@ -52,12 +52,8 @@ enum Command {
         /// The technique; `list techniques` names them.
         #[arg(long)]
         technique: Option<String>,
-        /// The camera that maps are fitted to while the other looks at them, written as that one is.
-        #[arg(long, allow_hyphen_values = true, value_name = "CAMERA")]
-        shadow_camera: Option<String>,
-        /// Draw what maps cover as lines into the scene; with a shadow camera they are drawn anyway.
-        #[arg(long)]
-        outlines: bool,
+        #[command(flatten)]
+        figure: Figure,
     },
     /// Measure errors, times and memory of techniques.
     Measure {
@@ -129,6 +125,67 @@ enum Command {
     },
 }
 
+/// What a picture is composed of.
+#[derive(Args)]
+struct Figure {
+    /// Compare with TECHNIQUE, TECHNIQUE:key=value;… or truth. Can be given up to three times.
+    #[arg(long, value_name = "TECHNIQUE[:K=V;…]")]
+    against: Vec<String>,
+    /// How the sides of a comparison share the picture: swipe, side-by-side or flicker.
+    #[arg(long, value_name = "HOW")]
+    arrange: Option<String>,
+    /// Where swipe changes sides, as a share of the width.
+    #[arg(long, value_name = "SHARE")]
+    split: Option<f32>,
+    /// Blend this view over the shaded picture: VIEW or VIEW:opacity.
+    #[arg(long, value_name = "VIEW[:OPACITY]")]
+    overlay: Option<String>,
+    /// Show this view small in a corner of the shaded picture.
+    #[arg(long, value_name = "VIEW", conflicts_with = "overlay")]
+    inset: Option<String>,
+    /// Put the view's legend below the picture.
+    #[arg(long)]
+    legend: bool,
+    /// The camera that maps are fitted to while the other looks at them, written as that one is.
+    #[arg(long, allow_hyphen_values = true, value_name = "CAMERA")]
+    shadow_camera: Option<String>,
+    /// Draw what maps cover as lines into the scene; with a shadow camera they are drawn anyway.
+    #[arg(long)]
+    outlines: bool,
+}
+
+impl Figure {
+    fn apply(self, setup: &mut Setup, scene: &Scene) -> Result<()> {
+        if let Some(camera) = &self.shadow_camera {
+            setup.shadow_camera = Some(setup::parse_camera(scene, camera)?);
+        }
+        setup.outlines |= self.outlines;
+        if !self.against.is_empty() {
+            setup.against = self.against.iter().map(|a| Side::parse(a)).collect::<Result<_>>()?;
+        }
+        if let Some(how) = &self.arrange {
+            let found = Arrange::ALL.into_iter().find(|a| a.id() == how);
+            setup.arrange = found
+                .with_context(|| format!("--arrange {how}: there are {}", Arrange::ALL.map(Arrange::id).join(", ")))?;
+        }
+        setup.split = self.split.unwrap_or(setup.split);
+        setup.legend |= self.legend;
+        if let Some(overlay) = &self.overlay {
+            let (view, opacity) = match overlay.split_once(':') {
+                Some((view, opacity)) => {
+                    (view, opacity.parse().with_context(|| format!("--overlay {overlay}: write it as VIEW:0.5"))?)
+                }
+                None => (overlay.as_str(), 0.5),
+            };
+            setup.overlay = Some(Overlay { view: view.into(), opacity, inset: false });
+        }
+        if let Some(view) = self.inset {
+            setup.overlay = Some(Overlay { view, opacity: 1.0, inset: true });
+        }
+        Ok(())
+    }
+}
+
 /// What is drawn, and what differs from the set-up.
 #[derive(Args)]
 struct Wanted {
@@ -175,7 +232,7 @@ pub fn run() -> Result<ExitCode> {
     }
     let done = match cli.command {
         None => open(cli.setup.as_deref(), adapter),
-        Some(Command::Capture { wanted, output, view, technique, shadow_camera, outlines }) => {
+        Some(Command::Capture { wanted, output, view, technique, figure }) => {
             // What can be refused early is, before a scene is loaded and drawn.
             capture::check(view.as_deref().unwrap_or("truth"), &output)?;
             let (mut setup, scene) = wanted.open()?;
@@ -185,10 +242,7 @@ pub fn run() -> Result<ExitCode> {
             if let Some(view) = view {
                 setup.view = view;
             }
-            if let Some(camera) = shadow_camera {
-                setup.shadow_camera = Some(setup::parse_camera(&scene, &camera)?);
-            }
-            setup.outlines |= outlines;
+            figure.apply(&mut setup, &scene)?;
             let selected = [setup.technique.clone()];
             wanted.apply(&mut setup, &scene, &selected)?;
             let mut renderer = Renderer::new(Arc::new(Gpu::new(adapter)?), Arc::new(scene))?;

@@ -4,7 +4,8 @@ use super::lispsm::Lispsm;
 use super::{hull, warped};
 use crate::frame::Frame;
 use crate::gpu::{Gpu, Pass};
-use crate::view::View;
+use crate::palette::RAMP;
+use crate::view::{self, Class, Drawn, Legend, View};
 use anyhow::Result;
 use bytemuck::{Pod, Zeroable};
 use glam::{DMat3, DVec2};
@@ -26,9 +27,24 @@ pub const HULL: f32 = 0.6;
 pub const MARK: f32 = 0.8;
 pub const BORDER: f32 = 1.0;
 
+const fn class(place: f32, what: &'static str) -> Class {
+    Class::new(RAMP.at(place), what)
+}
+
+/// What the colours stand for.
+const CLASSES: &[Class] = &[
+    class(BORDER, "border of the map, figures"),
+    class(HULL, "what the camera sees"),
+    class(MARK, "centre and direction of the warp"),
+    class(GRID, "sixteenths of the map"),
+];
+/// The same in post-perspective space.
+pub const SPACE_CLASSES: &[Class] =
+    &[class(GRID, "the camera's frustum"), class(HULL, "what the camera sees"), class(MARK, "the light and its rays")];
+
 /// The view that shows it.
 pub const fn view(doc: &'static str) -> View {
-    View { id: "warp", title: "Warp diagram", doc, truth: false }
+    view::map("warp", "Warp diagram", doc, Drawn::Diagram(Legend::Squares(["light's image", "map"], CLASSES)))
 }
 
 /// A drawing in the making.
@@ -232,6 +248,5 @@ impl Drawing {
         strokes.resize(MOST, Stroke::zeroed());
         f.gpu.queue.write_buffer(&self.strokes, 0, bytemuck::cast_slice(&strokes));
         f.run(&self.pass).bind("strokes", &self.strokes).per_pixel();
-        f.show_ramp(id, [0.0, 1.0]);
     }
 }

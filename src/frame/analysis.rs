@@ -1,7 +1,7 @@
 //! The analysis of a frame: aliasing error of every pixel, view samples of every texel, triangles and rays counted.
 //! It runs, and holds memory, only in frames that ask for it.
 
-use super::{Frame, STORED, Shown};
+use super::{Frame, STORED, Source};
 use crate::gpu::{DrawCount, Draws, Gpu, Pass, Resource, Slot};
 use crate::view;
 use anyhow::Result;
@@ -283,18 +283,14 @@ impl Frame<'_> {
                 .bind("counts", &band.counts)
                 .per_pixel();
         }
-        self.shown = match self.setup.view.as_str() {
-            "counts" => {
-                for band in &analysis.bands {
-                    let run = recorder.run(&analysis.draw_counts);
-                    run.bind("counting", &band.uniform).bind("counts", &band.counts).per_pixel();
-                }
-                Some(Shown::Counts)
+        let view = self.setup.view.as_str();
+        if view == "counts" {
+            for band in &analysis.bands {
+                let run = recorder.run(&analysis.draw_counts);
+                run.bind("counting", &band.uniform).bind("counts", &band.counts).per_pixel();
             }
-            id => match view::ALIASING.iter().position(|v| *v == id) {
-                Some(channel) => Some(Shown::Aliasing(aliasing, channel as u32)),
-                None => self.shown.take(),
-            },
-        };
+        } else if view::ALIASING.contains(&view) {
+            self.source = Some(Source::Aliasing(aliasing));
+        }
     }
 }

@@ -1,10 +1,11 @@
 //! What maps cover, drawn into the scene as lines (`shaders/lines.wgsl`): frusta, the boxes of light views, bodies.
 
-use super::{Ask, Frame, Shown};
+use super::{Ask, Frame};
 use crate::fit::Scope;
 use crate::fit::hull::Polyhedron;
 use crate::gpu::{Gpu, Pass, Raster, Recorder, Resource};
 use crate::setup::Setup;
+use crate::view::Drawn;
 use anyhow::Result;
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec3, Vec3};
@@ -22,7 +23,7 @@ const CASCADE: u32 = 24;
 
 /// As `Segment` in WGSL.
 #[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Segment {
     pub start: Vec3,
     pub color: u32,
@@ -37,7 +38,8 @@ pub struct Segment {
 pub struct Style {
     pub half: f32,
     pub labels: u32,
-    pub padding: [u32; 2],
+    pub inset: u32,
+    pub padding: u32,
 }
 
 /// What a technique has to outline. Light views stay on the GPU.
@@ -81,10 +83,11 @@ impl Frame<'_> {
     }
 }
 
-/// The passes, made when lines are first drawn.
+/// The passes, made when lines are first drawn, and what the last frame outlined.
 #[derive(Default)]
 pub struct Lines {
     passes: Option<Passes>,
+    outlines: Option<Outlines>,
 }
 
 struct Passes {
@@ -92,7 +95,8 @@ struct Passes {
     view: Pass,
     cascades: Pass,
     style: wgpu::Buffer,
-    held: Option<(Vec<u8>, wgpu::Buffer)>,
+    /// The lines that the CPU knows of.
+    held: Option<(Vec<Segment>, wgpu::Buffer)>,
 }
 
 impl Passes {
@@ -118,70 +122,77 @@ impl Passes {
 }
 
 impl Lines {
-    /// Draws over the picture, where it shows the scene.
+    /// Takes in what a frame outlines.
     ///
     /// # Errors
     /// A shader that does not compile.
-    pub(super) fn draw(
+    pub(super) fn take(
         &mut self,
-        recorder: &mut Recorder,
-        outlines: &Outlines,
-        shown: &Option<Shown>,
+        gpu: &Gpu,
+        outlines: Option<Outlines>,
         setup: &Setup,
         bounds: [Vec3; 2],
-        output: &wgpu::TextureView,
+        [width, height]: [u32; 2],
     ) -> Result<()> {
-        // The tap pattern is the one ramp that is no picture of the scene.
-        if matches!(shown, Some(Shown::Texture(..) | Shown::Counts)) || setup.view == "taps" {
-            return Ok(());
-        }
-        let gpu = recorder.gpu;
+        self.outlines = outlines;
+        let Some(outlines) = &self.outlines else { return Ok(()) };
         let p = match &mut self.passes {
             Some(passes) => passes,
             None => self.passes.insert(Passes::new(gpu)?),
         };
-        let height = output.texture().height() as f32;
-        let labels = matches!(shown, Some(Shown::Labels)) as u32;
-        // The same share of any picture.
-        let style = Style { half: 0.8 * (height / 800.0).max(0.4), labels, padding: [0; 2] };
-        gpu.queue.write_buffer(&p.style, 0, bytemuck::bytes_of(&style));
-
+        let line = |[a, b]: [DVec3; 2], color, weight| Segment { start: a.as_vec3(), color, end: b.as_vec3(), weight };
         let mut segments = Vec::new();
-        let mut add = |[a, b]: [DVec3; 2], color| {
-            let weight = if color == WHITE { 1.0 } else { 0.6 };
-            segments.push(Segment { start: a.as_vec3(), color, end: b.as_vec3(), weight });
-        };
         if let Some(camera) = setup.frozen() {
-            let aspect = output.texture().width() as f32 / height;
+            let aspect = width as f32 / height as f32;
             let eye = Scope { camera, light: setup.light, bounds, aspect, resolution: 1, margin: 0.0 }.eye();
             let c = eye.corners();
             for i in 0..4 {
                 let next = (i + 1) % 4;
-                for ends in [[eye.position, c[4 + i]], [c[i], c[next]], [c[4 + i], c[4 + next]]] {
-                    add(ends, WHITE);
-                }
+                let lines = [[eye.position, c[4 + i]], [c[i], c[next]], [c[4 + i], c[4 + next]]];
+                segments.extend(lines.map(|ends| line(ends, WHITE, 1.0)));
             }
         }
-        outlines.edges.iter().for_each(|s| add(*s, GREEN));
-        if !segments.is_empty() {
-            let bytes = bytemuck::cast_slice(&segments).to_vec();
-            if p.held.as_ref().is_none_or(|(held, _)| *held != bytes) {
-                let buffer = gpu.buffer("outlines", &bytes, Use::STORAGE);
-                p.held = Some((bytes, buffer));
-            }
-            if let Some((_, buffer)) = &p.held {
-                let run = recorder.run(&p.segments).bind("style", &p.style).bind("segments", buffer).uncounted();
-                run.draw(&[output], None, false, |pass| pass.draw(0..6, 0..segments.len() as u32));
-            }
-        }
-        if let Some(light_view) = &outlines.view {
-            let run = recorder.run(&p.view).bind("style", &p.style).bind("light_view", light_view).uncounted();
-            run.draw(&[output], None, false, |pass| pass.draw(0..6, 0..BOX));
-        }
-        if let Some((count, bound)) = &outlines.cascades {
-            let run = recorder.run(&p.cascades).bind("style", &p.style).bind_all(bound).uncounted();
-            run.draw(&[output], None, false, |pass| pass.draw(0..6, 0..CASCADE * count));
+        segments.extend(outlines.edges.iter().map(|ends| line(*ends, GREEN, 0.6)));
+        if p.held.as_ref().is_none_or(|(held, _)| *held != segments) {
+            let buffer = |s: &[Segment]| gpu.buffer("outlines", bytemuck::cast_slice(s), Use::STORAGE);
+            p.held = if segments.is_empty() { None } else { Some((segments.clone(), buffer(&segments))) };
         }
         Ok(())
+    }
+
+    /// Draws what the last frame outlined over the picture, where the view, `drawn` so, shows the scene. `bound`: what of
+    /// the frame the recorder does not know. `inset`: a map lies in the corner.
+    pub(super) fn draw(
+        &self,
+        recorder: &mut Recorder,
+        view: &str,
+        drawn: &Drawn,
+        inset: bool,
+        bound: &[(&'static str, Resource)],
+        output: &wgpu::TextureView,
+    ) {
+        let (Some(outlines), Some(p)) = (&self.outlines, &self.passes) else { return };
+        // The tap pattern is the one ramp that is no picture of the scene.
+        if matches!(drawn, Drawn::Depth | Drawn::Counts | Drawn::Diagram(_)) || view == "taps" {
+            return;
+        }
+        // The same share of any picture.
+        let half = 0.8 * (output.texture().height() as f32 / 800.0).max(0.4);
+        let labels = matches!(drawn, Drawn::Labels(_)) as u32;
+        let style = Style { half, labels, inset: inset as u32, padding: 0 };
+        recorder.gpu.queue.write_buffer(&p.style, 0, bytemuck::bytes_of(&style));
+        let mut lines = |pass, own: &[(&'static str, Resource)], count| {
+            let run = recorder.run(pass).bind_all(bound).bind_all(own).bind("style", &p.style).uncounted();
+            run.draw(&[output], None, false, |pass| pass.draw(0..6, 0..count));
+        };
+        if let Some((segments, buffer)) = &p.held {
+            lines(&p.segments, &[("segments", buffer.into())], segments.len() as u32);
+        }
+        if let Some(light_view) = &outlines.view {
+            lines(&p.view, &[("light_view", light_view.into())], BOX);
+        }
+        if let Some((count, own)) = &outlines.cascades {
+            lines(&p.cascades, own, CASCADE * count);
+        }
     }
 }

@@ -1,8 +1,10 @@
 //! Reading the last frame back: whole buffers, and the value at one pixel.
 
-use super::{Analysis, NO_FRAME, Renderer, STORED, Shown, Targets};
+use super::{Analysis, Layer, NO_FRAME, Renderer, STORED, Targets};
 use crate::gpu::{Recorder, Slot};
-use crate::view;
+use crate::legend::Known;
+use crate::light::LightView;
+use crate::view::{self, Drawn};
 use anyhow::{Context, Result};
 use glam::Vec3;
 use wgpu::TextureFormat as Format;
@@ -12,7 +14,12 @@ const PIXEL: wgpu::Extent3d = wgpu::Extent3d { width: 1, height: 1, depth_or_arr
 impl Renderer {
     /// Reads the picture back: four bytes a pixel, rows from the top.
     pub fn read_picture(&self) -> Result<Vec<u8>> {
-        self.read(&self.targets.output)
+        self.gpu.read_texture(self.output().context(NO_FRAME)?)
+    }
+
+    /// Width of what is read back, pixels: a side's of a comparison.
+    pub fn read_width(&self) -> Result<usize> {
+        Ok(self.targets.size()?[0] as usize)
     }
 
     /// Reads the technique's visibility back, a number a pixel.
@@ -41,7 +48,7 @@ impl Renderer {
     /// gives it. That frame must have drawn the view `shaded` and traced the truth.
     pub fn read_truth_picture(&mut self) -> Result<Vec<u8>> {
         let shaded = view::index("shaded").unwrap_or_default() as u32;
-        let pass = self.shading.pass(&self.gpu, shaded, 0)?;
+        let pass = self.shading.pass(&self.gpu, shaded, 0, Layer::Alone)?;
         let (t, size) = (&self.targets, self.targets.size()?);
         let (truth, map) = (Targets::view(self.truth.shown())?, Targets::view(&t.map)?);
         let mut picture = Slot::default();
@@ -86,6 +93,21 @@ impl Renderer {
         Ok(notes)
     }
 
+    /// What the legend of the last frame's picture needs to know of it, but for errors.
+    pub fn known(&self) -> Result<Known> {
+        let mut known = Known::default();
+        if let Some((splits, cascades)) = &self.splits {
+            let bytes = self.gpu.read_range(splits, 0, (u64::from(*cascades) + 1) * 4)?;
+            known.splits = bytemuck::pod_collect_to_vec(&bytes);
+        }
+        if let Some(light_view) = &self.seen_light {
+            let view: LightView =
+                bytemuck::pod_read_unaligned(&self.gpu.read_buffer(light_view)?[..size_of::<LightView>()]);
+            known.depth = Some([view.near, view.far]);
+        }
+        Ok(known)
+    }
+
     /// How many shadow rays the technique traced in the last frame, which must have been analysed.
     pub fn read_rays(&self) -> Result<u32> {
         Ok(self.read_tally(&self.tally)?[1])
@@ -123,6 +145,10 @@ impl Renderer {
 
     /// Reads the world position at one pixel of the last frame; None for background.
     pub fn position_at(&self, pixel: [u32; 2]) -> Result<Option<Vec3>> {
+        self.figure.pixel(pixel).map_or(Ok(None), |pixel| self.surface_at(pixel))
+    }
+
+    fn surface_at(&self, pixel: [u32; 2]) -> Result<Option<Vec3>> {
         let texture = self.targets.position.texture().context(NO_FRAME)?;
         let p: Vec<[f32; 4]> = bytemuck::pod_collect_to_vec(&self.gpu.read_texels(texture, pixel, PIXEL)?);
         Ok(p.first().filter(|p| p[3] > 0.0).map(|p| Vec3::new(p[0], p[1], p[2])))
@@ -132,18 +158,19 @@ impl Renderer {
     /// Reads single values, but waits for the device.
     pub fn value_at(&self, pixel: [u32; 2]) -> Result<Option<String>> {
         let size = self.targets.size()?;
+        let Some(pixel) = self.figure.pixel(pixel) else { return Ok(None) };
         if pixel[0] >= size[0] || pixel[1] >= size[1] {
             return Ok(None);
         }
-        let (view, title, shown) = &self.seen;
-        match shown {
-            Some(Shown::Aliasing(..)) => {
+        let Some(view) = self.seen else { return Ok(None) };
+        match view.drawn {
+            Drawn::Aliasing(_) => {
                 let values = self.analysis.aliasing_at(&self.gpu, pixel)?;
                 return Ok(values.map(|[m, perspective, projection, _]| {
                     format!("m = {} (perspective {} × projection {})", short(m), short(perspective), short(projection))
                 }));
             }
-            Some(Shown::Counts) => {
+            Drawn::Counts => {
                 let texel = self.analysis.count_at(&self.gpu, pixel, size)?;
                 let many = self.analysis.maps().is_some_and(|m| m.layers > 1);
                 return Ok(texel.map(|[x, y, layer, count]| {
@@ -151,25 +178,25 @@ impl Renderer {
                     format!("texel {x}, {y}{layer}: {count} view sample{}", if count == 1 { "" } else { "s" })
                 }));
             }
-            Some(Shown::Ramp(_)) => {
+            Drawn::Ramp(_) => {
                 let x = self.value(&self.targets.map, pixel)?;
-                return Ok((x >= 0.0).then(|| format!("{}: {}", title.to_lowercase(), short(x))));
+                return Ok((x >= 0.0).then(|| format!("{}: {}", view.title.to_lowercase(), short(x))));
             }
-            Some(Shown::Cells) => {
+            Drawn::Cells => {
                 let x = self.value(&self.targets.map, pixel)?;
                 // As in shaders/lib/cells.wgsl.
                 let bits = x.to_bits();
                 return Ok((x >= 0.0).then(|| format!("texel {}, {}", bits & 16383, bits >> 14 & 16383)));
             }
-            Some(Shown::Texture(..) | Shown::Labels) | None => {}
+            Drawn::Common(_) | Drawn::Depth | Drawn::Labels(_) | Drawn::Diagram(_) => {}
         }
-        if self.position_at(pixel)?.is_none() {
+        if self.surface_at(pixel)?.is_none() {
             return Ok(None);
         }
         let visibility = self.value(&self.targets.visibility, pixel)?;
-        Ok(match view.as_str() {
+        Ok(match view.id {
             "visibility" => Some(format!("visibility {}", short(visibility))),
-            "truth" | "error" | "acne" | "detachment" | "split" => {
+            "truth" | "error" | "acne" | "detachment" => {
                 let truth = self.value(self.truth.shown(), pixel)?;
                 Some(format!("visibility {}, truth {}", short(visibility), short(truth)))
             }

@@ -1,5 +1,6 @@
 //! WGSL: found, put together from includes, checked by naga, and reflected.
 
+use crate::palette;
 use crate::params::Group;
 use anyhow::{Context, Result, anyhow, bail};
 use include_dir::{Dir, include_dir};
@@ -60,6 +61,9 @@ impl Shaders {
     }
 
     fn read(&self, file: &str) -> Result<String> {
+        if file == "palettes.wgsl" {
+            return Ok(palette::wgsl());
+        }
         match &self.folder {
             Some(folder) => {
                 let path = folder.join(file);

@@ -1,5 +1,6 @@
 //! The types of a set-up file's keys, so that a wrong one is refused by name, value and range.
 
+use super::Arrange;
 use crate::light::KINDS;
 use crate::techniques;
 use crate::truth::Samples;
@@ -35,7 +36,10 @@ const TOP: &[Rule] = &[
     ("animation", count, "a whole number from 0"),
     ("technique", text, "a technique's id, in quotes"),
     ("view", text, "a view's id, in quotes"),
+    ("arrange", |v| v.clone().try_into::<Arrange>().is_ok(), "one of swipe, side-by-side, flicker"),
     ("split", number, "a number from 0 to 1"),
+    ("front", count, "the number of a side, from 0"),
+    ("legend", Value::is_bool, "true or false"),
     ("size", two_counts, "two whole numbers from 1 to 16384 pixels, such as [1280, 720]"),
     ("seed", count, "a whole number from 0 to 4294967295"),
     ("truth_samples", samples, Samples::TAKES),
@@ -44,6 +48,12 @@ const TOP: &[Rule] = &[
     ("shadow_camera", |v| v.is_str() || v.is_table(), "a camera's name, in quotes, or a table"),
     ("light", |v| v.is_str() || v.is_table(), "a light's name, in quotes, or a table"),
     ("params", Value::is_table, "a table for each technique"),
+    ("overlay", Value::is_table, "a table with view, opacity and inset"),
+    (
+        "against",
+        |v| v.as_array().is_some_and(|v| v.iter().all(Value::is_table)),
+        "a list of tables with technique and params",
+    ),
 ];
 
 const CAMERA: &[Rule] = &[
@@ -80,6 +90,17 @@ const NEEDED: [&[&str]; 5] = [
     &["center", "half_u", "half_v", "range"],
 ];
 
+const OVERLAY: &[Rule] = &[
+    ("view", text, "a view's id, in quotes"),
+    ("opacity", number, "a number from 0 to 1"),
+    ("inset", Value::is_bool, "true or false"),
+];
+
+const SIDE: &[Rule] = &[
+    ("technique", text, "a technique's id or truth, in quotes"),
+    ("params", Value::is_table, "a table of the technique's parameters"),
+];
+
 /// Refuses keys that do not exist, and values of the wrong type.
 pub fn check(table: &Table) -> Result<()> {
     apply(TOP, table, "")?;
@@ -91,6 +112,14 @@ pub fn check(table: &Table) -> Result<()> {
     }
     if let Some(Value::Table(light)) = table.get("light") {
         check_light(light)?;
+    }
+    if let Some(Value::Table(overlay)) = table.get("overlay") {
+        apply(OVERLAY, overlay, "overlay.")?;
+        need(overlay, &["view"], "overlay")?;
+    }
+    for side in table.get("against").and_then(Value::as_array).into_iter().flatten().filter_map(Value::as_table) {
+        apply(SIDE, side, "against.")?;
+        need(side, &["technique"], "a side of against")?;
     }
     if let Some(Value::Table(params)) = table.get("params") {
         for (id, values) in params {

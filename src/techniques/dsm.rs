@@ -7,7 +7,7 @@ use crate::node_grid::{self, NodeGrid};
 use crate::params::Params;
 use crate::scene::geometry::Vertex;
 use crate::shadow_map::{MapParams, USAGE};
-use crate::view::View;
+use crate::view::{self, Class, Drawn, Legend};
 use crate::warp::{self, RasterParams, Warped};
 use anyhow::{Result, ensure};
 
@@ -40,12 +40,12 @@ pub static INFO: Info = Info {
     maps: &[
         MAPS,
         &warp::MAPS,
-        &[View {
-            id: "edges",
-            title: "Edge mask",
-            doc: "The plain map that comes first, with the texels in red between which depth jumps.",
-            truth: false,
-        }],
+        &[view::map(
+            "edges",
+            "Edge mask",
+            "The plain map that comes first, with the texels in red between which depth jumps.",
+            Drawn::Labels(Legend::Classes(&[Class::label(0, "depth jumps")])),
+        )],
         &node_grid::MAPS,
     ],
     make: |gpu| Ok(Box::new(Dsm::new(gpu)?)),
@@ -108,9 +108,6 @@ impl Technique for Dsm {
         }
         self.grid.draw(f, &bound);
         self.warped.draw(f, &base, &bound)?;
-        for id in ["edges", "nodes", "cells"] {
-            f.show_labels(id);
-        }
         Ok(())
     }
 }

@@ -6,7 +6,7 @@ use crate::frame::Frame;
 use crate::gpu::{Gpu, Pass};
 use crate::node_grid::{self, NodeGrid};
 use crate::params::Params;
-use crate::view::View;
+use crate::view::{self, Area, Axis, Class, Drawn, Legend, Span};
 use crate::warp::{self, RasterParams, Warped, storage};
 use anyhow::Result;
 
@@ -43,13 +43,18 @@ pub static INFO: Info = Info {
     maps: &[
         MAPS,
         &warp::MAPS,
-        &[View {
-            id: "energy",
-            title: "Energy",
-            doc: "The potential after each step, over that of the regular grid; a line each tenth. Seed-stiffness: the \
+        &[view::map(
+            "energy",
+            "Energy",
+            "The potential after each step, over that of the regular grid; a line each tenth. Seed-stiffness: the \
                   linear solver's squared residual, from 1 at the top down to 10⁻¹⁰.",
-            truth: false,
-        }],
+            Drawn::Labels(Legend::Chart(
+                Area::Square,
+                Axis { what: "share of the steps", span: Span::Linear(0.0, 1.0) },
+                Axis { what: "potential over the regular grid's", span: Span::Linear(0.0, 1.0) },
+                &[Class::label(1, "potential")],
+            )),
+        )],
         &node_grid::MAPS,
     ],
     make: |gpu| Ok(Box::new(FemGrid::new(gpu)?)),
@@ -94,9 +99,6 @@ impl Technique for FemGrid {
         self.errors = Some(errors);
         self.grid.draw(f, &bound);
         self.warped.draw(f, &base, &bound)?;
-        for id in ["energy", "nodes", "cells"] {
-            f.show_labels(id);
-        }
         Ok(())
     }
 }

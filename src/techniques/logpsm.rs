@@ -9,7 +9,7 @@ use crate::gpu::{Gpu, Pass};
 use crate::light::{Light, LightView};
 use crate::params::Params;
 use crate::shadow_map::{MapParams, scope};
-use crate::view::View;
+use crate::view::{self, Class, Drawn, Legend};
 use crate::warp::{self, Base, RasterParams, Warped};
 use anyhow::Result;
 use glam::DVec2;
@@ -41,13 +41,16 @@ pub static INFO: Info = Info {
         MAPS,
         &warp::MAPS,
         &[
-            View {
-                id: "gain",
-                title: "Gain of the logarithm",
-                doc: "Against the perspective alone: where the logarithm makes texels shorter (green) and longer (red); full \
+            view::map(
+                "gain",
+                "Gain of the logarithm",
+                "Against the perspective alone: where the logarithm makes texels shorter (green) and longer (red); full \
                   colour at a quarter and at four times the length.",
-                truth: false,
-            },
+                Drawn::Labels(Legend::Classes(&[
+                    Class::label(2, "texels shorter than without the logarithm"),
+                    Class::label(0, "longer"),
+                ])),
+            ),
             diagram::view(
                 "Before the map is narrowed to the receivers. Left the light's image, right the map: what the camera sees (green), \
              the map's border (yellow) and every sixteenth of its texels. The cross is the perspective's centre, the line the \
@@ -138,7 +141,6 @@ impl Technique for Logarithmic {
         }
         let base = Base { light_view: self.light_view.clone(), changed: tight.changed };
         self.warped.draw(f, &base, &[("shape", (&self.shape).into())])?;
-        f.show_labels("gain");
         self.drawing.show(f, "warp", || made.as_ref().map(|m| Diagram::of_perspective(&m.lispsm, &m.points, true)));
         Ok(())
     }

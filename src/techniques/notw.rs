@@ -7,7 +7,7 @@ use crate::gpu::{Gpu, Pass, Resource, hold};
 use crate::light::LightView;
 use crate::params::Params;
 use crate::shadow_map::{MapParams, scope};
-use crate::view::View;
+use crate::view::{self, Area, Class, Drawn, Legend, Span};
 use crate::warp::{self, RasterParams, Warped, storage};
 use anyhow::{Result, ensure};
 
@@ -45,34 +45,49 @@ pub static INFO: Info = Info {
         MAPS,
         &warp::MAPS,
         &[
-            View {
-                id: "counts-between",
-                title: "View samples between the warps",
-                doc: "The map after the rows' warp, before the columns': what each column still has to even out. Colours as in \
+            view::map(
+                "counts-between",
+                "View samples between the warps",
+                "The map after the rows' warp, before the columns': what each column still has to even out. Colours as in \
                   the other counts.",
-                truth: false,
-            },
-            View {
-                id: "row-offsets",
-                title: "Row offsets",
-                doc: "How far each row's warp moves its texels: yellow to the right, blue to the left, strongest from a \
+                Drawn::Counts,
+            ),
+            view::map(
+                "row-offsets",
+                "Row offsets",
+                "How far each row's warp moves its texels: yellow to the right, blue to the left, strongest from a \
                   quarter of the map on. Left before smoothing, right after.",
-                truth: false,
-            },
-            View {
-                id: "column-offsets",
-                title: "Column offsets",
-                doc: "How far each column's warp moves its texels: yellow down, blue up, strongest from a quarter of the map \
+                Drawn::Labels(Legend::Squares(
+                    ["before smoothing", "after it"],
+                    &[Class::label(1, "to the right"), Class::label(4, "to the left")],
+                )),
+            ),
+            view::map(
+                "column-offsets",
+                "Column offsets",
+                "How far each column's warp moves its texels: yellow down, blue up, strongest from a quarter of the map \
                   on. Left before smoothing, right after.",
-                truth: false,
-            },
-            View {
-                id: "occupancy",
-                title: "Occupancy histogram",
-                doc: "How many texels have how many view samples: none at the left, then 1 and on in half octaves; heights are \
+                Drawn::Labels(Legend::Squares(
+                    ["before smoothing", "after it"],
+                    &[Class::label(1, "down"), Class::label(4, "up")],
+                )),
+            ),
+            view::map(
+                "occupancy",
+                "Occupancy histogram",
+                "How many texels have how many view samples: none at the left, then 1 and on in half octaves; heights are \
                   square roots of shares. Grey: before the warps; blue: after the rows'; yellow: after both.",
-                truth: false,
-            },
+                Drawn::Labels(Legend::Chart(
+                    Area::Margins,
+                    view::Axis { what: "samples per texel", span: Span::HalfOctaves(20) },
+                    view::Axis { what: "share of the texels", span: Span::Root },
+                    &[
+                        Class::label(7, "before the warps"),
+                        Class::label(3, "after the rows'"),
+                        Class::label(1, "after both"),
+                    ],
+                )),
+            ),
         ],
     ],
     make: |gpu| Ok(Box::new(Notw::new(gpu)?)),
@@ -265,10 +280,6 @@ impl Technique for Notw {
             }
         }
         self.warped.draw(f, &base, &bound)?;
-        f.show_labels("occupancy");
-        f.show_counts("counts-between");
-        f.show_labels("row-offsets");
-        f.show_labels("column-offsets");
         Ok(())
     }
 }

@@ -6,7 +6,7 @@ use crate::frame::Frame;
 use crate::gpu::{Gpu, Pass};
 use crate::params::Params;
 use crate::shadow_map::{FitParams, HardwareParams, MapParams, ShadowMap};
-use crate::view::View;
+use crate::view;
 use anyhow::Result;
 
 crate::params! {
@@ -38,18 +38,18 @@ pub static INFO: Info = Info {
     maps: &[
         MAPS.split_at(3).0,
         &[
-            View {
-                id: "transition",
-                title: "Transition",
-                doc: "Where the filter gives neither full light nor full shadow: bright is half lit.",
-                truth: false,
-            },
-            View {
-                id: "taps",
-                title: "Tap pattern",
-                doc: "The filter's taps, enlarged: squares are shadow-map texels, each dot is as bright as its weight.",
-                truth: false,
-            },
+            view::map(
+                "transition",
+                "Transition",
+                "Where the filter gives neither full light nor full shadow: bright is half lit.",
+                view::ramp("nearness to half light", "", [0.0, 1.0]),
+            ),
+            view::map(
+                "taps",
+                "Tap pattern",
+                "The filter's taps, enlarged: squares are shadow-map texels, each dot is as bright as its weight.",
+                view::ramp("weight over the largest", "", [0.0, 1.0]),
+            ),
         ],
         MAPS.split_at(3).1,
     ],
@@ -98,10 +98,6 @@ impl Technique for Pcf {
                 .bind("compare_sampler", &self.sampler)
                 .per_pixel();
         }
-        f.show_cells("texels");
-        f.show_ramp("bias", [0.0, 4.0]);
-        f.show_ramp("transition", [0.0, 1.0]);
-        f.show_ramp("taps", [0.0, 1.0]);
         Ok(())
     }
 }

@@ -9,7 +9,7 @@ use crate::frame::Frame;
 use crate::light::LightView;
 use crate::params::Params;
 use crate::shadow_map::{MapParams, ShadowMap, scope};
-use crate::view::View;
+use crate::view::{self, Drawn, Legend};
 use anyhow::Result;
 use glam::{DVec2, DVec3, Vec4Swizzles};
 
@@ -45,14 +45,14 @@ pub static INFO: Info = Info {
              sixteenth of its texels. Figures: how far the eye is slid back, metres, and the angle between the light's \
              film plane and the camera's after the perspective, degrees.",
             ),
-            View {
-                id: "pps",
-                title: "Post-perspective space",
-                doc: "The space after the camera's perspective, from the side (left) and from above (right): the camera looks \
+            view::map(
+                "pps",
+                "Post-perspective space",
+                "The space after the camera's perspective, from the side (left) and from above (right): the camera looks \
                   to the right, near to far plane in blue. Green: what the camera sees. Cross and lines: the light as a \
                   point, and its rays; parallel ones where it is no point.",
-                truth: false,
-            },
+                Drawn::Diagram(Legend::Squares(["from the side", "from above"], diagram::SPACE_CLASSES)),
+            ),
         ],
     ],
     make: |gpu| {

@@ -4,7 +4,7 @@ use super::{Info, Technique};
 use crate::frame::Frame;
 use crate::gpu::Pass;
 use crate::params::Params;
-use crate::view::View;
+use crate::view;
 use anyhow::Result;
 
 crate::params! {
@@ -29,12 +29,12 @@ pub static INFO: Info = Info {
     filters: false,
     params: &[RtParams::GROUP],
     main: &[],
-    maps: &[&[View {
-        id: "visits",
-        title: "Node visits",
-        doc: "How many nodes of the BVH each pixel's ray visits: where ray tracing is slow.",
-        truth: false,
-    }]],
+    maps: &[&[view::map(
+        "visits",
+        "Node visits",
+        "How many nodes of the BVH each pixel's ray visits: where ray tracing is slow.",
+        view::ramp("nodes visited", "", [0.0, 50.0]),
+    )]],
     make: |gpu| {
         Ok(Box::new(RtHard {
             resolve: Pass::compute(gpu, "shadow rays", FILE, "resolve", INFO.params)?,
@@ -56,7 +56,6 @@ impl Technique for RtHard {
         if f.wants_any_map() {
             f.run(&self.inspect).per_pixel();
         }
-        f.show_ramp("visits", [0.0, 50.0]);
         Ok(())
     }
 }

@@ -6,7 +6,7 @@ use crate::gpu::{Gpu, Pass, Raster, Resource, Slot, bytes, hold};
 use crate::params::Params;
 use crate::scene::geometry::Vertex;
 use crate::shadow_map::{MapParams, USAGE};
-use crate::view::View;
+use crate::view::{self, BEFORE_AFTER, Class, Drawn, Legend};
 use crate::warp::{self, RasterParams, Warped, storage};
 use anyhow::{Result, ensure};
 
@@ -58,27 +58,41 @@ pub static INFO: Info = Info {
         MAPS,
         &warp::MAPS,
         &[
-            View {
-                id: "importance",
-                title: "Importance map",
-                doc: "Left in the light's image before the warp, right in the map. The brighter yellow, the more important; \
+            view::map(
+                "importance",
+                "Importance map",
+                "Left in the light's image before the warp, right in the map. The brighter yellow, the more important; \
                   blue: not at all.",
-                truth: false,
-            },
-            View {
-                id: "profiles",
-                title: "Importance profiles",
-                doc: "Left of the columns, right of the rows: the largest importance in each (grey), blurred (orange), and \
+                Drawn::Labels(Legend::Squares(
+                    BEFORE_AFTER,
+                    &[Class::label(1, "important"), Class::label(4, "not at all")],
+                )),
+            ),
+            view::map(
+                "profiles",
+                "Importance profiles",
+                "Left of the columns, right of the rows: the largest importance in each (grey), blurred (orange), and \
                   the warp that its sums make (blue), steep where texels are many. Thin: no warp.",
-                truth: false,
-            },
-            View {
-                id: "over-dense",
-                title: "Over-dense cells",
-                doc: "Blue: bins without importance that have more texels than they would without the warp, the stronger the \
+                Drawn::Labels(Legend::Curves(
+                    ["columns", "rows"],
+                    ["place across the light's image", "importance over the largest; warped place"],
+                    &[Class::new([0.55; 3], "largest importance"), Class::label(6, "blurred"), Class::label(3, "warp")],
+                )),
+            ),
+            view::map(
+                "over-dense",
+                "Over-dense cells",
+                "Blue: bins without importance that have more texels than they would without the warp, the stronger the \
                   more; grey: others without importance; yellow: important. Left before the warp, right in the map.",
-                truth: false,
-            },
+                Drawn::Labels(Legend::Squares(
+                    BEFORE_AFTER,
+                    &[
+                        Class::label(1, "important"),
+                        Class::label(4, "not important, texels to spare"),
+                        Class::label(7, "not important"),
+                    ],
+                )),
+            ),
         ],
     ],
     make: |gpu| Ok(Box::new(Rtw::new(gpu)?)),
@@ -210,9 +224,6 @@ impl Technique for Rtw {
             f.held(bytes(texture));
         }
         self.warped.draw(f, &base, &bound)?;
-        f.show_labels("importance");
-        f.show_labels("profiles");
-        f.show_labels("over-dense");
         Ok(())
     }
 }

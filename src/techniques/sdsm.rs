@@ -7,7 +7,7 @@ use crate::gpu::{Gpu, Pass};
 use crate::light::LightView;
 use crate::params::{Params, Values};
 use crate::scene::Camera;
-use crate::view::View;
+use crate::view::{self, Area, Axis, Class, Drawn, Legend, Span};
 use anyhow::Result;
 
 crate::params! {
@@ -38,20 +38,25 @@ pub static INFO: Info = Info {
         &MAPS,
         ANALYSED,
         &[
-            View {
-                id: "histogram",
-                title: "Depth histogram",
-                doc: "How many samples lie at which depth: logarithmic, near at the left; heights are square roots. White: the \
+            view::map(
+                "histogram",
+                "Depth histogram",
+                "How many samples lie at which depth: logarithmic, near at the left; heights are square roots. White: the \
               splits.",
-                truth: false,
-            },
-            View {
-                id: "boxes",
-                title: "Sample boxes",
-                doc: "The light's view with the box around each cascade's samples; grey: the last frame's boxes, where they were \
+                Drawn::Labels(Legend::Chart(
+                    Area::Margins,
+                    Axis { what: "depth, m", span: Span::Splits },
+                    Axis { what: "share of the fullest bin", span: Span::Root },
+                    &[Class::label(8, "splits")],
+                )),
+            ),
+            view::map(
+                "boxes",
+                "Sample boxes",
+                "The light's view with the box around each cascade's samples; grey: the last frame's boxes, where they were \
               others.",
-                truth: false,
-            },
+                Drawn::Labels(Legend::Cascades),
+            ),
         ],
     ],
     make: |gpu| Ok(Box::new(Sdsm::new(gpu)?)),
@@ -149,9 +154,6 @@ impl Technique for Sdsm {
                 .bind("bins", &self.bins)
                 .bind("boxes", &k.boxes)
                 .per_pixel();
-        }
-        for id in ["histogram", "boxes"] {
-            f.show_labels(id);
         }
         Ok(())
     }

@@ -5,7 +5,7 @@ use crate::frame::Frame;
 use crate::gpu::{Gpu, Pass};
 use crate::params::Params;
 use crate::shadow_map::{Drawn, FitParams, HardwareParams, MapParams, ShadowMap};
-use crate::view::View;
+use crate::view::{self, View};
 use anyhow::Result;
 
 pub static INFO: Info = Info {
@@ -29,53 +29,53 @@ pub static INFO: Info = Info {
 
 /// The views that every technique with one shadow map has; the first three in the order of `inspect_lookup` in WGSL.
 pub const MAPS: &[View] = &[
-    View {
-        id: "shadow-map",
-        title: "Shadow map",
-        doc: "The map itself: what the light sees, near bright, far dark.",
-        truth: false,
-    },
-    View {
-        id: "texels",
-        title: "Texel grid",
-        doc: "Each shadow-map texel's footprint on the scene, as a chequerboard. Large squares: blocky shadows.",
-        truth: false,
-    },
-    View {
-        id: "bias",
-        title: "Bias",
-        doc: "How far the comparison is moved along the light's axis at each pixel, all biases together.",
-        truth: false,
-    },
-    View {
-        id: "aliasing",
-        title: "Aliasing error",
-        doc: "The longest extent of a shadow-map texel in the picture, pixels. Green: 1, as it should be. Ochre to dark \
+    view::map(
+        "shadow-map",
+        "Shadow map",
+        "The map itself: what the light sees, near bright, far dark.",
+        view::Drawn::Depth,
+    ),
+    view::aliasing(
+        "texels",
+        "Texel grid",
+        "Each shadow-map texel's footprint on the scene, as a chequerboard. Large squares: blocky shadows.",
+        view::Drawn::Cells,
+    ),
+    view::map(
+        "bias",
+        "Bias",
+        "How far the comparison is moved along the light's axis at each pixel, all biases together.",
+        view::ramp("bias", "texels", [0.0, 4.0]),
+    ),
+    view::aliasing(
+        "aliasing",
+        "Aliasing error",
+        "The longest extent of a shadow-map texel in the picture, pixels. Green: 1, as it should be. Ochre to dark \
               red: 2 to 16, too few texels, shadows have stairs. Blue to white: 1/2 to 1/16, more texels than pixels.",
-        truth: false,
-    },
-    View {
-        id: "perspective-aliasing",
-        title: "Perspective aliasing",
-        doc: "The part of the aliasing error that distances decide: the texel's width over the pixel's, both at the \
+        view::Drawn::Aliasing(0),
+    ),
+    view::aliasing(
+        "perspective-aliasing",
+        "Perspective aliasing",
+        "The part of the aliasing error that distances decide: the texel's width over the pixel's, both at the \
               surface and facing it. Near the camera pixels are small, so texels look large. Colours as there.",
-        truth: false,
-    },
-    View {
-        id: "projection-aliasing",
-        title: "Projection aliasing",
-        doc: "The part of the aliasing error that the surface's slope decides: light that grazes it stretches texels \
+        view::Drawn::Aliasing(1),
+    ),
+    view::aliasing(
+        "projection-aliasing",
+        "Projection aliasing",
+        "The part of the aliasing error that the surface's slope decides: light that grazes it stretches texels \
               (ochre, red), a gaze that grazes it shortens them (blue). Colours as there.",
-        truth: false,
-    },
-    View {
-        id: "counts",
-        title: "View samples a texel",
-        doc: "The map itself. White: texels that no pixel looks up. Green: one pixel each. Ochre to dark red: 4 to 256 \
+        view::Drawn::Aliasing(2),
+    ),
+    view::aliasing(
+        "counts",
+        "View samples a texel",
+        "The map itself. White: texels that no pixel looks up. Green: one pixel each. Ochre to dark red: 4 to 256 \
               pixels share a texel. Where the picture is too small for the texels it shows their mean: blue, fewer than \
               one.",
-        truth: false,
-    },
+        view::Drawn::Counts,
+    ),
 ];
 
 /// The look-up by one depth comparison with the nearest texel, whatever fit or warp made the map.
@@ -97,8 +97,6 @@ impl Comparison {
         if f.wants_any_map() {
             f.run(&self.inspect).bind("light_view", &drawn.light_view).per_pixel();
         }
-        f.show_cells("texels");
-        f.show_ramp("bias", [0.0, 4.0]);
     }
 }
 

@@ -5,10 +5,12 @@ use super::chart::Chart;
 use super::history::History;
 use super::timeline::Timeline;
 use crate::frame::{SHARED_PASSES, Told};
+use crate::legend::Known;
 use crate::measure::Record;
 use crate::measure::advise::Budget;
+use crate::params::Values;
 use crate::scene::{Camera, Scene};
-use crate::setup::Setup;
+use crate::setup::{Arrange, Setup, Side};
 use crate::techniques::{self, Info};
 use crate::truth::Progress;
 use crate::view;
@@ -105,6 +107,8 @@ pub struct Facts {
     /// The technique's milliseconds in recent frames at full resolution, oldest first.
     pub recent: VecDeque<f64>,
     pub told: Told,
+    /// What the legend needs to know of the picture.
+    pub known: Known,
     pub traced: Traced,
     /// The picture shown is an earlier one of fewer pixels, complete, while the truth is traced for all.
     pub keeping: bool,
@@ -199,6 +203,12 @@ pub struct Model {
     pub reading: Option<Reading>,
     pub show_help: bool,
     pub show_panel: bool,
+    /// The legend lies over the picture.
+    pub show_legend: bool,
+    /// The side of the comparison that the panel edits, from 0.
+    pub editing: usize,
+    /// The view before the difference was looked at.
+    look: String,
 }
 
 impl Model {
@@ -229,6 +239,9 @@ impl Model {
             reading: None,
             show_help: false,
             show_panel: true,
+            show_legend: true,
+            editing: 0,
+            look: String::new(),
             setup,
         }
     }
@@ -256,17 +269,97 @@ impl Model {
         self.history.commit(&self.setup, true);
     }
 
-    /// The selected technique; the first where the set-up names none that exists.
+    /// The technique that views and measurements are of; the first where the set-up names none that exists.
     pub fn info(&self) -> &'static Info {
         techniques::find(&self.setup.technique).unwrap_or(techniques::ALL[0])
     }
 
-    /// Selects a technique, and the shaded view where it lacks the present one.
+    /// The technique of the side that the panel edits; None: that is the truth.
+    pub fn edited(&self) -> Option<&'static Info> {
+        match self.setup.is_truth(self.side()) {
+            true => None,
+            false => techniques::find(&self.setup.side(self.side()).technique),
+        }
+    }
+
+    /// The side that the panel edits.
+    fn side(&self) -> usize {
+        self.editing.min(self.setup.sides() - 1)
+    }
+
+    /// The parameters of that side.
+    pub fn edited_values(&mut self) -> &mut Values {
+        match self.side().checked_sub(1) {
+            Some(i) => &mut self.setup.against[i].params,
+            None => self.setup.params.entry(self.setup.technique.clone()).or_default(),
+        }
+    }
+
+    /// Selects a technique for the side that the panel edits, and the shaded view where the first side lacks the present one.
     pub fn select(&mut self, info: &Info) {
-        self.setup.technique = info.id.into();
-        self.setup.complete();
-        if view::check(&self.setup.view, info).is_err() {
-            self.setup.view = view::VIEWS[0].id.into();
+        self.set_side(self.side(), info.id);
+    }
+
+    /// Sets what a side shows: a technique, or [`Side::TRUTH`].
+    pub fn set_side(&mut self, side: usize, technique: &str) {
+        match side.checked_sub(1) {
+            Some(i) => {
+                if let Ok(mut new) = Side::new(technique) {
+                    // Parameters that were set before are kept.
+                    new.params.extend(self.setup.params.get(technique).cloned().unwrap_or_default());
+                    self.setup.against[i] = new;
+                }
+            }
+            None => {
+                self.setup.technique = technique.into();
+                self.setup.complete();
+                let info = self.info();
+                if view::check(&self.setup.view, info).is_err() {
+                    self.setup.view = view::VIEWS[0].id.into();
+                }
+                self.setup.overlay = self.setup.overlay.take().filter(|o| view::check(&o.view, info).is_ok());
+            }
+        }
+    }
+
+    /// Adds a side, and edits it.
+    pub fn add_side(&mut self, side: Side) {
+        self.setup.against.push(side);
+        self.editing = self.setup.against.len();
+        if self.setup.sides() > 2 && self.setup.arrange == Arrange::Swipe {
+            self.setup.arrange = Arrange::SideBySide;
+        }
+    }
+
+    /// Takes a side away that is not the first.
+    pub fn remove_side(&mut self, side: usize) {
+        self.setup.against.remove(side - 1);
+        self.editing = if self.editing >= side { self.editing.saturating_sub(1) } else { self.editing };
+        self.setup.front = self.setup.front.min(self.setup.against.len() as u32);
+        if self.setup.sides() == 1 && self.setup.view == "difference" {
+            self.toggle_difference();
+        }
+    }
+
+    /// Shows the difference of the first two sides, or again what was shown before.
+    pub fn toggle_difference(&mut self) {
+        if self.setup.view == "difference" {
+            self.setup.view = match view::check(&self.look, self.info()) {
+                Ok(()) => std::mem::take(&mut self.look),
+                Err(_) => view::VIEWS[0].id.into(),
+            };
+        } else {
+            self.look = std::mem::replace(&mut self.setup.view, "difference".into());
+        }
+    }
+
+    /// Shows the next side at the same pixels.
+    pub fn flicker(&mut self) {
+        if self.setup.sides() > 1 {
+            if self.setup.arrange == Arrange::Flicker {
+                self.setup.front = (self.setup.front + 1) % self.setup.sides() as u32;
+            }
+            self.setup.arrange = Arrange::Flicker;
         }
     }
 

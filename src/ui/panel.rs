@@ -4,12 +4,10 @@ use super::controls::{chips, field, parameter, row, slide};
 use super::lighting;
 use super::model::{Action, Model};
 use super::style::WEAK;
-use super::{needs, results};
+use super::{compare, needs, results, views};
 use crate::scene::builtin;
 use crate::setup::place;
 use crate::techniques;
-use crate::truth::{COUNTS, Samples};
-use crate::view;
 use egui::Response;
 use egui::{
     Align, Button, CollapsingHeader, ComboBox, DragValue, Layout, RichText, ScrollArea, TextEdit, Ui, UiBuilder, vec2,
@@ -32,7 +30,7 @@ pub fn show(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
         section(ui, "Scene", true, |ui| scene(ui, m, out));
         // What differs from technique to technique comes last, so that the lists above stay where they are.
         section(ui, "Technique", true, |ui| technique(ui, m));
-        section(ui, "View", true, |ui| views(ui, m));
+        section(ui, "View", true, |ui| views::show(ui, m));
         section(ui, "Parameters", true, |ui| parameters(ui, m));
         section(ui, "Light", false, |ui| lighting::show(ui, m));
         section(ui, "Camera", false, |ui| camera(ui, m));
@@ -145,57 +143,17 @@ pub fn grouped(n: usize) -> String {
     out
 }
 
-const TRUTH_TIP: &str = "Samples a pixel of the exact shadow. One, at the pixel's centre: what a hard technique aims at. \
-     More: the mean over the pixel, what a filter aims at and an eye sees. Auto: one or 16, as the technique aims. \
-     Measurements take 16 then, so that all techniques share one truth.";
-
-fn views(ui: &mut Ui, m: &mut Model) {
-    let tip = |i: usize, doc: &str| if i < 9 { format!("{doc} (key {})", i + 1) } else { doc.to_string() };
-    let now = m.setup.view.clone();
-    let common = view::VIEWS.iter().enumerate().map(|(i, v)| (v.title, v.id == now, tip(i, v.doc)));
-    if let Some(i) = chips(ui, common) {
-        m.setup.view = view::VIEWS[i].id.into();
-    }
-    let maps: Vec<_> = m.info().maps().collect();
-    if !maps.is_empty() {
-        ui.label(RichText::new("of this technique").small().color(WEAK));
-        if let Some(i) = chips(ui, maps.iter().map(|v| (v.title, v.id == now, v.doc.to_string()))) {
-            m.setup.view = maps[i].id.into();
-        }
-    }
-    row(ui, "truth samples", TRUTH_TIP, |ui, label| {
-        let all = [Samples::Auto].into_iter().chain(COUNTS.map(Samples::Fixed));
-        let text = match m.setup.truth_samples {
-            Samples::Auto => format!("auto: {}", Samples::Auto.shown(m.info())),
-            fixed => fixed.to_string(),
-        };
-        let combo = ComboBox::from_id_salt("truth samples").selected_text(text).width(ui.available_width());
-        let shown = combo.show_ui(ui, |ui| {
-            for samples in all {
-                ui.selectable_value(&mut m.setup.truth_samples, samples, samples.to_string());
-            }
-        });
-        shown.response.labelled_by(label.id).on_hover_text(TRUTH_TIP);
-    });
-    if m.setup.view == "split" {
-        let mut percent = m.setup.split * 100.0;
-        let tip = "Where the line stands, from the left edge. It can also be dragged in the picture.";
-        if slide(ui, "split line", tip, &mut percent, 0.0..=100.0, false, "%") {
-            m.setup.split = percent / 100.0;
-        }
-    }
-}
-
 fn technique(ui: &mut Ui, m: &mut Model) {
-    let chosen = m.info();
+    compare::show(ui, m);
+    let chosen = m.edited();
     // A high window shows more of the list.
     let most = (0.29 * ui.ctx().content_rect().height()).max(230.0);
     ScrollArea::vertical().id_salt("techniques").max_height(most).auto_shrink([false, true]).show(ui, |ui| {
         ui.spacing_mut().item_spacing.y = 2.0;
         for info in techniques::ALL {
             let refused = info.refuses(&m.setup.light);
-            let button =
-                Button::selectable(info.id == chosen.id, info.title).min_size(vec2(ui.available_width(), 21.0));
+            let button = Button::selectable(chosen.is_some_and(|c| c.id == info.id), info.title)
+                .min_size(vec2(ui.available_width(), 21.0));
             let button = ui.add_enabled(refused.is_none(), button);
             let button = button.on_hover_text(format!("{}\n{}", info.doc, info.paper));
             if button.on_disabled_hover_text(refused.unwrap_or_default()).clicked() {
@@ -203,7 +161,7 @@ fn technique(ui: &mut Ui, m: &mut Model) {
             }
         }
     });
-    if let Some(reason) = chosen.refuses(&m.setup.light) {
+    if let Some(reason) = m.info().refuses(&m.setup.light) {
         ui.label(RichText::new(reason).color(ui.visuals().warn_fg_color));
     }
     for note in &m.facts.notes {
@@ -212,9 +170,12 @@ fn technique(ui: &mut Ui, m: &mut Model) {
 }
 
 fn parameters(ui: &mut Ui, m: &mut Model) {
-    let chosen = m.info();
+    let Some(chosen) = m.edited() else {
+        ui.label(RichText::new("The truth has no parameters but its samples, above.").small().color(WEAK));
+        return;
+    };
     ui.push_id(chosen.id, |ui| {
-        let values = m.setup.params.entry(chosen.id.into()).or_default();
+        let values = m.edited_values();
         for group in chosen.params {
             for spec in group.specs {
                 let value = values.entry(spec.name.into()).or_insert_with(|| spec.default());
@@ -349,6 +310,10 @@ fn capture(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
         },
     );
     let tip = ".png: the view, with the set-up inside, so that it opens here again. .exr: the raw values of the views visibility, truth, depth, position, normals, aliasing and counts.";
+    let legend = "The view's legend, and the axes of charts, go into the picture.";
+    row(ui, "legend", legend, |ui, label| {
+        ui.checkbox(&mut m.setup.legend, "").labelled_by(label.id).on_hover_text(legend);
+    });
     path_row(ui, "picture", tip, &mut m.picture_path);
     ui.horizontal(|ui| {
         let path = PathBuf::from(m.picture_path.trim());

@@ -6,8 +6,8 @@ use crate::frame::{Ask, Renderer, Truth};
 use crate::gpu::TimerMode;
 use crate::measure::{Record, metrics, params_text};
 use crate::setup::Setup;
+use crate::techniques;
 use crate::truth::{Progress, Samples};
-use crate::{techniques, view};
 use anyhow::Result;
 use glam::Vec3;
 use std::time::{Duration, Instant};
@@ -143,7 +143,7 @@ impl Stage {
         }
         let rest = self.changed.elapsed() >= SETTLE && !m.moving();
         let served = techniques::TRUTH.refuses(&m.setup.light).is_none();
-        let shown = served && view::needs_truth(&m.setup.view);
+        let shown = served && m.setup.needs_truth();
         let scale = self.next_scale(rest, shown);
         let size = full.map(|side| ((side as f64 * scale).round() as u32).max(1));
         let refining = scale < 1.0;
@@ -212,7 +212,7 @@ impl Stage {
         let complete = |traced: Progress| shown && traced.covered >= 1.0;
         self.keeping = change == Change::Nothing && rest && !refining && !redraw && complete(self.drawn_truth);
         let ask = Ask { size, truth, analysis: false, timed: true, picture: !self.keeping, fresh: false };
-        match self.renderer.render(&setup, ask) {
+        match self.renderer.draw(&setup, ask) {
             Ok(told) => {
                 self.traced = told.truth;
                 self.traceable = truth != Truth::Off;
@@ -261,10 +261,13 @@ impl Stage {
             return Change::Scene;
         }
         let technique = |s: &Setup| (s.technique.clone(), s.truth_samples);
-        if technique(d) != technique(setup) || d.params.get(&d.technique) != setup.params.get(&setup.technique) {
+        let sides = d.against != setup.against;
+        if sides || technique(d) != technique(setup) || d.params.get(&d.technique) != setup.params.get(&setup.technique)
+        {
             return Change::Technique;
         }
-        if d.view != setup.view || d.split != setup.split { Change::View } else { Change::Nothing }
+        let look = |s: &Setup| (s.view.clone(), s.split, s.arrange, s.front, s.overlay.clone());
+        if look(d) != look(setup) { Change::View } else { Change::Nothing }
     }
 
     /// The share of the side to render at next.

@@ -1,10 +1,10 @@
 //! The viewport: camera by mouse and keys, the split line, and what is written over the picture.
 
-use super::gizmo;
 use super::model::{Action, Model, Traced};
-use super::style::{ACCENT, TEXT};
+use super::style::TEXT;
+use super::{compare, gizmo, legend};
 use crate::view;
-use egui::{Align2, Color32, CursorIcon, FontId, Id, Key, PointerButton, Pos2, Rect, Sense, Stroke, Ui, pos2, vec2};
+use egui::{Align2, Color32, CursorIcon, FontId, Id, Key, PointerButton, Pos2, Rect, Sense, Ui, pos2, vec2};
 
 /// Radians that a drag of one point turns.
 const TURN: f32 = 0.006;
@@ -41,9 +41,8 @@ pub fn show(ui: &mut Ui, rect: Rect, m: &mut Model, out: &mut Vec<Action>) {
     }
     fly(ui, m);
     untraced(ui, rect, m);
-    if m.setup.view == "split" {
-        split(ui, rect, m);
-    }
+    let free = if m.show_legend { legend::show(ui, rect, m) } else { rect };
+    compare::over(ui, free, m);
     gizmo::show(ui, rect, m);
     if let Some(reason) = m.info().refuses(&m.setup.light) {
         let text = format!("{reason}: drawn without shadow");
@@ -52,12 +51,12 @@ pub fn show(ui: &mut Ui, rect: Rect, m: &mut Model, out: &mut Vec<Action>) {
 }
 
 /// The common views that have a value at each pixel; a technique's maps have one too.
-const VALUED: [&str; 6] = ["visibility", "truth", "error", "acne", "detachment", "split"];
+const VALUED: [&str; 6] = ["visibility", "truth", "error", "difference", "acne", "detachment"];
 
 /// Reads the view's value under the pointer, while the picture is at rest.
 fn read(ui: &Ui, rect: Rect, pointer: Option<Pos2>, m: &Model, out: &mut Vec<Action>) {
     let valued = view::index(&m.setup.view).is_none() || VALUED.contains(&m.setup.view.as_str());
-    let traced = !view::needs_truth(&m.setup.view) || m.facts.traced == Traced::Fully;
+    let traced = !m.setup.needs_truth() || m.facts.traced == Traced::Fully;
     let rest = m.facts.size == m.facts.full && !m.facts.keeping && !m.moving() && m.measuring.is_none();
     let (Some(pointer), true) = (pointer, valued && traced && rest) else { return };
     let at = (pointer - rect.min) / rect.size();
@@ -100,37 +99,14 @@ fn fly(ui: &Ui, m: &mut Model) {
 /// Shades the part of the picture whose truth is still missing, where the view shows it.
 fn untraced(ui: &Ui, rect: Rect, m: &Model) {
     let done = m.facts.traced.covered();
-    if m.facts.traced == Traced::NotServed || done >= 1.0 || m.facts.keeping || !view::needs_truth(&m.setup.view) {
+    if m.facts.traced == Traced::NotServed || done >= 1.0 || m.facts.keeping || !m.setup.needs_truth() {
         return;
     }
-    let left = if m.setup.view == "split" { rect.left() + rect.width() * m.setup.split } else { rect.left() };
-    let rest = Rect::from_min_max(pos2(left, rect.top() + rect.height() * done), rect.max);
+    let rest = Rect::from_min_max(pos2(rect.left(), rect.top() + rect.height() * done), rect.max);
     let painter = ui.painter().with_clip_rect(rect);
     painter.rect_filled(rest, 0.0, Color32::from_rgba_unmultiplied(19, 21, 25, 240));
     let text = format!("tracing the exact shadow: {:.0} %", done * 100.0);
     painter.text(rest.center(), Align2::CENTER_CENTER, text, FontId::proportional(14.0), TEXT);
-}
-
-/// The line of the split view, which can be dragged.
-fn split(ui: &mut Ui, rect: Rect, m: &mut Model) {
-    let x = rect.left() + rect.width() * m.setup.split;
-    let handle = Rect::from_center_size(pos2(x, rect.center().y), vec2(12.0, rect.height()));
-    let r = ui.interact(handle, Id::unique("split line"), Sense::drag());
-    if r.hovered() || r.dragged() {
-        ui.ctx().set_cursor_icon(CursorIcon::ResizeHorizontal);
-    }
-    if r.dragged()
-        && let Some(at) = r.interact_pointer_pos()
-    {
-        m.setup.split = ((at.x - rect.left()) / rect.width()).clamp(0.0, 1.0);
-    }
-    let painter = ui.painter().with_clip_rect(rect);
-    let x = rect.left() + rect.width() * m.setup.split;
-    let stroke = Stroke::new(1.5, if r.hovered() || r.dragged() { ACCENT } else { Color32::WHITE });
-    painter.line_segment([pos2(x, rect.top()), pos2(x, rect.bottom())], stroke);
-    painter.circle(pos2(x, rect.center().y), 6.0, Color32::from_black_alpha(160), stroke);
-    label(ui, rect, pos2(x - 8.0, rect.top() + 12.0), Align2::RIGHT_TOP, m.info().title);
-    label(ui, rect, pos2(x + 8.0, rect.top() + 12.0), Align2::LEFT_TOP, "exact");
 }
 
 /// Text on a dark ground over the picture.

@@ -11,7 +11,6 @@ use crate::frame::Renderer;
 use crate::gpu::{self, Gpu};
 use crate::measure::stability;
 use crate::setup::Setup;
-use crate::view;
 use anyhow::{Context, Result};
 use egui::{Event, Key, Modifiers, Rect, TextureOptions};
 use glam::Vec3;
@@ -371,7 +370,7 @@ impl Open {
         {
             let covered = m.facts.traced.covered();
             next = stage.frame(m, full, &self.desk);
-            if covered != m.facts.traced.covered() && view::needs_truth(&m.setup.view) {
+            if covered != m.facts.traced.covered() && m.setup.needs_truth() {
                 // What covers the untraced part must fit this picture, not the last one.
                 let again = ctx.run_ui(quiet, |ui| _ = shell::layout(ui, m, &mut Vec::new()));
                 output.shapes = again.shapes;

@@ -13,7 +13,7 @@ use crate::gpu::{Gpu, Pass, Resource, Slot, hold};
 use crate::light::LightView;
 use crate::params::{Group, Params, Values};
 use crate::shadow_map::{Fit, MapParams, USAGE, format, scope, whole};
-use crate::view::View;
+use crate::view::{self, BEFORE_AFTER, Class, Drawn, Legend, View};
 use anyhow::{Result, ensure};
 use exact::Exact;
 use subdivide::Subdivide;
@@ -30,27 +30,30 @@ crate::params! {
 
 /// The views that every technique with a warp has, after the seven of a shadow map; numbered as in `inspect_map` in WGSL.
 pub const MAPS: [View; 3] = [
-    View {
-        id: "grid",
-        title: "Warp grid",
-        doc: "Left the light's image before the warp, with the lines that become every sixteenth of the map's sides; right \
+    view::map(
+        "grid",
+        "Warp grid",
+        "Left the light's image before the warp, with the lines that become every sixteenth of the map's sides; right \
               the map, with every sixteenth of the image's sides. Where cells are large, texels are many.",
-        truth: false,
-    },
-    View {
-        id: "folds",
-        title: "Folds",
-        doc: "Red: triangles of which the map holds a part turned inside out, because corners moved and edges stayed \
+        Drawn::Labels(Legend::Squares(
+            BEFORE_AFTER,
+            &[Class::label(3, "sixteenths of the map"), Class::label(1, "sixteenths of the light's image")],
+        )),
+    ),
+    view::map(
+        "folds",
+        "Folds",
+        "Red: triangles of which the map holds a part turned inside out, because corners moved and edges stayed \
               straight. Their shadow is wrong there.",
-        truth: false,
-    },
-    View {
-        id: "counts-before",
-        title: "View samples before the warp",
-        doc: "The map as it would be without the warp. White: texels that no pixel looks up. Green: one pixel each. Ochre \
+        Drawn::Labels(Legend::Classes(&[Class::label(0, "triangles with a part turned inside out")])),
+    ),
+    view::aliasing(
+        "counts-before",
+        "View samples before the warp",
+        "The map as it would be without the warp. White: texels that no pixel looks up. Green: one pixel each. Ochre \
               to dark red: 4 to 256 pixels share a texel; blue: the mean of texels fewer than one.",
-        truth: false,
-    },
+        Drawn::Counts,
+    ),
 ];
 
 /// What a warped map depends on.
@@ -238,11 +241,7 @@ impl Warped {
         if f.wants_any_map() {
             f.run(&self.inspect).bind_all(&all).per_pixel();
         }
-        f.show_texture("shadow-map", &map, &base.light_view);
-        f.show_cells("texels");
-        f.show_ramp("bias", [0.0, 4.0]);
-        f.show_labels("grid");
-        f.show_labels("folds");
+        f.show_depth("shadow-map", &map, &base.light_view);
         if f.setup.view == "counts-before" {
             let counts = self.counts(f.gpu, p.resolution);
             f.clear(&counts);
@@ -275,7 +274,6 @@ impl Warped {
         };
         f.gpu.queue.write_buffer(&self.counting, 0, bytemuck::bytes_of(&counting));
         f.run(&self.draw_counts).bind("counting", &self.counting).bind("counts", counts).per_pixel();
-        f.show_counts(id);
     }
 
     /// A buffer for a count a texel, held while it is looked at.

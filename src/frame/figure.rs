@@ -1,0 +1,255 @@
+//! A figure: the picture of one technique with an overlay, or of several techniques side by side.
+
+use super::{Ask, Layer, Made, Renderer, STORED, Targets, Told, ViewUniform};
+use crate::gpu::{Recorder, Slot};
+use crate::setup::{Arrange, Setup};
+use crate::view::{Drawn, Legend};
+use crate::{techniques, view};
+use anyhow::{Context, Result};
+use wgpu::TextureFormat as Format;
+
+/// A part of the figure that one side fills.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Pane {
+    /// The side, from 0.
+    pub side: usize,
+    /// Pixels that the side is rendered at.
+    pub size: [u32; 2],
+    /// What of that is shown: upper left corner, width and height.
+    pub part: [u32; 4],
+    /// Where its upper left corner goes.
+    pub at: [u32; 2],
+}
+
+/// The parts of a set-up's figure of `size` pixels. Sides that are not seen have none.
+pub fn panes(setup: &Setup, size: [u32; 2]) -> Vec<Pane> {
+    let [w, h] = size;
+    let whole = |side| Pane { side, size, part: [0, 0, w, h], at: [0, 0] };
+    match (setup.sides(), setup.arrange) {
+        (1, _) => vec![whole(0)],
+        _ if setup.view == "difference" => vec![whole(0)],
+        (n, Arrange::Flicker) => vec![whole((setup.front as usize).min(n - 1))],
+        (2, Arrange::Swipe) => {
+            let line = ((setup.split * w as f32).round() as u32).min(w);
+            let all = [
+                Pane { part: [0, 0, line, h], ..whole(0) },
+                Pane { part: [line, 0, w - line, h], at: [line, 0], ..whole(1) },
+            ];
+            all.into_iter().filter(|p| p.part[2] > 0).collect()
+        }
+        (n, _) => {
+            // Two columns; a row for each two sides.
+            let rows = n.div_ceil(2) as u32;
+            let size = [(w / 2).max(1), (h / rows).max(1)];
+            let at = |i: u32| [i % 2 * (w - size[0]), i / 2 * (h - size[1])];
+            (0..n).map(|i| Pane { side: i, size, part: [0, 0, size[0], size[1]], at: at(i as u32) }).collect()
+        }
+    }
+}
+
+/// What figures are made of beside the frame's own targets.
+#[derive(Default)]
+pub(super) struct Figure {
+    picture: Slot,
+    over: Slot,
+    /// What the frame being rendered is drawn as.
+    pub(super) layer: Layer,
+    /// The last frame was composed into `picture`.
+    composed: bool,
+    /// The parts of the last frame.
+    panes: Vec<Pane>,
+    /// The second side and those behind it.
+    beside: Vec<Beside>,
+}
+
+/// A side that is not the first.
+#[derive(Default)]
+struct Beside {
+    made: Option<Made>,
+    visibility: Slot,
+}
+
+impl Figure {
+    pub(super) fn texture(&self) -> Option<&wgpu::Texture> {
+        self.picture.texture().filter(|_| self.composed)
+    }
+
+    /// A plain frame follows.
+    pub(super) fn forget(&mut self) {
+        self.composed = false;
+        self.panes.clear();
+    }
+
+    /// Visibility that the view `difference` takes off; None: the truth's.
+    pub(super) fn other(&self) -> Option<&wgpu::TextureView> {
+        self.beside.first().and_then(|b| b.visibility.view())
+    }
+
+    /// Where a pixel of the figure lies in the first side's frame; None: another side is there.
+    pub(super) fn pixel(&self, [x, y]: [u32; 2]) -> Option<[u32; 2]> {
+        if self.panes.is_empty() {
+            return Some([x, y]);
+        }
+        let inside = |p: &&Pane| {
+            let d = [x.wrapping_sub(p.at[0]), y.wrapping_sub(p.at[1])];
+            p.side == 0 && d[0] < p.part[2] && d[1] < p.part[3]
+        };
+        let p = self.panes.iter().find(inside)?;
+        Some([x - p.at[0] + p.part[0], y - p.at[1] + p.part[1]])
+    }
+}
+
+const COPIED: wgpu::TextureUsages = STORED.union(wgpu::TextureUsages::COPY_DST);
+
+impl Renderer {
+    /// Renders what the set-up's picture shows: its technique, with the overlay, or all sides of its comparison. What is
+    /// read back afterwards, but for the picture and [`Renderer::read_side`], is of the first side.
+    ///
+    /// # Errors
+    /// As [`Renderer::render`].
+    pub fn draw(&mut self, setup: &Setup, ask: Ask) -> Result<Told> {
+        let beside = &mut self.figure.beside;
+        beside.resize_with(setup.against.len(), Beside::default);
+        beside.iter_mut().zip(&setup.against).filter(|(_, s)| s.is_truth()).for_each(|(b, _)| *b = Beside::default());
+        if setup.against.is_empty() {
+            return self.render_over(setup, ask);
+        }
+        let panes = panes(setup, ask.size);
+        // All parts have one size; a side that is not seen is rendered for its figures.
+        let of = |side: usize| panes.iter().find(|p| p.side == side);
+        let size = panes[0].size;
+        let mut sides = vec![Vec::new(); setup.sides()];
+        let mut told = Told::default();
+        // The first one last, so that what is read back is its.
+        for i in (0..setup.sides()).rev().filter(|i| !setup.is_truth(*i)) {
+            let ask_side = Ask { size, picture: ask.picture && of(i).is_some(), ..ask };
+            let mut side = setup.side(i);
+            if view::check(&side.view, techniques::find_or_say(&side.technique)?).is_err() {
+                side.view = "shaded".into();
+            }
+            self.exchange_side(i);
+            let rendered = self.render_over(&side, ask_side);
+            self.exchange_side(i);
+            told = rendered?;
+            if ask.timed {
+                self.collect_times(true)?;
+                sides[i] = self.timer.by_name();
+            }
+            if i > 0 {
+                self.keep_visibility(i)?;
+            }
+            if let Some(pane) = of(i).filter(|_| ask.picture) {
+                self.place(pane, ask.size)?;
+            }
+        }
+        for i in (1..setup.sides()).filter(|i| setup.is_truth(*i)) {
+            if let Some(pane) = of(i).filter(|_| ask.picture) {
+                self.shade_again(true, None)?;
+                self.place(pane, ask.size)?;
+            }
+        }
+        self.figure.composed = ask.picture;
+        self.figure.panes = panes;
+        told.sides = sides;
+        Ok(told)
+    }
+
+    /// Reads the visibility of a side of the last comparison back, a number a pixel of that side; the first is 0.
+    pub fn read_side(&self, side: usize) -> Result<Vec<f32>> {
+        match side.checked_sub(1) {
+            None => self.read_visibility(),
+            Some(i) => {
+                let held = self.figure.beside.get(i).and_then(|b| b.visibility.texture());
+                let held = held.context("this side has not been rendered yet")?;
+                Ok(bytemuck::pod_collect_to_vec(&self.gpu.read_texture(held)?))
+            }
+        }
+    }
+
+    /// Takes the technique of a side that is not the first in use, or out of it.
+    fn exchange_side(&mut self, side: usize) {
+        let Some(i) = side.checked_sub(1) else { return };
+        if let Some(beside) = self.figure.beside.get_mut(i) {
+            std::mem::swap(&mut self.made, &mut beside.made);
+        }
+    }
+
+    /// Copies the visibility of the frame just rendered.
+    fn keep_visibility(&mut self, side: usize) -> Result<()> {
+        let from = self.targets.visibility.texture().context(super::NO_FRAME)?;
+        let size = [from.width(), from.height()];
+        self.figure.beside[side - 1].visibility.get(&self.gpu, "visibility of a side", size, Format::R32Float, COPIED);
+        let to = self.figure.beside[side - 1].visibility.texture().context(super::NO_FRAME)?;
+        self.copy(from, [0, 0], to, [0, 0], size);
+        Ok(())
+    }
+
+    /// Copies the picture just drawn to its place in the figure.
+    fn place(&mut self, pane: &Pane, size: [u32; 2]) -> Result<()> {
+        self.figure.picture.get(&self.gpu, "figure", size, Format::Rgba8Unorm, COPIED);
+        let from = self.targets.output.texture().context(super::NO_FRAME)?;
+        let to = self.figure.picture.texture().context(super::NO_FRAME)?;
+        let [x, y, w, h] = pane.part;
+        self.copy(from, [x, y], to, pane.at, [w, h]);
+        Ok(())
+    }
+
+    fn copy(&self, from: &wgpu::Texture, at: [u32; 2], to: &wgpu::Texture, goes: [u32; 2], size: [u32; 2]) {
+        let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
+        let place = |[x, y]: [u32; 2]| wgpu::Origin3d { x, y, z: 0 };
+        encoder.copy_texture_to_texture(
+            wgpu::TexelCopyTextureInfo { origin: place(at), ..from.as_image_copy() },
+            wgpu::TexelCopyTextureInfo { origin: place(goes), ..to.as_image_copy() },
+            wgpu::Extent3d { width: size[0], height: size[1], depth_or_array_layers: 1 },
+        );
+        self.gpu.queue.submit([encoder.finish()]);
+    }
+
+    /// Renders one technique's picture, with the set-up's overlay over it.
+    fn render_over(&mut self, setup: &Setup, ask: Ask) -> Result<Told> {
+        let Some(overlay) = setup.overlay.as_ref().filter(|_| ask.picture) else { return self.render(setup, ask) };
+        self.figure.layer = Layer::Over;
+        let rendered = self.render(&Setup { view: overlay.view.clone(), ..setup.clone() }, ask);
+        self.figure.layer = Layer::Alone;
+        let told = rendered?;
+        self.figure.over.get(&self.gpu, "overlay", ask.size, Format::Rgba8Unorm, COPIED);
+        let (from, to) = (self.targets.output.texture(), self.figure.over.texture());
+        self.copy(from.context(super::NO_FRAME)?, [0, 0], to.context(super::NO_FRAME)?, [0, 0], ask.size);
+        self.shade_again(false, Some(if overlay.inset { 1.0 } else { overlay.opacity.min(0.999) }))?;
+        Ok(told)
+    }
+
+    /// Draws the last frame's shaded picture again: with the truth, or below the overlay.
+    fn shade_again(&mut self, truth: bool, overlay: Option<f32>) -> Result<()> {
+        let shaded = view::index("shaded").unwrap_or_default() as u32;
+        let layer = if overlay.is_some() { Layer::Below } else { Layer::Alone };
+        let pass = self.shading.pass(&self.gpu, shaded, 0, layer)?;
+        let (t, size) = (&self.targets, self.targets.size()?);
+        let exact = Targets::view(self.truth.shown())?;
+        let visibility = if truth { exact } else { Targets::view(&t.visibility)? };
+        let view = ViewUniform { range: [0.0, 1.0], channel: 0, opacity: overlay.unwrap_or(0.0) };
+        self.gpu.queue.write_buffer(&self.view_buffer, 0, bytemuck::bytes_of(&view));
+        let mut recorder = Recorder::new(&self.gpu, &mut self.timer, false, size);
+        let over = self.figure.over.get(&self.gpu, "overlay", size, Format::Rgba8Unorm, COPIED);
+        let run = recorder.run(pass).bind("visibility", visibility).bind("truth", exact).bind("other", exact);
+        run.bind("frame", &self.frame_buffer)
+            .bind("g_position", Targets::view(&t.position)?)
+            .bind("g_surface", Targets::view(&t.surface)?)
+            .bind("map", Targets::view(&t.map)?)
+            .bind("shown", Targets::view(&t.map)?)
+            .bind("view", &self.view_buffer)
+            .bind("light_view", &self.no_light_view)
+            .bind("over", &over)
+            .bind("output", Targets::view(&t.output)?)
+            .per_pixel();
+        let bound = [
+            ("frame", (&self.frame_buffer).into()),
+            ("g_position", Targets::view(&t.position)?.into()),
+            ("map", Targets::view(&t.map)?.into()),
+        ];
+        let drawn = Drawn::Common(Legend::None);
+        self.lines.draw(&mut recorder, "shaded", &drawn, view.opacity >= 1.0, &bound, Targets::view(&t.output)?);
+        recorder.finish()?;
+        self.gpu.check()
+    }
+}

@@ -1,0 +1,568 @@
+//! The legend of a picture: what its colours mean, drawn from the view's own declaration ([`crate::view::Drawn`]).
+//!
+//! [`Key::new`] resolves ranges and shares, [`strip`] lays the strip below a picture out, [`axes`] what a chart in the
+//! picture needs. Both give marks that the window paints and captures draw as SVG.
+
+use crate::chart::{self, escape, text_width};
+use crate::light::Light;
+use crate::measure::metrics::Errors;
+use crate::palette::{GREY, LABELS, OCTAVES, Palette, Rgb, bytes};
+use crate::setup::{Arrange, Setup};
+use crate::techniques;
+use crate::view::{self, Area, Class, Legend, Span};
+use anyhow::{Context, Result};
+use glam::Vec3;
+
+/// What only a rendered frame knows of its legend.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Known {
+    /// Of each side, where counted.
+    pub errors: Vec<Option<Errors>>,
+    /// Where cascades meet, metres along the camera's axis; empty without cascades.
+    pub splits: Vec<f32>,
+    /// Nearest and farthest depth of the map shown, metres along the light's axis.
+    pub depth: Option<[f32; 2]>,
+}
+
+/// A legend with its figures.
+#[derive(Clone, Debug, Default)]
+pub struct Key {
+    pub title: String,
+    pub parts: Vec<Part>,
+    chart: Option<Chart>,
+}
+
+#[derive(Clone, Debug)]
+pub enum Part {
+    /// A colour scale: what it shows, and marks at places from 0 to 1.
+    Scale(Palette, String, Vec<(f32, String)>),
+    Class(Rgb, String),
+    Text(String),
+}
+
+#[derive(Clone, Debug)]
+enum Chart {
+    Plot(Area, [Ticks; 2]),
+    /// Distances along the camera's axis: metres at the left end of the camera's frustum and its far end, tangent of half
+    /// the angle of view.
+    Side(f32, f32),
+    Squares([&'static str; 2], Option<[&'static str; 2]>),
+}
+
+/// The marks of an axis, at places from 0 to 1, and what it shows.
+#[derive(Clone, Debug)]
+struct Ticks {
+    what: String,
+    marks: Vec<(f32, String)>,
+}
+
+/// Something drawn, in the units of the size that was laid out for; y downwards.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Mark {
+    /// Left, top, right, bottom.
+    Fill([f32; 4], Rgb),
+    Scale([f32; 4], Palette),
+    Line([f32; 2], [f32; 2]),
+    /// Its middle in height; where it is anchored; size. With a ground of its own over a picture.
+    Text {
+        at: [f32; 2],
+        anchor: Anchor,
+        size: f32,
+        text: String,
+        strong: bool,
+        ground: bool,
+    },
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Anchor {
+    Start,
+    Middle,
+    End,
+}
+
+/// A share as a percentage with about three figures.
+pub fn percent(share: f64) -> String {
+    let p = share * 100.0;
+    let decimals = if p == 0.0 { 0 } else { (2.0 - p.abs().log10().floor()).clamp(0.0, 5.0) as usize };
+    format!("{p:.decimals$} %")
+}
+
+/// A side's letter and technique.
+pub fn side_name(setup: &Setup, side: usize) -> String {
+    let title = match setup.is_truth(side) {
+        true => "truth",
+        false => techniques::find(&setup.side(side).technique).map_or("", |i| i.title),
+    };
+    if setup.sides() > 1 { format!("{} {title}", ["A", "B", "C", "D"][side.min(3)]) } else { title.into() }
+}
+
+impl Key {
+    /// The legend of a set-up's picture in a scene of these bounds.
+    pub fn new(setup: &Setup, bounds: [Vec3; 2], known: &Known) -> Key {
+        let Some(info) = techniques::find(&setup.technique) else { return Key::default() };
+        let id = setup.overlay.as_ref().map_or(&setup.view, |o| &o.view);
+        let Some(view) = view::find(id, info) else { return Key::default() };
+        let mut key = Key { title: view.title.into(), ..Key::default() };
+        key.sides(setup, known);
+        let errors = known.errors.first().copied().flatten().filter(|_| setup.sides() == 1);
+        let class = |c: &Class| {
+            let share = c.share.and_then(|share| errors.as_ref().map(share));
+            let text = share.map_or(c.what.into(), |s| format!("{} {}", c.what, percent(s)));
+            Part::Class(c.color, text)
+        };
+        let cascades = |key: &mut Key| {
+            for (i, ends) in known.splits.windows(2).enumerate() {
+                let text = format!("{}: {} to {} m", i + 1, chart::short(ends[0].into()), chart::short(ends[1].into()));
+                key.parts.push(Part::Class(LABELS[i.min(7)], text));
+            }
+        };
+        match view.drawn.legend() {
+            Legend::None => {}
+            Legend::Scale(palette, v) => {
+                let depth = known.depth.filter(|_| matches!(view.drawn, view::Drawn::Depth));
+                let unit = if v.unit.is_empty() || depth.is_some() { String::new() } else { format!(", {}", v.unit) };
+                let [low, high] = v.range.map(f64::from);
+                let ticks = match depth {
+                    // Bright is near.
+                    Some([near, far]) => linear_ticks(near.into(), far.into(), 5)
+                        .into_iter()
+                        .map(|(x, t)| (1.0 - x, format!("{t} m")))
+                        .collect(),
+                    None if matches!(view.drawn, view::Drawn::Depth) => Vec::new(),
+                    None => linear_ticks(low, high, 5),
+                };
+                key.parts.push(Part::Scale(palette, format!("{}{unit}", v.what), ticks));
+            }
+            Legend::Octaves(what, power) => {
+                let label = |i: i32| match i {
+                    _ if i < 0 => format!("1/{}", chart::short(2f64.powf(f64::from(-i) * f64::from(power)))),
+                    _ => chart::short(2f64.powf(f64::from(i) * f64::from(power))),
+                };
+                let ticks = (-4..=4).step_by(2).map(|i| ((i + 4) as f32 / 8.0, label(i))).collect();
+                key.parts.push(Part::Scale(OCTAVES, what.into(), ticks));
+            }
+            Legend::EyeDepth => {
+                let [low, high] = eye_depths(setup, bounds);
+                key.parts.push(Part::Scale(GREY, "depth, m".into(), log_ticks(low.into(), high.into(), 7)));
+            }
+            Legend::LightDepth => {
+                let far = light_reach(&setup.light, bounds);
+                key.parts.push(Part::Scale(
+                    GREY,
+                    "distance from the light, m".into(),
+                    linear_ticks(0.0, far.into(), 5),
+                ));
+            }
+            Legend::Classes(classes) => key.parts.extend(classes.iter().map(class)),
+            Legend::Cascades => cascades(&mut key),
+            Legend::Chart(area, x, y, classes) => {
+                key.parts.extend(classes.iter().map(class));
+                let ticks =
+                    |axis: view::Axis| Ticks { what: axis.what.into(), marks: span_ticks(axis.span, &known.splits) };
+                key.chart = Some(Chart::Plot(area, [ticks(x), ticks(y)]));
+            }
+            Legend::Side => {
+                cascades(&mut key);
+                if let Some(last) = known.splits.last() {
+                    let c = &setup.camera;
+                    let sides = (bounds[0] - c.position).abs().max((bounds[1] - c.position).abs());
+                    let end = last.min(sides.dot(c.forward().abs()));
+                    key.chart = Some(Chart::Side(end, (c.fov.to_radians() / 2.0).tan()));
+                }
+            }
+            Legend::Squares(titles, classes) => {
+                key.parts.extend(classes.iter().map(class));
+                key.chart = Some(Chart::Squares(titles, None));
+            }
+            Legend::Curves(titles, along, classes) => {
+                key.parts.extend(classes.iter().map(class));
+                key.chart = Some(Chart::Squares(titles, Some(along)));
+            }
+        }
+        key
+    }
+
+    /// Which side is where, and how wrong it is.
+    fn sides(&mut self, setup: &Setup, known: &Known) {
+        let error = |side: usize| {
+            let share = known.errors.get(side).copied().flatten().filter(|_| !setup.is_truth(side)).map(|e| e.share());
+            share.map_or(String::new(), |s| format!(" ({} wrong)", percent(s)))
+        };
+        let name = |side: usize| side_name(setup, side) + &error(side);
+        match setup.sides() {
+            1 => self.title = format!("{}: {}", self.title, name(0)),
+            _ if setup.view == "difference" => {
+                self.title = format!("{}: {} − {}", self.title, name(0), name(1));
+            }
+            n => {
+                let places: &[&str] = match (setup.arrange, n) {
+                    (Arrange::Flicker, _) => {
+                        self.parts.push(Part::Text(name(setup.front as usize)));
+                        return;
+                    }
+                    (_, 2) => &["left", "right"],
+                    _ => &["upper left", "upper right", "lower left", "lower right"],
+                };
+                self.parts.extend((0..n).map(|i| Part::Text(format!("{}: {}", places[i], name(i)))));
+            }
+        }
+    }
+
+    /// Whether there is anything that a strip could say beside the title.
+    pub fn is_empty(&self) -> bool {
+        self.parts.is_empty()
+    }
+}
+
+/// The depths that the view `depth` runs over, as in `shaders/shade.wgsl`.
+fn eye_depths(setup: &Setup, bounds: [Vec3; 2]) -> [f32; 2] {
+    let c = &setup.camera;
+    let low = c.near.max(1e-3);
+    let reach = (c.position - bounds[0]).abs().max((c.position - bounds[1]).abs()).length();
+    [low, c.far.min(reach).max(2.0 * low)]
+}
+
+/// The distance at which the view `light-depth` is white, likewise.
+fn light_reach(light: &Light, bounds: [Vec3; 2]) -> f32 {
+    let extent = bounds[1] - bounds[0];
+    match light {
+        Light::Directional { .. } => extent.dot(light.axis().abs()),
+        _ => light.range().min(extent.length()),
+    }
+}
+
+/// About `count` round values from low to high, with their places.
+fn linear_ticks(low: f64, high: f64, count: u32) -> Vec<(f32, String)> {
+    let span = high - low;
+    if !(span > 0.0 && span.is_finite()) {
+        return Vec::new();
+    }
+    let wanted = span / f64::from(count);
+    let power = 10f64.powf(wanted.log10().floor());
+    let step = [1.0, 2.0, 5.0, 10.0].map(|m| m * power).into_iter().find(|s| *s >= wanted * 0.999).unwrap_or(wanted);
+    let first = (low / step - 1e-6).ceil() as i64;
+    let last = (high / step + 1e-6).floor() as i64;
+    (first..=last).map(|i| ((((i as f64) * step - low) / span) as f32, number(i as f64 * step))).collect()
+}
+
+/// A number with a minus sign of its own.
+fn number(x: f64) -> String {
+    if x < 0.0 { format!("−{}", chart::short(-x)) } else { chart::short(x) }
+}
+
+/// Round values on a logarithmic scale: 1, 2, 5 of each power of ten, fewer where they would be more than `most`.
+fn log_ticks(low: f64, high: f64, most: usize) -> Vec<(f32, String)> {
+    if !(low > 0.0 && high > low && high.is_finite()) {
+        return Vec::new();
+    }
+    let powers = (low.log10().floor() as i32)..=(high.log10().ceil() as i32);
+    let all = |steps: &[f64]| -> Vec<f64> {
+        let values = powers.clone().flat_map(|p| steps.iter().map(move |s| s * 10f64.powi(p)));
+        values.filter(|v| (low * 0.9999..=high * 1.0001).contains(v)).collect()
+    };
+    let values = [&[1.0, 2.0, 5.0][..], &[1.0, 3.0], &[1.0]].map(all);
+    let values = values.iter().find(|v| v.len() <= most).unwrap_or(&values[2]);
+    values.iter().map(|v| (((v / low).ln() / (high / low).ln()) as f32, chart::short(*v))).collect()
+}
+
+fn span_ticks(span: Span, splits: &[f32]) -> Vec<(f32, String)> {
+    match span {
+        Span::Linear(low, high) => linear_ticks(low.into(), high.into(), 5),
+        Span::Root => [0.0, 0.01, 0.05, 0.1, 0.25, 0.5, 1.0f64].map(|s| (s.sqrt() as f32, percent(s))).into(),
+        Span::Splits => match splits {
+            [low, .., high] => log_ticks((*low).into(), (*high).into(), 7),
+            _ => Vec::new(),
+        },
+        Span::HalfOctaves(bins) => {
+            let at = |bin: u32| (bin as f32 + 0.5) / bins as f32;
+            let octaves = (1..bins).step_by(2).map(|bin| (at(bin), (1u64 << ((bin - 1) / 2)).to_string()));
+            [(at(0), "0".to_string())].into_iter().chain(octaves).collect()
+        }
+    }
+}
+
+/// Lays out the strip, `width` wide with text of this size: its height, and its marks from its upper left corner.
+pub fn strip(key: &Key, width: f32, size: f32) -> (f32, Vec<Mark>) {
+    let mut marks = Vec::new();
+    let margin = 0.8 * size;
+    let wide = |text: &str, size: f32| text_width(text, size.into()) as f32;
+    let small = 0.85 * size;
+    let row = 1.6 * size;
+    // The row that is being filled: how far, and how high it has become.
+    let (mut x, mut y, mut high) = (margin, 0.4 * size, row);
+    let mut place = |need: f32, tall: f32| {
+        if x > margin && x + need > width - margin {
+            (x, y, high) = (margin, y + high, row);
+        }
+        let at = [x, y];
+        x += need + 1.6 * size;
+        high = high.max(tall);
+        (at, y + high)
+    };
+    let text = |at: [f32; 2], anchor, size, text: &str, strong| Mark::Text {
+        at,
+        anchor,
+        size,
+        text: text.into(),
+        strong,
+        ground: false,
+    };
+    let (at, mut bottom) = place(wide(&key.title, size), row);
+    marks.push(text([at[0], at[1] + row / 2.0], Anchor::Start, size, &key.title, true));
+    for part in &key.parts {
+        match part {
+            Part::Text(t) => {
+                let (at, b) = place(wide(t, size), row);
+                bottom = bottom.max(b);
+                marks.push(text([at[0], at[1] + row / 2.0], Anchor::Start, size, t, false));
+            }
+            Part::Class(color, t) => {
+                let (at, b) = place(1.4 * size + wide(t, size), row);
+                bottom = bottom.max(b);
+                let top = at[1] + 0.3 * size;
+                marks.push(Mark::Fill([at[0], top, at[0] + size, top + size], *color));
+                marks.push(text([at[0] + 1.4 * size, at[1] + row / 2.0], Anchor::Start, size, t, false));
+            }
+            Part::Scale(palette, what, ticks) => {
+                let name = wide(what, size) + 0.8 * size;
+                // Marks at the ends reach beyond the bar.
+                let ends = ticks.first().map_or(0.0, |t| 0.5 * wide(&t.1, small));
+                let bar = (18.0 * size).min(width - 2.0 * margin).max(4.0 * size);
+                let (at, b) = place(name + ends + bar + ends, row + 0.9 * small);
+                bottom = bottom.max(b);
+                marks.push(text([at[0], at[1] + row / 2.0], Anchor::Start, size, what, false));
+                let [left, top] = [at[0] + name + ends, at[1] + 0.35 * size];
+                marks.push(Mark::Scale([left, top, left + bar, top + 0.8 * size], *palette));
+                let mut free = f32::NEG_INFINITY;
+                for (t, label) in ticks {
+                    let x = left + t * bar;
+                    marks.push(Mark::Line([x, top + 0.8 * size], [x, top + 1.05 * size]));
+                    let half = 0.5 * wide(label, small);
+                    if x - half > free {
+                        marks.push(text([x, top + 1.05 * size + 0.55 * small], Anchor::Middle, small, label, false));
+                        free = x + half + 0.4 * small;
+                    }
+                }
+            }
+        }
+    }
+    (bottom + 0.3 * size, marks)
+}
+
+/// What a chart in a picture of this size needs: axes with marks and units, titles; from the picture's upper left corner.
+pub fn axes(key: &Key, [w, h]: [f32; 2], size: f32) -> Vec<Mark> {
+    let mut marks = Vec::new();
+    let text = |at, anchor, text: &str| Mark::Text { at, anchor, size, text: text.into(), strong: false, ground: true };
+    match &key.chart {
+        None => {}
+        Some(Chart::Plot(area, [x, y])) => {
+            let [left, top, right, bottom] = match area {
+                Area::Margins => [0.05 * w, 0.05 * h, 0.95 * w, 0.95 * h],
+                Area::Square => {
+                    let half = 0.5 * w.min(h) / 1.04;
+                    [0.5 * w - half, 0.5 * h - half, 0.5 * w + half, 0.5 * h + half]
+                }
+            };
+            plot(&mut marks, [left, top, right, bottom], x, y, size);
+        }
+        Some(Chart::Side(end, tangent)) => {
+            let scale = (1.1 * end / w).max(2.2 * end * tangent / h);
+            let y = h - 1.6 * size;
+            let [left, right] = [0.05 * end / scale, (0.05 * end + end) / scale];
+            marks.push(Mark::Line([left, y], [right, y]));
+            for (t, label) in linear_ticks(0.0, (*end).into(), 6) {
+                let x = left + t * (right - left);
+                marks.push(Mark::Line([x, y - 0.25 * size], [x, y + 0.25 * size]));
+                marks.push(text([x, y + 0.8 * size], Anchor::Middle, &label));
+            }
+            marks.push(text([right, y - 1.1 * size], Anchor::End, "distance along the camera's axis, m"));
+        }
+        Some(Chart::Squares(titles, along)) => {
+            let scale = (2.08 / w).max(1.04 / h);
+            let side = 1.0 / scale;
+            let top = 0.5 * h - 0.5 * side;
+            for (i, title) in titles.iter().enumerate() {
+                let left = 0.5 * w + (i as f32 - 1.0) * side;
+                if let Some([x, y]) = along {
+                    let unit = |what: &str| Ticks { what: what.into(), marks: linear_ticks(0.0, 1.0, 5) };
+                    plot(&mut marks, [left, top, left + side, top + side], &unit(x), &unit(y), size);
+                }
+                marks.push(text([left + 0.5 * side, top + size], Anchor::Middle, title));
+            }
+        }
+    }
+    marks
+}
+
+/// The axes of a plot at its left and lower border; marks that would touch are left out.
+fn plot(marks: &mut Vec<Mark>, [left, top, right, bottom]: [f32; 4], x: &Ticks, y: &Ticks, size: f32) {
+    let text = |at, anchor, text: &str| Mark::Text { at, anchor, size, text: text.into(), strong: false, ground: true };
+    marks.push(Mark::Line([left, bottom], [right, bottom]));
+    marks.push(Mark::Line([left, top], [left, bottom]));
+    let mut free = f32::NEG_INFINITY;
+    for (t, label) in &x.marks {
+        let at = left + t * (right - left);
+        let half = 0.5 * text_width(label, size.into()) as f32;
+        marks.push(Mark::Line([at, bottom - 0.3 * size], [at, bottom]));
+        if at - half > free {
+            marks.push(text([at, bottom - 0.95 * size], Anchor::Middle, label));
+            free = at + half + 0.8 * size;
+        }
+    }
+    marks.push(text([right - 0.5 * size, bottom - 2.4 * size], Anchor::End, &x.what));
+    let mut free = f32::INFINITY;
+    for (t, label) in &y.marks {
+        let at = bottom - t * (bottom - top);
+        marks.push(Mark::Line([left, at], [left + 0.3 * size, at]));
+        // The corner belongs to the axis below.
+        if at + 0.7 * size < free && at < bottom - 1.8 * size && at > top + 1.8 * size {
+            marks.push(text([left + 0.8 * size, at], Anchor::Start, label));
+            free = at - 0.7 * size;
+        }
+    }
+    marks.push(text([left + 0.8 * size, top + size], Anchor::Start, &y.what));
+}
+
+/// The picture of a capture, four bytes a pixel, with its axes drawn in and the strip below it; the new size.
+///
+/// # Errors
+/// The drawing cannot be made into a picture.
+pub fn below(key: &Key, size: [u32; 2], rgba: &[u8]) -> Result<([u32; 2], Vec<u8>)> {
+    let [w, h] = size.map(|s| s as f32);
+    // As large as in a window of this size, and readable in a small figure.
+    let text = (w.min(1.6 * h) / 80.0).max(9.0);
+    let (strip_height, strip) = strip(key, w, text);
+    let strip_height = strip_height.ceil() as u32;
+    let over = draw(&svg(&axes(key, [w, h], text), size, false))?;
+    let under = draw(&svg(&strip, [size[0], strip_height], true))?;
+    let mut out = Vec::with_capacity(rgba.len() + under.len());
+    for (p, o) in rgba.chunks_exact(4).zip(over.chunks_exact(4)) {
+        // Colours of the drawing are multiplied by its alpha already.
+        let mix = |i: usize| o[i] as u32 + (p[i] as u32 * (255 - o[3] as u32) + 127) / 255;
+        out.extend([mix(0).min(255) as u8, mix(1).min(255) as u8, mix(2).min(255) as u8, 255]);
+    }
+    out.extend(under);
+    Ok(([size[0], size[1] + strip_height], out))
+}
+
+fn draw(svg: &str) -> Result<Vec<u8>> {
+    chart::pixels(svg).context("the legend cannot be drawn")
+}
+
+/// Marks as SVG: on white paper, or light on nothing for what lies over a picture.
+fn svg(marks: &[Mark], [w, h]: [u32; 2], paper: bool) -> String {
+    let hex = |c: Rgb| {
+        let [r, g, b] = bytes(c);
+        format!("#{r:02x}{g:02x}{b:02x}")
+    };
+    let ink = if paper { "#222222" } else { "#f0f0f0" };
+    let mut out = format!(
+        r##"<svg xmlns="http://www.w3.org/2000/svg" width="{w}" height="{h}" viewBox="0 0 {w} {h}" font-family="Helvetica, Arial, 'Liberation Sans', Ubuntu, sans-serif">"##
+    );
+    if paper {
+        out += r##"<rect width="100%" height="100%" fill="#ffffff"/>"##;
+    }
+    for (i, mark) in marks.iter().enumerate() {
+        match mark {
+            Mark::Fill([l, t, r, b], color) => {
+                let (w, h) = (r - l, b - t);
+                out += &format!(
+                    r##"<rect x="{l}" y="{t}" width="{w}" height="{h}" fill="{}" stroke="#888888" stroke-width="0.75"/>"##,
+                    hex(*color)
+                );
+            }
+            Mark::Scale([l, t, r, b], palette) => {
+                let last = (palette.stops.len() - 1) as f32;
+                let stops = palette.stops.iter().enumerate();
+                let stops: String = stops
+                    .map(|(k, c)| format!(r#"<stop offset="{}" stop-color="{}"/>"#, k as f32 / last, hex(*c)))
+                    .collect();
+                let (w, h) = (r - l, b - t);
+                out += &format!(
+                    r##"<defs><linearGradient id="g{i}">{stops}</linearGradient></defs><rect x="{l}" y="{t}" width="{w}" height="{h}" fill="url(#g{i})" stroke="#888888" stroke-width="0.75"/>"##
+                );
+            }
+            Mark::Line([ax, ay], [bx, by]) => {
+                out += &format!(r#"<path d="M{ax} {ay}L{bx} {by}" stroke="{ink}" stroke-width="1"/>"#);
+            }
+            Mark::Text { at: [x, y], anchor, size, text, strong, ground } => {
+                if *ground {
+                    let [l, t, r, b] = text_box([*x, *y], *anchor, *size, text);
+                    let (w, h) = (r - l, b - t);
+                    out += &format!(
+                        r##"<rect x="{l}" y="{t}" width="{w}" height="{h}" rx="2" fill="#000000" fill-opacity="0.6"/>"##
+                    );
+                }
+                let anchor = match anchor {
+                    Anchor::Start => "start",
+                    Anchor::Middle => "middle",
+                    Anchor::End => "end",
+                };
+                let weight = if *strong { r#" font-weight="bold""# } else { "" };
+                let base = y + 0.35 * size;
+                out += &format!(
+                    r#"<text x="{x}" y="{base}" font-size="{size}" fill="{ink}" text-anchor="{anchor}"{weight}>{}</text>"#,
+                    escape(text)
+                );
+            }
+        }
+    }
+    out + "</svg>"
+}
+
+/// The ground of a text over a picture.
+pub fn text_box([x, y]: [f32; 2], anchor: Anchor, size: f32, text: &str) -> [f32; 4] {
+    let wide = text_width(text, size.into()) as f32;
+    let left = match anchor {
+        Anchor::Start => x,
+        Anchor::Middle => x - wide / 2.0,
+        Anchor::End => x - wide,
+    };
+    [left - 0.3 * size, y - 0.65 * size, left + wide + 0.3 * size, y + 0.65 * size]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ticks_are_round_and_in_place() {
+        let texts = |t: Vec<(f32, String)>| t.into_iter().map(|t| t.1).collect::<Vec<_>>();
+        assert_eq!(texts(linear_ticks(0.0, 4.0, 5)), ["0", "1", "2", "3", "4"]);
+        assert_eq!(texts(linear_ticks(-1.0, 1.0, 5)), ["−1", "−0.5", "0", "0.5", "1"]);
+        assert_eq!(texts(linear_ticks(0.0, 37.0, 5)), ["0", "10", "20", "30"]);
+        assert_eq!(texts(log_ticks(0.1, 12.0, 7)), ["0.1", "0.2", "0.5", "1", "2", "5", "10"]);
+        let halves = span_ticks(Span::HalfOctaves(20), &[]);
+        assert_eq!(halves[1].1, "1");
+        assert_eq!(halves[3].1, "4");
+        assert!(linear_ticks(1.0, 1.0, 5).is_empty() && log_ticks(0.0, 1.0, 5).is_empty());
+    }
+
+    /// Nothing reaches beyond the strip, and texts of a row do not touch, whatever the width.
+    #[test]
+    fn strips_stay_inside() {
+        let class = |i: usize| Part::Class(LABELS[i], format!("a class with a long name {i}"));
+        let scale = Part::Scale(GREY, "depth, m".into(), log_ticks(0.1, 300.0, 7));
+        let key = Key { title: "View: technique".into(), parts: vec![class(1), scale, class(2)], chart: None };
+        for width in [320.0, 640.0, 1280.0] {
+            let (height, marks) = strip(&key, width, 13.0);
+            let mut boxes: Vec<[f32; 4]> = Vec::new();
+            for mark in &marks {
+                if let Mark::Text { at, anchor, size, text, .. } = mark {
+                    let [l, t, r, b] = text_box(*at, *anchor, *size, text);
+                    let inner = [l + 0.3 * size, t + 0.1 * size, r - 0.3 * size, b - 0.1 * size];
+                    assert!(
+                        inner[0] >= 0.0 && inner[2] <= width && inner[1] >= 0.0 && inner[3] <= height,
+                        "{width} {text}"
+                    );
+                    for o in &boxes {
+                        let apart = inner[0] >= o[2] || o[0] >= inner[2] || inner[1] >= o[3] || o[1] >= inner[3];
+                        assert!(apart, "{width}: {text} touches another text");
+                    }
+                    boxes.push(inner);
+                }
+            }
+        }
+    }
+}

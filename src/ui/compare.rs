@@ -1,0 +1,208 @@
+//! Techniques side by side: which there are, which one the panel edits, and what stands over their parts of the picture.
+
+use super::controls::{chips, row};
+use super::model::Model;
+use super::style::{ACCENT, WEAK};
+use crate::frame::{SHARED_PASSES, panes};
+use crate::legend::{percent, side_name};
+use crate::setup::{Arrange, Setup, Side};
+use crate::techniques;
+use egui::{
+    Button, Color32, CursorIcon, Frame, Id, Margin, Pos2, Rect, RichText, Sense, Stroke, Ui, UiBuilder, pos2, vec2,
+};
+
+/// The rows over the list of techniques: a chip for each side, one that adds a side, and how they share the picture.
+pub fn show(ui: &mut Ui, m: &mut Model) {
+    let sides = m.setup.sides();
+    ui.horizontal_wrapped(|ui| {
+        ui.spacing_mut().item_spacing = vec2(4.0, 4.0);
+        for side in 0..sides {
+            let name = if sides > 1 { short_name(&m.setup, side) } else { "A".into() };
+            let chip = Button::selectable(m.editing == side && sides > 1, name).frame_when_inactive(true);
+            let tip = "The list and the parameters below are of this side.";
+            if sides > 1 && ui.add(chip).on_hover_text(tip).clicked() {
+                m.editing = side;
+            }
+            if side > 0 && ui.small_button("×").on_hover_text("Take this side away.").clicked() {
+                m.remove_side(side);
+                return;
+            }
+        }
+        if sides < 4 {
+            let title = if sides == 1 { "Compare with …" } else { "+" };
+            ui.menu_button(title, |ui| add_menu(ui, m)).response.on_hover_text(
+                "Another technique, other parameters of the same one, or the truth, beside this one in the picture.",
+            );
+        }
+    });
+    if sides > 1 {
+        row(ui, "arranged", "How the sides share the picture.", |ui, _| {
+            let now = m.setup.arrange;
+            let tips = [
+                "The first left of a line that can be dragged, the second right of it.",
+                "Each in a part of its own, with the same camera.",
+                "One at a time, at the same pixels: X changes.",
+            ];
+            let items = Arrange::ALL.into_iter().zip(["Swipe", "Side by side", "Flicker"]).zip(tips);
+            let difference = m.setup.view == "difference";
+            let items = items.map(|((a, title), tip)| (title, a == now && !difference, tip.to_string()));
+            let difference = ("A − B", difference, "The difference of the first two (D).".to_string());
+            match chips(ui, items.chain([difference])) {
+                Some(3) => m.toggle_difference(),
+                Some(i) => {
+                    m.setup.arrange = Arrange::ALL[i];
+                    if m.setup.view == "difference" {
+                        m.toggle_difference();
+                    }
+                }
+                None => {}
+            }
+        });
+    }
+}
+
+/// A side's letter and its technique's id.
+fn short_name(setup: &Setup, side: usize) -> String {
+    let letter = ["A", "B", "C", "D"][side.min(3)];
+    let id = if setup.is_truth(side) { Side::TRUTH.into() } else { setup.side(side).technique };
+    format!("{letter} {id}")
+}
+
+/// What can be set beside the present technique.
+fn add_menu(ui: &mut Ui, m: &mut Model) {
+    let mut chosen = None;
+    let now = m.setup.side(m.editing);
+    if ui.button("Truth").on_hover_text("The ray-traced shadow.").clicked() {
+        chosen = Side::new(Side::TRUTH).ok();
+    }
+    let title = m.info().title;
+    if ui.button(format!("{title}, other parameters")).on_hover_text("A copy to be changed.").clicked() {
+        chosen = Some(Side { technique: now.technique.clone(), params: now.values().clone() });
+    }
+    ui.separator();
+    for info in techniques::ALL.iter().filter(|i| i.id != now.technique) {
+        let served = info.refuses(&m.setup.light);
+        let button = ui.add_enabled(served.is_none(), Button::new(info.title));
+        if button.on_hover_text(info.doc).on_disabled_hover_text(served.unwrap_or_default()).clicked() {
+            // Parameters that were set before are kept.
+            let params = m.setup.params.get(info.id).cloned().unwrap_or_default();
+            chosen = Side::new(info.id).ok().map(|mut side| {
+                side.params.extend(params);
+                side
+            });
+        }
+    }
+    if let Some(side) = chosen {
+        m.add_side(side);
+        ui.close();
+    }
+}
+
+/// The titles of the sides over their parts of the picture, with menus, and the swipe's line.
+pub fn over(ui: &mut Ui, rect: Rect, m: &mut Model) {
+    if m.setup.sides() == 1 {
+        return;
+    }
+    let difference = m.setup.view == "difference";
+    if m.setup.arrange == Arrange::Swipe && m.setup.sides() == 2 && !difference {
+        line(ui, rect, m);
+    }
+    // In thousandths of the viewport: panes know whole pixels only.
+    const PARTS: u32 = 1000;
+    for pane in panes(&m.setup, [PARTS; 2]) {
+        let place = |[x, y]: [u32; 2]| rect.min + rect.size() * vec2(x as f32, y as f32) / PARTS as f32;
+        let part = Rect::from_min_max(place(pane.at), place([pane.at[0] + pane.part[2], pane.at[1] + pane.part[3]]));
+        if difference {
+            title(ui, part, m, 0);
+            title(ui, part.translate(vec2(0.0, 28.0)), m, 1);
+        } else {
+            title(ui, part, m, pane.side);
+        }
+        if part.left() > rect.left() && m.setup.arrange == Arrange::SideBySide {
+            let line = Stroke::new(2.0, Color32::from_gray(20));
+            ui.painter().with_clip_rect(rect).line_segment([part.left_top(), part.left_bottom()], line);
+        }
+    }
+}
+
+/// A side's name with a menu of techniques, its error, its time and the ratio to the first one's.
+fn title(ui: &mut Ui, part: Rect, m: &mut Model, side: usize) {
+    if part.width() < 60.0 || part.height() < 40.0 {
+        return;
+    }
+    let inside = part.shrink2(vec2(8.0, 8.0));
+    let mut child = ui.new_child(UiBuilder::new().max_rect(inside).id_salt(("side", side)));
+    child.shrink_clip_rect(part);
+    Frame::new().fill(Color32::from_black_alpha(165)).corner_radius(3.0).inner_margin(Margin::symmetric(5, 2)).show(
+        &mut child,
+        |ui| {
+            ui.horizontal(|ui| {
+                ui.spacing_mut().item_spacing.x = 8.0;
+                let color = if side == m.editing { ACCENT } else { Color32::WHITE };
+                let name = RichText::new(format!("{} ⏷", side_name(&m.setup, side))).color(color);
+                ui.menu_button(name, |ui| side_menu(ui, m, side)).response.on_hover_text("What is shown on this side.");
+                let error = m.facts.known.errors.get(side).copied().flatten();
+                if let Some(e) = error.filter(|_| !m.setup.is_truth(side)) {
+                    ui.label(RichText::new(format!("{} wrong", percent(e.share()))).color(Color32::WHITE));
+                }
+                if let Some(ms) = side_ms(m, side) {
+                    let ratio = side_ms(m, 0).filter(|first| side > 0 && *first > 0.0);
+                    let ratio = ratio.map_or(String::new(), |first| format!(" · {:.2} × A", ms / first));
+                    ui.label(RichText::new(format!("{ms:.1} ms{ratio}")).color(WEAK));
+                }
+            });
+        },
+    );
+}
+
+/// Milliseconds of a side's technique in the last frame.
+fn side_ms(m: &Model, side: usize) -> Option<f64> {
+    let passes = m.facts.told.sides.get(side).filter(|p| !p.is_empty())?;
+    Some(passes.iter().filter(|p| !SHARED_PASSES.contains(&p.0)).map(|p| p.1).sum())
+}
+
+fn side_menu(ui: &mut Ui, m: &mut Model, side: usize) {
+    if ui.button("Edit in the panel").clicked() {
+        m.editing = side;
+        ui.close();
+    }
+    if side > 0 && ui.button("Take away").clicked() {
+        m.remove_side(side);
+        ui.close();
+        return;
+    }
+    ui.separator();
+    if side > 0 && ui.selectable_label(m.setup.is_truth(side), "Truth").clicked() {
+        m.set_side(side, Side::TRUTH);
+        ui.close();
+    }
+    for info in techniques::ALL {
+        let chosen = !m.setup.is_truth(side) && m.setup.side(side).technique == info.id;
+        let served = info.refuses(&m.setup.light);
+        let button = ui.add_enabled(served.is_none(), Button::selectable(chosen, info.title));
+        if button.on_disabled_hover_text(served.unwrap_or_default()).clicked() {
+            m.set_side(side, info.id);
+            ui.close();
+        }
+    }
+}
+
+/// The line of the swipe, which can be dragged.
+fn line(ui: &mut Ui, rect: Rect, m: &mut Model) {
+    let x = rect.left() + rect.width() * m.setup.split;
+    let handle = Rect::from_center_size(pos2(x, rect.center().y), vec2(12.0, rect.height()));
+    let r = ui.interact(handle, Id::unique("split line"), Sense::drag());
+    if r.hovered() || r.dragged() {
+        ui.set_cursor_icon(CursorIcon::ResizeHorizontal);
+    }
+    if r.dragged()
+        && let Some(at) = r.interact_pointer_pos()
+    {
+        m.setup.split = ((at.x - rect.left()) / rect.width()).clamp(0.0, 1.0);
+    }
+    let painter = ui.painter().with_clip_rect(rect);
+    let x = rect.left() + rect.width() * m.setup.split;
+    let stroke = Stroke::new(1.5, if r.hovered() || r.dragged() { ACCENT } else { Color32::WHITE });
+    painter.line_segment([pos2(x, rect.top()), pos2(x, rect.bottom())], stroke);
+    painter.circle(Pos2::new(x, rect.center().y), 6.0, Color32::from_black_alpha(160), stroke);
+}

@@ -1,0 +1,91 @@
+//! The panel's part on what is shown: views in groups, an overlay, the legend, the truth's samples.
+
+use super::controls::{chips, row, slide};
+use super::model::Model;
+use super::style::WEAK;
+use crate::setup::Overlay;
+use crate::truth::{COUNTS, Samples};
+use crate::view::{self, Group, View};
+use egui::{ComboBox, RichText, Ui};
+
+const TRUTH_TIP: &str = "Samples per pixel of the truth. One, at the pixel's centre: what a hard technique aims at. \
+     More: the mean over the pixel, what a filter aims at and an eye sees. Auto: one or 16, as the technique aims. \
+     Measurements take 16 then, so that all techniques share one truth.";
+
+pub fn show(ui: &mut Ui, m: &mut Model) {
+    let info = m.info();
+    let now = m.setup.view.clone();
+    for group in Group::ALL {
+        let of = |v: &&View| v.group == group;
+        let views: Vec<&View> = view::VIEWS.iter().chain(info.maps()).filter(of).collect();
+        if views.is_empty() {
+            continue;
+        }
+        ui.label(RichText::new(group.title()).small().color(WEAK));
+        let tip = |v: &View| match view::index(v.id) {
+            Some(i) if i < 9 => format!("{} (key {})", v.doc, i + 1),
+            _ => v.doc.to_string(),
+        };
+        if let Some(i) = chips(ui, views.iter().map(|v| (v.title, v.id == now, tip(v)))) {
+            m.setup.view = views[i].id.into();
+            m.setup.overlay = None;
+        }
+        ui.add_space(2.0);
+    }
+    overlay(ui, m);
+    let tip =
+        "What the colours of the picture mean, at its lower edge. Captures have it where that is ticked under Capture.";
+    row(ui, "legend", tip, |ui, label| {
+        ui.checkbox(&mut m.show_legend, "").labelled_by(label.id).on_hover_text(tip);
+    });
+    row(ui, "truth samples", TRUTH_TIP, |ui, label| {
+        let all = [Samples::Auto].into_iter().chain(COUNTS.map(Samples::Fixed));
+        let text = match m.setup.truth_samples {
+            Samples::Auto => format!("auto: {}", Samples::Auto.shown(m.info())),
+            fixed => fixed.to_string(),
+        };
+        let combo = ComboBox::from_id_salt("truth samples").selected_text(text).width(ui.available_width());
+        let shown = combo.show_ui(ui, |ui| {
+            for samples in all {
+                ui.selectable_value(&mut m.setup.truth_samples, samples, samples.to_string());
+            }
+        });
+        shown.response.labelled_by(label.id).on_hover_text(TRUTH_TIP);
+    });
+}
+
+/// Which view lies over the shaded picture, and how.
+fn overlay(ui: &mut Ui, m: &mut Model) {
+    let tip = "A view blended over the shaded picture, or small in its corner.";
+    let info = m.info();
+    row(ui, "overlay", tip, |ui, label| {
+        let id = m.setup.overlay.as_ref().map(|o| o.view.clone());
+        let title = id.as_deref().and_then(|id| view::find(id, info)).map_or("none", |v| v.title);
+        let combo = ComboBox::from_id_salt("overlay").selected_text(title).width(ui.available_width()).truncate();
+        let shown = combo.show_ui(ui, |ui| {
+            if ui.selectable_label(id.is_none(), "none").clicked() {
+                m.setup.overlay = None;
+            }
+            for v in view::VIEWS.iter().chain(info.maps()).filter(|v| v.id != "shaded") {
+                let chosen = id.as_deref() == Some(v.id);
+                if ui.selectable_label(chosen, v.title).on_hover_text(v.doc).clicked() {
+                    let (opacity, inset) =
+                        m.setup.overlay.as_ref().map_or((0.5, !v.shows_scene()), |o| (o.opacity, o.inset));
+                    m.setup.overlay = Some(Overlay { view: v.id.into(), opacity, inset });
+                }
+            }
+        });
+        shown.response.labelled_by(label.id).on_hover_text(tip);
+    });
+    let Some(o) = &mut m.setup.overlay else { return };
+    let tip = "Small in the lower right corner instead of all over.";
+    row(ui, "inset", tip, |ui, label| {
+        ui.checkbox(&mut o.inset, "").labelled_by(label.id).on_hover_text(tip);
+    });
+    if !o.inset {
+        let mut percent = o.opacity * 100.0;
+        if slide(ui, "opacity", "0: not seen. 100: hides what is below.", &mut percent, 0.0..=100.0, false, "%") {
+            o.opacity = percent / 100.0;
+        }
+    }
+}
