@@ -3,6 +3,7 @@
 //!include lib/light_view.wgsl
 //!include lib/cells.wgsl
 //!include lib/labels.wgsl
+//!include lib/inset.wgsl
 // The picture: shading, the common views, and a technique's own maps.
 
 // A pipeline draws one view: adapters that run both sides of a branch would pay for all of them. The common views are
@@ -272,13 +273,11 @@ fn below_overlay(pixel: vec2u, color: vec4f) -> vec4f {
         let o = textureLoad(over, pixel, 0);
         return mix(color, o, view.opacity * o.a);
     }
-    let gap = max(frame.size.y / 90u, 2u);
-    let corner = frame.size - frame.size / 3u - gap;
-    let line = max(gap / 6u, 1u);
-    if any(pixel + line < corner) || any(pixel >= frame.size - gap + line) {
+    if beside_inset(pixel) {
         return color;
     }
-    if any(pixel < corner) || any(pixel >= frame.size - gap) {
+    let corner = inset_corner();
+    if any(pixel < corner) || any(pixel >= frame.size - inset_gap()) {
         return vec4f(0.9);
     }
     // The mean of the nine pixels that it covers.

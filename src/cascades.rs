@@ -351,6 +351,9 @@ impl Cascades {
             ("light_views", (&self.light_views).into()),
         ];
         f.analyse(&self.analyse, layers, &bound);
+        f.keep_table("light_views", &self.light_views);
+        f.keep_table("splits", &self.splits);
+        f.outline_cascades(p.cascades, bound.into_iter().chain([("cascade_draws", (&self.draws).into())]).collect());
         f.tell_splits(&self.splits, p.cascades);
         f.offer_maps(&each, &self.light_views, &p.sides());
         Ok(map)

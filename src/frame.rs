@@ -4,12 +4,15 @@
 
 mod analysis;
 mod figure;
+mod freeze;
 mod judged;
+mod lines;
 mod maps;
 mod read;
 
 pub use analysis::{Analysis, Counting, Maps, PieceCount};
 pub use figure::{Pane, panes};
+pub use lines::{Segment, Style};
 pub use maps::MapLayer;
 
 use crate::gpu::{Gpu, Pass, Raster, Recorder, Slot, Timer};
@@ -60,12 +63,21 @@ pub struct FrameUniform {
     pub map: u32,
     pub size: [u32; 2],
     pub band: [u32; 2],
+    pub shadow_eye: Vec3,
+    pub frozen: u32,
+    pub shadow_forward: Vec3,
+    pub shadow_far: f32,
+    pub shadow_up: Vec3,
+    pub spare: u32,
 }
 
 impl FrameUniform {
     fn new(setup: &Setup, info: &Info, size: [u32; 2], bounds: [Vec3; 2]) -> FrameUniform {
         let camera = setup.camera;
-        let projection = camera.projection(size[0] as f32 / size[1] as f32);
+        let aspect = size[0] as f32 / size[1] as f32;
+        let projection = camera.projection(aspect);
+        let frozen = setup.frozen();
+        let shadow = frozen.unwrap_or(camera);
         let light = setup.light;
         let (cosine, half_u, half_v) = match light {
             Light::Spot { outer_angle, .. } => (outer_angle.to_radians().cos(), Vec3::ZERO, Vec3::ZERO),
@@ -97,6 +109,12 @@ impl FrameUniform {
             map: info.maps().position(|m| m.id == setup.view).unwrap_or(0) as u32,
             size,
             band: [0, size[1]],
+            shadow_eye: shadow.position,
+            frozen: frozen.is_some() as u32,
+            shadow_forward: shadow.forward(),
+            shadow_far: freeze::far(&shadow, bounds),
+            shadow_up: (shadow.projection(aspect) * shadow.view()).row(1).truncate(),
+            spare: 0,
         }
     }
 
@@ -147,6 +165,7 @@ pub struct Frame<'a> {
     held: u64,
     pieces: Option<wgpu::Buffer>,
     analysis: Option<&'a mut Analysis>,
+    outlines: Option<lines::Outlines>,
 }
 
 impl<'a> std::ops::Deref for Frame<'a> {
@@ -417,12 +436,15 @@ pub struct Renderer {
     /// What caused the last frame's errors, if its view showed that.
     causes: Option<Causes>,
     revision: u64,
+    frozen: freeze::Frozen,
+    lines: lines::Lines,
     /// The last frame failed: nothing of it serves the next.
     broken: bool,
 }
 
 /// What the frame itself takes, beside its technique, by the names in the pass times.
-pub const SHARED_PASSES: [&str; 7] = [ANIMATION, "G-buffer", ANALYSIS, "count map", "truth", JUDGED, "shading"];
+pub const SHARED_PASSES: [&str; 9] =
+    [ANIMATION, "G-buffer", freeze::PASS, ANALYSIS, "count map", "truth", JUDGED, "shading", lines::PASS];
 /// The name of every technique's analysis pass.
 pub(crate) const ANALYSIS: &str = "analysis";
 /// What [`judged`] does.
@@ -479,6 +501,8 @@ impl Renderer {
             targets: Targets::default(),
             made: None,
             revision: 0,
+            frozen: freeze::Frozen::default(),
+            lines: lines::Lines::default(),
             broken: false,
         };
         made.gpu.check()?;
@@ -529,7 +553,7 @@ impl Renderer {
         let visibility = t.visibility.get(gpu, "visibility", ask.size, Format::R32Float, STORED);
         let written = STORED.union(wgpu::TextureUsages::COPY_DST);
         let map = t.map.get(gpu, "technique's map", ask.size, Format::R32Float, written);
-        let output = t.output.get(gpu, "picture", ask.size, Format::Rgba8Unorm, STORED);
+        let output = t.output.get(gpu, "picture", ask.size, Format::Rgba8Unorm, STORED | DRAWN);
 
         let uniform = FrameUniform::new(setup, info, ask.size, self.scene_gpu.bounds);
         gpu.queue.write_buffer(&self.frame_buffer, 0, bytemuck::bytes_of(&uniform));
@@ -565,7 +589,17 @@ impl Renderer {
         }
 
         let count = scene.triangle_count * 3;
+        // What techniques know of the camera is the frozen one's; what they look up is this picture's.
+        let fitted_to = setup.frozen().map(|camera| Setup { camera, shadow_camera: None, ..setup.clone() });
+        let frozen = if let Some(to) = &fitted_to {
+            let uniform = FrameUniform::new(to, info, ask.size, scene.bounds);
+            self.frozen.draw(&mut recorder, &self.gbuffer, &depth, count, self.revision, uniform)
+        } else {
+            self.frozen = Default::default();
+            Vec::new()
+        };
         recorder.run(&self.gbuffer).draw(&[&position, &surface], Some((&depth, 0.0)), true, |p| p.draw(0..count, 0..1));
+        recorder.freeze(frozen);
 
         if let Some(count) = &self.analysis.draws {
             recorder.count_draws(count);
@@ -573,7 +607,7 @@ impl Renderer {
         let analysis = analysed.then_some(&mut self.analysis);
         let mut f = Frame {
             recorder,
-            setup,
+            setup: fitted_to.as_ref().unwrap_or(setup),
             values,
             scene,
             geometry: &self.geometry,
@@ -586,6 +620,7 @@ impl Renderer {
             held: 0,
             pieces: None,
             analysis,
+            outlines: lines::wanted(setup, &ask).then(Default::default),
         };
         let start = Instant::now();
         let waited = f.waited();
@@ -596,7 +631,8 @@ impl Renderer {
         }
         told.cpu_ms = start.elapsed().as_secs_f64() * 1e3 - (f.waited() - waited);
         told.gpu_bytes = f.held;
-        let Frame { mut recorder, offered, splits, pieces, analysis, .. } = f;
+        let Frame { mut recorder, offered, splits, pieces, analysis, outlines, .. } = f;
+        recorder.freeze(Vec::new());
         let mut aliasing = None;
         if let Some(analysis) = analysis {
             aliasing = analysis.aliasing_view().cloned();
@@ -645,12 +681,17 @@ impl Renderer {
             let (layer, rows) = (self.figure.layer, self.figure.rows(setup, &self.truth));
             let picture = Drawing { layer, rows, ..Drawing::new(setup, uniform.view, drawn) };
             self.shading.record(&mut recorder, picture, &map, (self.offered.as_ref(), aliasing.as_ref()))?;
+            self.lines.take(gpu, outlines, setup, scene.bounds, ask.size)?;
+            if layer == Layer::Alone {
+                self.lines.draw(&mut recorder, &setup.view, &drawn, false, &[], &output);
+            }
         }
         let finished = recorder.finish().and_then(|()| gpu.check());
         if finished.is_err() && told.truth != before {
             self.truth.forget();
         }
         finished?;
+        self.frozen.finished();
         self.analysis.pieces = pieces;
         self.broken = false;
         Ok(told)

@@ -74,7 +74,7 @@ pub struct Analysis {
     bands: Vec<Band>,
     pub(super) draws: Option<DrawCount>,
     pub(super) pieces: Option<wgpu::Buffer>,
-    /// Buffers that a warped map is made of, by their names in WGSL.
+    /// Buffers that say where maps look, by their names in WGSL.
     tables: Vec<(&'static str, wgpu::Buffer)>,
     draw_counts: Pass,
 }
@@ -240,8 +240,8 @@ impl Analysis {
         Ok(Some(PieceCount { kept, drawn, unserved, folded, folds }))
     }
 
-    /// A buffer that a warped map is made of, by its name in WGSL: `light_view`, and what the technique's warp reads. None
-    /// if there is none of that name.
+    /// A buffer that says where maps look, by its name in WGSL: `light_view`, and what the technique's warp reads, or
+    /// `light_views` and `splits`. None if there is none of that name.
     pub fn table(&self, gpu: &Gpu, name: &str) -> Result<Option<Vec<u8>>> {
         let found = self.tables.iter().find(|(n, _)| *n == name);
         found.map(|(_, buffer)| gpu.read_buffer(buffer)).transpose()
@@ -267,7 +267,7 @@ impl Frame<'_> {
         self.pieces = Some(counters.clone());
     }
 
-    /// Keeps a buffer of a warped map for [`Analysis::table`].
+    /// Keeps a buffer that says where maps look for [`Analysis::table`].
     pub(crate) fn keep_table(&mut self, name: &'static str, buffer: &wgpu::Buffer) {
         if let Some(analysis) = self.analysis.as_deref_mut() {
             analysis.tables.push((name, buffer.clone()));

@@ -269,11 +269,12 @@ impl Renderer {
         let mut recorder = Recorder::new(&self.gpu, &mut self.timer, false, size);
         recorder.set("frame", &self.frame_buffer);
         recorder.set("visibility", if truth { exact } else { Targets::view(&t.visibility)? });
+        let output = Targets::view(&t.output)?;
         for (name, view) in [
             ("g_position", Targets::view(&t.position)?),
             ("g_surface", Targets::view(&t.surface)?),
             ("map", map),
-            ("output", Targets::view(&t.output)?),
+            ("output", output),
             ("truth", exact),
             ("other", exact),
             ("over", &over),
@@ -281,6 +282,8 @@ impl Renderer {
             recorder.set(name, view);
         }
         self.shading.record(&mut recorder, picture, map, (self.offered.as_ref(), self.analysis.aliasing_view()))?;
+        let id = self.seen.map_or("", |v| v.id);
+        self.lines.draw(&mut recorder, id, &picture.drawn, picture.opacity >= 1.0, &[], output);
         recorder.finish()?;
         self.gpu.check()
     }

@@ -76,11 +76,17 @@ impl Order {
         if self.full != before.full || !Arc::ptr_eq(&self.scene, &before.scene) || scene(now) != scene(old) {
             return Change::Scene;
         }
-        let technique = |s: &Setup| (s.technique.clone(), s.truth_samples, s.values().clone(), s.against.clone());
+        let technique = |s: &Setup| {
+            let maps = (s.shadow_camera, s.outlines);
+            (s.technique.clone(), s.truth_samples, s.values().clone(), s.against.clone(), maps)
+        };
         if technique(now) != technique(old) {
             return Change::Technique;
         }
-        let look = |s: &Setup| (s.view.clone(), s.split, s.arrange, s.front, s.overlay.clone());
+        let look = |s: &Setup| {
+            let errors = (s.error_dilation, s.error_base, s.error_window);
+            (s.view.clone(), s.split, s.arrange, s.front, s.overlay.clone(), errors)
+        };
         if look(now) != look(old) { Change::View } else { Change::Nothing }
     }
 

@@ -231,6 +231,7 @@ impl Warped {
         casters.draw(f, base.changed, &all, &map, &self.arguments)?;
         f.count_pieces(&self.counters);
         f.keep_table("light_view", &base.light_view);
+        f.outline_view(&base.light_view);
         for (name, resource) in bound {
             if let Resource::Buffer(buffer) = resource {
                 f.keep_table(name, buffer);
