@@ -127,6 +127,7 @@ impl Setup {
     /// `camera` and `light` may also be the name of one of the scene's, or be left out.
     pub fn from_toml(text: &str, path: &Path) -> Result<(Setup, Scene)> {
         let mut table: toml::Table = toml::from_str(text).map_err(|e| one_line(&e.to_string()))?;
+        shape::rename(&mut table);
         shape::check(&table)?;
         let Some(name) = table.get("scene").and_then(|v| v.as_str()) else {
             bail!("the key scene is missing; give a built-in scene's name or the path of a glTF file");
@@ -248,6 +249,13 @@ impl Setup {
     pub fn values(&self) -> &Values {
         static NONE: Values = Values::new();
         self.params.get(&self.technique).unwrap_or(&NONE)
+    }
+
+    /// The selected technique's values that mean something beside each other.
+    pub fn meaningful(&self) -> Values {
+        let Some(info) = techniques::find(&self.technique) else { return self.values().clone() };
+        let applies = |name: &str| info.specs().any(|s| s.name == name && info.applies(s, self.values()));
+        self.values().iter().filter(|(name, _)| applies(name)).map(|(n, v)| (n.clone(), v.clone())).collect()
     }
 
     /// Checks every range.

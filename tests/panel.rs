@@ -243,7 +243,7 @@ fn row(setup: &Setup, technique: &str, resolution: Option<i64>, error: f64, ms: 
     }
     Record {
         technique: technique.into(),
-        params: params_text(setup.values()),
+        params: params_text(&setup),
         scene: setup.scene.clone(),
         width: setup.size[0],
         height: setup.size[1],

@@ -69,7 +69,7 @@ pub fn accuracy(renderer: &mut Renderer, setup: &Setup, index: u64) -> Result<Re
     Ok(Record {
         index,
         technique: setup.technique.clone(),
-        params: params_text(setup.values()),
+        params: params_text(setup),
         scene: setup.scene.clone(),
         width: setup.size[0],
         height: setup.size[1],

@@ -147,7 +147,7 @@ pub fn run(
         } else {
             let mut setup = start.clone();
             setup.select(id)?;
-            let track = Track { technique: id.clone(), params: params_text(setup.values()), points: Vec::new() };
+            let track = Track { technique: id.clone(), params: params_text(&setup), points: Vec::new() };
             lanes.push(Lane { setup, made: None, last: Shadow::default(), track });
         }
     }

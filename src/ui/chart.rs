@@ -269,7 +269,7 @@ fn axes(ui: &mut Ui, m: &mut Model) {
         let room = ui.available_width();
         let width = ((room - 70.0) / 2.0).clamp(60.0, 300.0);
         choose(ui, "error axis", ERRORS, &mut m.chart.error, width);
-        ui.label(RichText::new("against").color(WEAK));
+        ui.label(RichText::new("against").weak());
         choose(ui, "cost axis", COSTS, &mut m.chart.cost, width);
     });
 }
@@ -316,13 +316,13 @@ fn about(ui: &mut Ui, r: &Record, pictures: &HashMap<String, Picture>, busy: boo
             ui.add(egui::Image::from_texture((texture.id(), wide)));
         }
         Some(Picture::Failed(why)) => {
-            ui.label(RichText::new(why).small().color(WEAK));
+            ui.label(RichText::new(why).small().weak());
         }
         waiting => {
             ui.allocate_ui(wide, |ui| {
                 ui.set_min_size(wide);
                 ui.centered_and_justified(|ui| match busy {
-                    true => ui.label(RichText::new("no small picture while measuring").small().color(WEAK)),
+                    true => ui.label(RichText::new("no small picture while measuring").small().weak()),
                     false => ui.add(egui::Spinner::new().size(22.0)),
                 });
             });
@@ -351,7 +351,7 @@ fn about(ui: &mut Ui, r: &Record, pictures: &HashMap<String, Picture>, busy: boo
         }
     });
     let rest = r.params.replace(';', ", ").replace('=', " ");
-    ui.label(RichText::new(rest).small().color(WEAK));
+    ui.label(RichText::new(rest).small().weak());
     let place = format!("{}, {} × {} pixels. Click to apply.", r.scene, r.width, r.height);
-    ui.label(RichText::new(place).small().color(WEAK));
+    ui.label(RichText::new(place).small().weak());
 }

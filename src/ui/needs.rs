@@ -2,7 +2,6 @@
 
 use super::model::{Action, Model};
 use super::panel::grouped;
-use super::style::WEAK;
 use crate::measure::{Record, params_text};
 use crate::setup::Setup;
 use crate::techniques;
@@ -91,7 +90,7 @@ pub fn show(ui: &mut Ui, m: &Model, out: &mut Vec<Action>) {
     table(ui, "needs", &rows);
     ui.horizontal(|ui| {
         let text = if measured.is_some() { "as measured at this set-up" } else { "the rest is known once measured" };
-        ui.label(RichText::new(text).small().color(WEAK));
+        ui.label(RichText::new(text).small().weak());
         let ready = m.measuring.is_none() && m.info().refuses(&m.setup.light).is_none();
         if measured.is_none() && ready && ui.small_button("Measure now").on_hover_text("Measure this set-up.").clicked()
         {
@@ -113,7 +112,7 @@ pub fn table(ui: &mut Ui, id: impl std::hash::Hash + std::fmt::Debug, rows: &[Ro
 
 /// Whether a row was measured at this set-up, whatever its view.
 fn is_of(r: &Record, setup: &Setup) -> bool {
-    if r.technique != setup.technique || r.scene != setup.scene || r.params != params_text(setup.values()) {
+    if r.technique != setup.technique || r.scene != setup.scene || r.params != params_text(setup) {
         return false;
     }
     let seen = |s: &Setup| (s.camera, s.light, s.size, s.time, s.animation, s.seed);

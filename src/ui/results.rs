@@ -3,7 +3,6 @@
 use super::drawer::{line, progress};
 use super::model::{Action, Facts, Model};
 use super::needs::{self, main_values, percent, table, title};
-use super::style::{ACCENT, WEAK};
 use crate::frame::SHARED_PASSES;
 use crate::measure::Record;
 use egui::{Button, Grid, RichText, Ui};
@@ -14,7 +13,7 @@ pub fn timings(ui: &mut Ui, facts: &Facts) {
     Grid::new("passes").num_columns(2).min_col_width(150.0).spacing([8.0, 2.0]).show(ui, |ui| {
         for (name, ms) in &facts.passes {
             let shared = SHARED_PASSES.contains(name);
-            let name = if shared { RichText::new(*name).color(WEAK) } else { RichText::new(*name) };
+            let name = if shared { RichText::new(*name).weak() } else { RichText::new(*name) };
             let tip = if shared { "Part of every frame, whatever the technique." } else { "A pass of the technique." };
             ui.label(name).on_hover_text(tip);
             ui.label(RichText::new(format!("{ms:9.3} ms")).monospace());
@@ -33,7 +32,7 @@ pub fn timings(ui: &mut Ui, facts: &Facts) {
         (true, false) => "wall clock, each pass waited for",
         _ => "GPU timestamps",
     };
-    ui.label(RichText::new(how).small().color(WEAK)).on_hover_text("How these times are taken.");
+    ui.label(RichText::new(how).small().weak()).on_hover_text("How these times are taken.");
     let points: PlotPoints = facts.recent.iter().enumerate().map(|(i, ms)| [i as f64, *ms]).collect();
     let plot = Plot::new("technique time")
         .height(76.0)
@@ -48,7 +47,7 @@ pub fn timings(ui: &mut Ui, facts: &Facts) {
         .allow_scroll(false)
         .allow_boxed_zoom(false)
         .show_background(false);
-    let shown = plot.show(ui, |plot| plot.line(Line::new("technique, ms", points).color(ACCENT)));
+    let shown = plot.show(ui, |plot| plot.line(Line::new("technique, ms", points).color(ui.visuals().hyperlink_color)));
     shown.response.on_hover_text("The technique's time in ms over the last frames at full resolution.");
 }
 
@@ -93,7 +92,7 @@ fn measured(ui: &mut Ui, i: usize, r: &Record) {
     ui.label(RichText::new(title(&r.technique)).strong()).on_hover_text(r.params.replace(';', "\n"));
     let main = main_values(r);
     if !main.is_empty() {
-        ui.label(RichText::new(main).small().color(WEAK));
+        ui.label(RichText::new(main).small().weak());
     }
     let share = |n: usize| format!("{n:>9}  {:6.3} %", 100.0 * n as f64 / r.facing.max(1) as f64);
     let three = |values: [Option<f64>; 3], unit: &str| match values {
@@ -160,7 +159,7 @@ fn measured(ui: &mut Ui, i: usize, r: &Record) {
     ui.add_space(3.0);
     table(ui, ("needs of", i), &needs::rows(r));
     if r.wall_clock {
-        ui.label(RichText::new("times are wall clock").small().color(WEAK));
+        ui.label(RichText::new("times are wall clock").small().weak());
     }
     if !r.notes.is_empty() {
         ui.label(RichText::new(&r.notes).small().color(ui.visuals().warn_fg_color));

@@ -364,7 +364,7 @@ impl Stage {
         let (width, generation) = (self.size[0] as usize, self.generation);
         let row = Record {
             technique: m.setup.technique.clone(),
-            params: params_text(m.setup.values()),
+            params: params_text(&m.setup),
             gpu_bytes: m.facts.told.gpu_bytes,
             gpu_ms: m.facts.technique_ms(),
             truth_samples: m.setup.truth_samples.shown(m.info()),

@@ -5,7 +5,6 @@ use super::drawer::{beside, line, pick_techniques, progress};
 use super::model::{Action, Model};
 use super::needs::percent;
 use super::plotting::{Labels, color, short};
-use super::style::{ACCENT, LINE, TEXT, WEAK};
 use crate::measure::stability::{self, CASES, Case, Point, Stability};
 use crate::setup::Setup;
 use egui::{Button, ComboBox, DragValue, FontId, Grid, Label, RichText, Role, Slider, Ui, WidgetInfo, vec2};
@@ -86,10 +85,10 @@ fn controls(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
     let tip = chosen.map_or("A scene with a path on which some techniques fail.", |c| c.doc);
     shown.response.on_hover_text(tip).widget_info(|| WidgetInfo::labeled(Role::ComboBox, true, "case"));
     let Some(case) = chosen else {
-        ui.label(RichText::new(tip).small().color(WEAK));
+        ui.label(RichText::new(tip).small().weak());
         return;
     };
-    ui.label(RichText::new(case.doc).small().color(WEAK));
+    ui.label(RichText::new(case.doc).small().weak());
     if m.case().is_none() {
         let open = ui.add_enabled(m.loading.is_none(), Button::new(format!("Open {}", case.id)));
         if open.on_hover_text("Load the case's scene.").clicked() {
@@ -136,7 +135,7 @@ fn found(ui: &mut Ui, m: &mut Model) {
                 "How much visibility changes from frame to frame beyond the truth's change: mean along the path.",
             ),
         ] {
-            ui.label(RichText::new(head).small().color(WEAK)).on_hover_text(tip);
+            ui.label(RichText::new(head).small().weak()).on_hover_text(tip);
         }
         ui.end_row();
         for track in &found.tracks {
@@ -154,7 +153,7 @@ fn found(ui: &mut Ui, m: &mut Model) {
         }
     });
     for (id, why) in &found.left_out {
-        ui.label(RichText::new(format!("{id}: {why}")).small().color(WEAK));
+        ui.label(RichText::new(format!("{id}: {why}")).small().weak());
     }
     if let Some(t) = to {
         m.timeline.playing = false;
