@@ -17,6 +17,8 @@ pub use crate::scene::builtin::CASES;
 pub struct Case {
     /// Also the name of its scene.
     pub id: &'static str,
+    /// What it is about: `Contact: peter-panning`.
+    pub title: &'static str,
     /// What it provokes and in which techniques, a sentence.
     pub doc: &'static str,
     /// What runs along the path, with its unit: `sun elevation, °`.

@@ -35,6 +35,7 @@ pub static INFO: Info = Info {
     id: "dsm",
     title: "Distorted shadow mapping",
     paper: "Jia, Luo, Zhang 2013",
+    family: "Warping",
     doc: "Draws a plain map, finds the jumps in its depth, and distorts a grid over the map so that these silhouettes get \
           more texels. It knows nothing of the camera: edges that nobody sees get as much.",
     lights: &["directional", "spot"],

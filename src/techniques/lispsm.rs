@@ -30,6 +30,7 @@ pub static INFO: Info = Info {
     id: "lispsm",
     title: "Light space perspective shadow map",
     paper: "Wimmer, Scherzer, Purgathofer 2004",
+    family: "Warping",
     doc: "A shadow map warped along the view, so that texels are small near the camera and large far away. Where gaze and \
           light are parallel there is nothing to gain, and the warp fades out.",
     lights: &["directional", "spot"],

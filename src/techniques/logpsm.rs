@@ -32,6 +32,7 @@ pub static INFO: Info = Info {
     id: "logpsm",
     title: "Logarithmic perspective shadow map",
     paper: "Lloyd, Govindaraju, Quammen, Molnar, Manocha 2008",
+    family: "Warping",
     doc: "A perspective along the view, then a logarithm along it: texels grow in proportion to the distance, as pixels do. \
           The best that one map warped along the view can do, but straight edges become curves: large triangles must be \
           split, or drawn exactly.",

@@ -28,6 +28,8 @@ pub struct Info {
     pub title: &'static str,
     /// Author and year.
     pub paper: &'static str,
+    /// The heading that it stands under in the lists; techniques of one family follow one another in [`ALL`].
+    pub family: &'static str,
     /// What it does and where it fails, in a student's words.
     pub doc: &'static str,
     /// The light kinds it serves, by their names in [`crate::light::KINDS`].

@@ -39,6 +39,7 @@ pub static INFO: Info = Info {
     id: "notw",
     title: "Non-orthogonal texture warping",
     paper: "Milet, Navratil, Zemcik 2015",
+    family: "Warping",
     doc: "Counts how many pixels look into each texel and stretches every row, then every column of the map until all \
           texels are equally busy. Where the warp turns fast between a triangle's corners, its shadow goes astray.",
     lights: &["directional", "spot"],

@@ -31,6 +31,7 @@ pub static INFO: Info = Info {
     id: "pcf",
     title: "Percentage-closer filtering",
     paper: "Reeves, Salesin, Cook 1987",
+    family: "Basics",
     doc: "Several depth comparisons around each pixel's place in the shadow map, averaged: the stairs blur. The blur \
           is as wide everywhere, also where the shadow touches its caster.",
     lights: &["directional", "spot"],

@@ -43,7 +43,7 @@ crate::params! {
             /// Standard deviation of the Gaussian that blurs both profiles. Small: the warp turns abruptly. Large: importance spreads to where there is none.
             profile_blur: float(4.0, 0.0..=32.0, "bins"),
             /// The importance that every row and column has at least, as a share of the largest; it keeps the warp increasing.
-            floor: float(0.02, 0.0..=0.5, "× largest"),
+            floor: float(0.02, 0.0..=0.5, "× max"),
         }
     }
 }
@@ -52,6 +52,7 @@ pub static INFO: Info = Info {
     id: "rtw",
     title: "Rectilinear texture warping",
     paper: "Rosen 2012",
+    family: "Warping",
     doc: "Makes each row and each column of one map as wide as the most important thing in it asks. Two things on a \
           diagonal waste texels on the diagonal's other two corners.",
     lights: &["directional", "spot"],

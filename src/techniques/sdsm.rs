@@ -32,6 +32,7 @@ pub static INFO: Info = Info {
     id: "sdsm",
     title: "Sample distribution shadow maps",
     paper: "Lauritzen, Salvi, Lefohn 2011",
+    family: "Cascades",
     doc: "Cascades between the nearest and the farthest surface seen, each map drawn tightly around its part of the \
           picture: no texel for what nobody sees. A thing that comes into view can stretch a map at once: pops.",
     lights: &["directional", "spot"],

@@ -28,6 +28,7 @@ pub static INFO: Info = Info {
     id: "tsm",
     title: "Trapezoidal shadow map",
     paper: "Martin, Tan 2004",
+    family: "Warping",
     doc: "The view frustum, seen from the light, is enclosed in a trapezoid that a perspective turns into the square map. \
           It depends on the frustum alone, so that it moves steadily. Nothing is gained where light and gaze are parallel.",
     lights: &["directional", "spot"],

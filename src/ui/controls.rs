@@ -6,9 +6,9 @@ use egui::{RectAlign, Role, Stroke, Tooltip, Ui, Vec2, WidgetInfo, WidgetText, p
 use std::ops::RangeInclusive;
 
 /// Width of the names, points.
-const NAME: f32 = 112.0;
+const NAME: f32 = 100.0;
 /// Width of the value fields, points.
-const FIELD: f32 = 96.0;
+pub const FIELD: f32 = 108.0;
 pub const HEIGHT: f32 = 21.0;
 /// Width of the button that resets a parameter, points.
 const RESET: f32 = 20.0;
@@ -39,10 +39,11 @@ fn panel_left(ctx: &egui::Context) -> Option<f32> {
 
 /// Says where the panel begins, or that there is none.
 pub fn set_panel_left(ctx: &egui::Context, left: Option<f32>) {
-    ctx.data_mut(|d| match left {
-        Some(left) => d.insert_temp(Id::unique("panel's left"), left),
-        None => d.remove::<f32>(Id::unique("panel's left")),
-    });
+    let id = Id::unique("panel's left");
+    match left {
+        Some(left) => _ = ctx.data_mut(|d| d.insert_temp(id, left)),
+        None => ctx.data_mut(|d| d.remove::<f32>(id)),
+    }
 }
 
 /// Takes what a row has to say since the last call: that a number was out of range.
@@ -136,10 +137,14 @@ fn slider_and_field(ui: &mut Ui, value: &mut f64, scale: Scale, tip: &str, label
     }
     slider.tip(tip);
     let speed = if scale.step > 0.0 { scale.step * 0.1 } else { (value.abs() * 0.01).max((high - low) * 1e-4) };
-    let decimals = if scale.step > 0.0 { 0 } else { decimals(*value) };
     let beyond = std::cell::Cell::new(None);
-    let drag = DragValue::new(value).range(scale.range.clone()).speed(speed).max_decimals(decimals);
+    let (now, text_now) = (*value, short(*value));
+    let drag = DragValue::new(value).range(scale.range.clone()).speed(speed).custom_formatter(|v, _| short(v));
     let drag = drag.suffix(&suffix).update_while_editing(false).custom_parser(|text| {
+        // Text that nobody changed is no reason to round the value.
+        if text == text_now {
+            return Some(now);
+        }
         let typed = text.trim().trim_end_matches(suffix.trim()).trim().replace(['−', ','], "");
         let number = if text.contains('−') { format!("-{typed}") } else { typed }.parse::<f64>().ok()?;
         beyond.set((!scale.range.contains(&number)).then_some(number));
@@ -162,10 +167,21 @@ fn suffix(unit: &str) -> String {
     if unit.is_empty() { String::new() } else { format!(" {unit}").replace(" °", "°") }
 }
 
-/// Decimals that show about four figures.
-fn decimals(value: f64) -> usize {
+/// A number in about three figures.
+fn short(value: f64) -> String {
     let size = value.abs();
-    if size == 0.0 { 2 } else { (3.0 - size.log10().floor()).clamp(0.0, 6.0) as usize }
+    let decimals = if size == 0.0 { 0 } else { (2.0 - size.log10().floor()).clamp(0.0, 6.0) as usize };
+    let text = format!("{value:.decimals$}");
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').into() } else { text }
+}
+
+/// A value in words.
+pub fn shown_value(value: &Value) -> String {
+    match value {
+        Value::Float(v) => short(*v),
+        Value::Bool(v) => if *v { "on" } else { "off" }.into(),
+        other => other.to_string(),
+    }
 }
 
 /// What a parameter is called in the panel.

@@ -1,6 +1,6 @@
 //! The look: one calm theme, dark or light as the system has it or the user chooses, set once.
 
-use egui::{Color32, CornerRadius, FontId, Stroke, TextStyle, Theme, vec2};
+use egui::{Color32, CornerRadius, FontDefinitions, FontFamily, FontId, Stroke, TextStyle, Theme, vec2};
 
 const fn rgb(r: u8, g: u8, b: u8) -> Color32 {
     Color32::from_rgb(r, g, b)
@@ -78,6 +78,10 @@ const LIGHT: Palette = Palette {
 
 /// Sets both themes of a context; which of them shows, egui knows.
 pub fn apply(ctx: &egui::Context) {
+    // The text's own font has no arrows; the other one that is there has.
+    let mut fonts = FontDefinitions::default();
+    fonts.families.entry(FontFamily::Proportional).or_default().push("Hack".into());
+    ctx.set_fonts(fonts);
     for (theme, palette, visuals) in
         [(Theme::Dark, DARK, egui::Visuals::dark()), (Theme::Light, LIGHT, egui::Visuals::light())]
     {

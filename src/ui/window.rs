@@ -13,7 +13,7 @@ use crate::measure::stability;
 use crate::setup::Setup;
 use crate::view;
 use anyhow::{Context, Result};
-use egui::{Event, Key, Modifiers, Rect, TextureOptions};
+use egui::{Rect, TextureOptions};
 use glam::Vec3;
 use std::path::Path;
 use std::sync::Arc;
@@ -90,7 +90,8 @@ impl ApplicationHandler for App {
     fn window_event(&mut self, event_loop: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
         let Some(open) = &mut self.open else { return };
         match &event {
-            WindowEvent::CloseRequested => event_loop.exit(),
+            WindowEvent::CloseRequested if open.model.as_mut().is_none_or(Model::may_close) => event_loop.exit(),
+            WindowEvent::CloseRequested => open.window.request_redraw(),
             WindowEvent::RedrawRequested => {
                 if open.redraw(event_loop) {
                     event_loop.exit();
@@ -140,6 +141,8 @@ struct Open {
     measuring: u64,
     /// The loading is of a step that was undone or redone.
     restoring: bool,
+    /// What had to be saved first is saved.
+    quit: bool,
     glide: Option<Glide>,
     clock: Instant,
     shaders: Option<SystemTime>,
@@ -151,7 +154,7 @@ impl Open {
         let attributes = Window::default_attributes()
             .with_title("Shadowscope")
             .with_inner_size(LogicalSize::new(1280.0, 800.0))
-            .with_min_inner_size(LogicalSize::new(640.0, 360.0));
+            .with_min_inner_size(LogicalSize::new(300.0, 200.0));
         let window = Arc::new(event_loop.create_window(attributes).context("no window can be opened")?);
         let instance = gpu::instance();
         let surface = instance.create_surface(window.clone()).context("the window cannot be drawn on")?;
@@ -179,6 +182,7 @@ impl Open {
             loading: 0,
             measuring: 0,
             restoring: false,
+            quit: false,
             glide: None,
             clock: Instant::now(),
             looked: Instant::now(),
@@ -252,11 +256,17 @@ impl Open {
                     }
                 }
                 Done::Measured(..) | Done::Stability(..) | Done::Advised(..) => {}
-                Done::Saved(Ok(path)) => m.say(format!("Saved {}.", path.display())),
+                Done::Saved(Ok(path)) => {
+                    m.unsaved &= path.extension().is_none_or(|e| e != "csv" && e != "json");
+                    self.quit |= m.closing && !m.unsaved;
+                    m.say(format!("Saved {}.", path.display()));
+                }
                 Done::Saved(Err(e)) | Done::Read(_, Err(e)) => m.fail(&e),
                 Done::Read(path, Ok(rows)) => {
                     m.say(format!("{} rows of {} are in the chart.", rows.len(), path.display()));
+                    let unsaved = m.unsaved;
                     m.adopt(rows);
+                    m.unsaved = unsaved;
                     m.drawer = Some(Tab::Chart);
                 }
                 Done::Pictured(setup, drawn) => {
@@ -343,8 +353,7 @@ impl Open {
             return false;
         }
         self.canvas.resize([size.width, size.height]);
-        let mut raw = self.input.take_egui_input(&self.window);
-        self.take_tab(&mut raw);
+        let raw = self.input.take_egui_input(&self.window);
         let mut actions = Vec::new();
         let mut rect = Rect::NOTHING;
         let ctx = self.ctx.clone();
@@ -354,7 +363,7 @@ impl Open {
             None => shell::opening(ui, &self.opening),
         });
         self.input.handle_platform_output(&self.window, std::mem::take(&mut output.platform_output));
-        let quit = actions.contains(&Action::Quit);
+        let quit = self.quit || actions.contains(&Action::Quit);
         for action in actions {
             self.act(action);
         }
@@ -410,21 +419,6 @@ impl Open {
             _ => ControlFlow::Wait,
         });
         quit
-    }
-
-    /// Tab hides and shows the panel, except while text is typed.
-    fn take_tab(&mut self, raw: &mut egui::RawInput) {
-        let Some(m) = &mut self.model else { return };
-        if self.ctx.egui_wants_keyboard_input() {
-            return;
-        }
-        raw.events.retain(|e| match e {
-            Event::Key { key: Key::Tab, modifiers: Modifiers::NONE, pressed, repeat, .. } => {
-                m.show_panel ^= *pressed && !repeat;
-                false
-            }
-            _ => true,
-        });
     }
 
     /// Lets the clock run, and the camera turn; camera and light keep to places that a file can hold.
