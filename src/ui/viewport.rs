@@ -44,7 +44,7 @@ pub fn show(ui: &mut Ui, rect: Rect, m: &mut Model, out: &mut Vec<Action>) {
     let free = if m.show_legend { legend::show(ui, rect, m) } else { rect };
     draft(ui, free, m);
     compare::over(ui, free, m);
-    gizmo::show(ui, rect, m);
+    gizmo::show(ui, free, m);
     if let Some(reason) = m.info().refuses(&m.setup.light) {
         let text = format!("{reason}: drawn without shadow");
         label(ui, rect, rect.center_top() + vec2(0.0, 40.0), Align2::CENTER_TOP, &text);
