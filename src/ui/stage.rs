@@ -266,7 +266,8 @@ impl Stage {
         {
             return Change::Technique;
         }
-        let look = |s: &Setup| (s.view.clone(), s.split, s.arrange, s.front, s.overlay.clone());
+        let errors = |s: &Setup| (s.error_dilation, s.error_base, s.error_window);
+        let look = |s: &Setup| (s.view.clone(), s.split, s.arrange, s.front, s.overlay.clone(), errors(s));
         if look(d) != look(setup) { Change::View } else { Change::Nothing }
     }
 
