@@ -3,7 +3,7 @@
 // The analysis of techniques with cascades: each sample in the map that it looks up first.
 
 fn place(s: Surface, dx: vec3f, dy: vec3f) -> Place {
-    let i = cascade_of(s.depth);
+    let i = cascade_of(cascade_depth(s.position, s.depth));
     let v = light_views[i];
     let clip = light_clip(v, s.position);
     let texel = light_texel(v, clip);

@@ -3,6 +3,7 @@
 //!include lib/light_view.wgsl
 //!include lib/cells.wgsl
 //!include lib/labels.wgsl
+//!include lib/inset.wgsl
 // The picture: shading, the common views, and a technique's own maps.
 
 // A pipeline draws one view: adapters that run both sides of a branch would pay for all of them. The common views are
@@ -17,6 +18,8 @@ struct View {
     range: vec2f,
     // Of `map`, where it holds more than one value.
     channel: u32,
+    // Of the picture, from the top, that have what the view needs; the rest is shaded.
+    rows: u32,
     // How much an overlay hides; from 1 on it lies small in a corner.
     opacity: f32,
     // Of errors: pixels by which wrong ones grow, and whether what lies under them is light.
@@ -216,6 +219,9 @@ fn color_of(pixel: vec2u) -> vec4f {
         let plain = drawn_view != view_shaded;
         return ground(select(linear_to_srgb(sky(normalize(pixel_ray(vec2f(pixel) + 0.5)))), vec3f(0.22, 0.24, 0.27), plain));
     }
+    if pixel.y >= view.rows {
+        return ground(linear_to_srgb(lit(s, v)));
+    }
     switch drawn_view {
         case view_visibility: {
             return data(vec3f(v));
@@ -267,13 +273,11 @@ fn below_overlay(pixel: vec2u, color: vec4f) -> vec4f {
         let o = textureLoad(over, pixel, 0);
         return mix(color, o, view.opacity * o.a);
     }
-    let gap = max(frame.size.y / 90u, 2u);
-    let corner = frame.size - frame.size / 3u - gap;
-    let line = max(gap / 6u, 1u);
-    if any(pixel + line < corner) || any(pixel >= frame.size - gap + line) {
+    if beside_inset(pixel) {
         return color;
     }
-    if any(pixel < corner) || any(pixel >= frame.size - gap) {
+    let corner = inset_corner();
+    if any(pixel < corner) || any(pixel >= frame.size - inset_gap()) {
         return vec4f(0.9);
     }
     // The mean of the nine pixels that it covers.

@@ -341,7 +341,7 @@ impl Cascades {
                 }
             }
         }
-        let map = maps.all.clone();
+        let (map, each) = (maps.all.clone(), maps.each.clone());
         let held = crate::gpu::bytes(&maps.texture);
         f.held(held + self.indices.as_ref().map_or(0, |b| b.size()) + self.small());
         let layers = Maps::of(&p.sides());
@@ -351,7 +351,11 @@ impl Cascades {
             ("light_views", (&self.light_views).into()),
         ];
         f.analyse(&self.analyse, layers, &bound);
+        f.keep_table("light_views", &self.light_views);
+        f.keep_table("splits", &self.splits);
+        f.outline_cascades(p.cascades, bound.into_iter().chain([("cascade_draws", (&self.draws).into())]).collect());
         f.tell_splits(&self.splits, p.cascades);
+        f.offer_maps(&each, &self.light_views, &p.sides());
         Ok(map)
     }
 

@@ -68,7 +68,13 @@ pub struct Setup {
     /// Width of the window of the view `error-density`, pixels; odd.
     #[serde(default = "default_window")]
     pub error_window: u32,
+    /// Draw what maps cover as lines into the scene; always drawn while there is a shadow camera.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub outlines: bool,
     pub camera: Camera,
+    /// The camera that maps are fitted to while another looks at them; None: the same.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shadow_camera: Option<Camera>,
     pub light: Light,
     /// Parameters by technique and name; what is absent takes its default.
     #[serde(default)]
@@ -239,7 +245,9 @@ impl Setup {
             error_dilation: 0,
             error_base: Base::Dark,
             error_window: default_window(),
+            outlines: false,
             camera,
+            shadow_camera: None,
             light,
             params: BTreeMap::new(),
             overlay: None,
@@ -285,13 +293,13 @@ impl Setup {
         let scene = load_scene(&name)?;
         table.insert("scene".into(), name.into());
         place::take_off(&mut table, scene.origin);
-        let camera = match table.get("camera") {
-            Some(toml::Value::String(name)) => Some(scene_camera(&scene, name)?),
-            None => Some(scene.cameras[0].camera),
-            Some(_) => None,
-        };
-        if let Some(camera) = camera {
-            table.insert("camera".into(), toml::Value::try_from(camera)?);
+        for key in ["camera", "shadow_camera"] {
+            let camera = match table.get(key) {
+                Some(toml::Value::String(name)) => scene_camera(&scene, name)?,
+                None if key == "camera" => scene.cameras[0].camera,
+                _ => continue,
+            };
+            table.insert(key.into(), toml::Value::try_from(camera)?);
         }
         let light = match table.get("light") {
             Some(toml::Value::String(name)) => Some(scene_light(&scene, name)?),
@@ -440,6 +448,11 @@ impl Setup {
         Ok(())
     }
 
+    /// The camera that maps are fitted to, where it is not the one that looks.
+    pub fn frozen(&self) -> Option<Camera> {
+        self.shadow_camera.filter(|c| *c != self.camera)
+    }
+
     /// The selected technique's values.
     pub fn values(&self) -> &Values {
         static NONE: Values = Values::new();
@@ -481,18 +494,8 @@ impl Setup {
             "error_window = {} is not allowed; it takes an odd number from 1 to {MAX_WINDOW} pixels",
             self.error_window
         );
-        let c = &self.camera;
-        in_range("camera.fov", c.fov, 1.0, 170.0, "°")?;
-        in_range("camera.near", c.near, 1e-6, 1e9, " m")?;
-        finite("camera.position", c.position)?;
-        finite("camera.target", c.target)?;
-        ensure!(
-            c.far > c.near && c.far.is_finite(),
-            "camera.far = {} must be greater than camera.near = {}",
-            c.far,
-            c.near
-        );
-        ensure!(c.position != c.target, "camera.target must differ from camera.position");
+        check_camera("camera", &self.camera)?;
+        self.shadow_camera.map_or(Ok(()), |c| check_camera("shadow_camera", &c))?;
         self.check_light()?;
         let own = self.params.iter().map(|(id, values)| (format!("params.{id}"), id, values));
         let sides = self.against.iter().filter(|s| !s.is_truth());
@@ -537,6 +540,16 @@ impl Setup {
         );
         Ok(())
     }
+}
+
+fn check_camera(key: &str, c: &Camera) -> Result<()> {
+    in_range(&format!("{key}.fov"), c.fov, 1.0, 170.0, "°")?;
+    in_range(&format!("{key}.near"), c.near, 1e-6, 1e9, " m")?;
+    finite(&format!("{key}.position"), c.position)?;
+    finite(&format!("{key}.target"), c.target)?;
+    ensure!(c.far > c.near && c.far.is_finite(), "{key}.far = {} must be greater than {key}.near = {}", c.far, c.near);
+    ensure!(c.position != c.target, "{key}.target must differ from {key}.position");
+    Ok(())
 }
 
 /// The view `split` of older files is a comparison with the truth.
@@ -607,14 +620,14 @@ pub fn scene_light(scene: &Scene, name: &str) -> Result<Light> {
     }
 }
 
-/// Reads `--camera`: a name, or `px,py,pz:tx,ty,tz:fov` in the scene's own coordinates (near and far then follow the scene's
+/// Reads `--camera` and its like: a name, or `px,py,pz:tx,ty,tz:fov` in the scene's own coordinates (near and far then follow the scene's
 /// first camera).
 pub fn parse_camera(scene: &Scene, text: &str) -> Result<Camera> {
     let parts: Vec<&str> = text.split(':').collect();
     if parts.len() != 3 || scene.cameras.iter().any(|c| c.name == text) {
         return scene_camera(scene, text);
     }
-    let form = || format!("--camera {text}: write it as NAME or px,py,pz:tx,ty,tz:fov");
+    let form = || format!("the camera {text} cannot be read: write it as NAME or px,py,pz:tx,ty,tz:fov");
     let first = scene.cameras[0].camera;
     let place = |text| anyhow::Ok((parse_vec3(text)? - scene.origin).as_vec3());
     Ok(Camera {

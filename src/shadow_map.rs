@@ -139,7 +139,12 @@ impl ShadowMap {
         let (fit, scope) = (FitParams::read(f.values).fit, scope(f, reach));
         let view = match fit.as_str() {
             // Where the camera sees nothing, any map will do.
-            "msf" => *self.least.get(f, scope, |s| msf::view(s, f.geometry.hull())),
+            "msf" => {
+                if f.wants_outlines() {
+                    f.outline_body(scope.seen_of(f.geometry.hull().clone()));
+                }
+                *self.least.get(f, scope, |s| msf::view(s, f.geometry.hull()))
+            }
             _ => None,
         };
         self.render_view(f, view, reach, fit == "receivers")
@@ -154,6 +159,8 @@ impl ShadowMap {
         let p = MapParams::read(f.values);
         let view = view.map_or_else(|| whole(&scope(f, reach)), Ok)?;
         let light_view = self.fit.run(f, view, narrow);
+        f.outline_view(&light_view);
+        f.keep_table("light_view", &light_view);
         let hardware = HardwareParams::read(f.values);
         self.prepare_casters(f.gpu, (p.cull.clone(), format(&p), hardware, view.perspective == LightView::WARPED))?;
         let map = self.depth.get(f.gpu, "shadow map", [p.resolution; 2], format(&p), USAGE);
@@ -168,7 +175,7 @@ impl ShadowMap {
                 f.run(masked).bind("light_view", &light_view).draw(&[], depth, false, |p| scene.draw_masked(p));
             }
         }
-        f.show_depth("shadow-map", &map, &light_view);
+        f.offer_maps(std::slice::from_ref(&map), &light_view, &[p.resolution]);
         let maps = Maps::of(&[p.resolution]);
         f.analyse(&self.analyse, maps, &[("light_view", (&light_view).into())]);
         Ok(Drawn { map, light_view })

@@ -368,6 +368,13 @@ pub fn is_judged(id: &str) -> bool {
 
 /// The maps that show a channel of the analysis: the aliasing error and its two parts, in that order.
 pub const ALIASING: [&str; 3] = ["aliasing", "perspective-aliasing", "projection-aliasing"];
+/// Maps that count the picture's pixels: at fewer of them they would tell something else.
+const COUNTS: [&str; 6] = ["counts", "counts-before", "counts-between", "histogram", "profiles", "occupancy"];
+
+/// Whether a view is drawn only at the full resolution.
+pub fn waits(id: &str) -> bool {
+    COUNTS.contains(&id)
+}
 
 /// Refuses a view that the technique does not have.
 pub fn check(id: &str, info: &Info) -> Result<()> {

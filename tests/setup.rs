@@ -27,6 +27,8 @@ fn a_set_up_survives_its_file() {
     setup.truth_samples = Samples::Fixed(64);
     setup.view = "taps".into();
     setup.camera.position.x = 0.1 + 0.2;
+    setup.shadow_camera = Some(shadowscope::scene::Camera { fov: 31.5, ..setup.camera });
+    setup.outlines = true;
     setup.light = Light::Spot {
         position: glam::Vec3::new(1.0, 2.5, 3.0),
         direction: glam::Vec3::NEG_Y,
@@ -73,6 +75,12 @@ fn errors_name_the_key_the_value_and_the_range() {
         (with("light = \"nowhere\"\n"), vec!["nowhere", "sun"]),
         (with("truth_samples = 3\n"), vec!["truth_samples", "3", "1, 4, 16 or 64"]),
         (with("truth_samples = \"all\"\n"), vec!["truth_samples", "all", "auto"]),
+        (with("shadow_camera = \"nowhere\"\n"), vec!["nowhere", "default"]),
+        (
+            with("[shadow_camera]\nposition = [0,0,0]\ntarget = [0,0,0]\nfov = 50\nnear = 0.1\nfar = 10\n"),
+            vec!["shadow_camera.target", "shadow_camera.position"],
+        ),
+        (with("outlines = 1\n"), vec!["outlines", "true or false"]),
         (with("split = 2.0\n"), vec!["split", "2", "0 to 1"]),
         (with("time = -1.0\n"), vec!["time", "-1", "0 to"]),
         (

@@ -2,7 +2,7 @@
 
 use shadowscope::cascades::Fitting;
 use shadowscope::fit::diagram::Stroke;
-use shadowscope::frame::{Counting, FrameUniform, ViewUniform};
+use shadowscope::frame::{Counting, FrameUniform, Segment, Style, ViewUniform};
 use shadowscope::gpu::{Shaders, shader_files};
 use shadowscope::light::LightView;
 use shadowscope::params::Group;
@@ -82,9 +82,12 @@ fn shared_structs_agree() {
         far "far", bounds_min "bounds_min", seed "seed", bounds_max "bounds_max", padding "padding",
         light_position "light_position", light_kind "light_kind", light_axis "light_axis", light_range "light_range",
         light_color "light_color", light_cosine "light_cosine", light_half_u "light_half_u", view "view",
-        light_half_v "light_half_v", map "map", size "size", band "band");
-    same!("shade.wgsl", "View", ViewUniform, range "range", channel "channel", opacity "opacity", dilation "dilation",
-        light_base "light_base");
+        light_half_v "light_half_v", map "map", size "size", band "band", shadow_eye "shadow_eye", frozen "frozen",
+        shadow_forward "shadow_forward", shadow_far "shadow_far", shadow_up "shadow_up", spare "spare");
+    same!("lines.wgsl", "Segment", Segment, start "start", color "color", end "end", weight "weight");
+    same!("lines.wgsl", "Style", Style, half "half", labels "labels", inset "inset", padding "padding");
+    same!("shade.wgsl", "View", ViewUniform, range "range", channel "channel", rows "rows", opacity "opacity",
+        dilation "dilation", light_base "light_base");
     same!("counts.wgsl", "Counting", Counting,
         size "size", layers "layers", first "first", count "count", padding "padding", spare "spare", sides "sides");
     same!("cascades.wgsl", "Fitting", Fitting,

@@ -9,7 +9,9 @@ use shadowscope::light::Light;
 use shadowscope::measure;
 use shadowscope::measure::Step;
 use shadowscope::measure::metrics::{Errors, FACING};
-use shadowscope::scene::{Animation, Channel, Interpolation, Local, Material, Node, Property, Scene, Texture, builtin};
+use shadowscope::scene::{
+    Animation, Camera, Channel, Interpolation, Local, Material, Node, Property, Scene, Texture, builtin,
+};
 use shadowscope::setup::{Base, Setup, scene_camera};
 
 /// A built-in scene at a size.
@@ -639,4 +641,160 @@ fn timestamps_arrive_for_every_pass() {
     // The truth was traced in the first frame only.
     assert_eq!(names, ["G-buffer", "fit: receivers", "fit: narrow", "shadow map", "resolve", "shading"]);
     assert!(r.timer.latest.iter().all(|(_, ms)| ms.is_finite() && *ms >= 0.0), "{:?}", r.timer.latest);
+}
+
+/// Where maps look: the buffers that hold it, of the last frame's analysis.
+fn fits(r: &mut Renderer, setup: &Setup) -> Vec<Vec<u8>> {
+    r.render(setup, Ask { analysis: true, ..ask(setup) }).unwrap();
+    let names = ["light_view", "light_views", "splits", "warps", "rows", "columns", "grid_nodes"];
+    names.iter().filter_map(|name| r.analysis().table(&r.gpu, name).unwrap()).collect()
+}
+
+/// Two cameras that see much the same of the yard, and what shadows of it each technique with maps draws.
+fn from_two_places(check: impl Fn(&str, &mut Renderer, &Setup, [Camera; 2])) {
+    let views = [
+        camera(Vec3::new(4.0, 5.0, 9.0), Vec3::new(0.0, 0.3, 0.0)),
+        camera(Vec3::new(-4.5, 5.5, 8.0), Vec3::new(0.3, 0.0, -0.2)),
+    ];
+    let lights = [sun(Vec3::new(0.5, 1.0, 0.3)), common::spot(Vec3::new(3.0, 9.0, 1.0), Vec3::ZERO, 48.0)];
+    for light in lights {
+        let scene = scene(vec![mesh(&yard(), 0)], vec![material(Vec3::splat(0.8))], views[0], light);
+        let (mut r, mut s) = start(scene, [96, 72]);
+        for info in shadowscope::techniques::ALL.iter().filter(|i| i.id != "rt-hard") {
+            s.select(info.id).unwrap();
+            s.set("resolution=256", &[info.id.into()]).unwrap();
+            check(&format!("{} under a {} light", info.id, light.kind()), &mut r, &s, views);
+        }
+    }
+}
+
+/// With the shadow camera where the camera is, each picture stays as it was, whether or not maps have a G-buffer of their own.
+#[test]
+fn freezing_the_shadow_camera_changes_nothing_by_itself() {
+    from_two_places(|what, r, s, [here, _]| {
+        r.render(s, ask(s)).unwrap();
+        let (visibility, picture) = (r.read_visibility().unwrap(), r.read_picture().unwrap());
+        let same = Setup { shadow_camera: Some(here), ..s.clone() };
+        r.render(&same, ask(&same)).unwrap();
+        assert!(r.read_visibility().unwrap() == visibility && r.read_picture().unwrap() == picture, "{what}");
+        // Another far plane moves no surface, but has the camera of the maps rendered beside this one.
+        let beside = Setup { camera: Camera { far: here.far * 1.5, ..here }, ..same };
+        r.render(&beside, ask(&beside)).unwrap();
+        assert!(r.read_visibility().unwrap() == visibility, "{what}, beside");
+    });
+}
+
+/// Maps look where the frozen camera has them look, and a surface that both cameras see keeps its shadow.
+#[test]
+fn maps_stay_with_the_frozen_camera() {
+    from_two_places(|what, r, s, [here, there]| {
+        let fitted = fits(r, s);
+        let (at, lit) = (r.read_position().unwrap(), r.read_visibility().unwrap());
+        let flown = Setup { camera: there, shadow_camera: Some(here), ..s.clone() };
+        assert!(!fitted.is_empty() && fits(r, &flown) == fitted, "{what}: another fit");
+        let (at_there, lit_there) = (r.read_position().unwrap(), r.read_visibility().unwrap());
+        let mask = r.read_mask().unwrap();
+        let moved = Setup { camera: there, ..s.clone() };
+        // Distortion by silhouettes takes no notice of the camera.
+        assert!(fits(r, &moved) != fitted || what.starts_with("dsm"), "{what}: the fit is no camera's");
+        // The nearest sample of the one picture to each of the other's.
+        let aspect = s.size[0] as f32 / s.size[1] as f32;
+        let project = here.projection(aspect) * here.view();
+        let (mut pairs, mut off) = (0, 0);
+        for ((p, v), _) in at_there.iter().zip(&lit_there).zip(&mask).filter(|(_, m)| **m == FACING) {
+            let p = Vec3::new(p[0], p[1], p[2]);
+            let ndc = project.project_point3(p);
+            let pixel = (Vec2::new(ndc.x, -ndc.y) * 0.5 + 0.5) * Vec2::new(s.size[0] as f32, s.size[1] as f32);
+            if pixel.min_element() < 0.0 || pixel.x >= s.size[0] as f32 || pixel.y >= s.size[1] as f32 {
+                continue;
+            }
+            let i = pixel.y as usize * s.size[0] as usize + pixel.x as usize;
+            if Vec3::new(at[i][0], at[i][1], at[i][2]).distance(p) < 0.04 {
+                pairs += 1;
+                off += ((lit[i] - v).abs() > 0.5) as usize;
+            }
+        }
+        assert!(pairs > 500 && off * 50 < pairs, "{what}: {off} of {pairs} differ");
+    });
+}
+
+/// The lines of the frozen camera's frustum and of the light's box lie where they belong, and are faint behind surfaces.
+#[test]
+fn outlines_lie_where_maps_end() {
+    let light = sun(Vec3::new(0.3, 1.0, 0.2));
+    let view = camera(Vec3::new(0.0, 3.0, 6.0), Vec3::new(0.0, 0.5, 0.0));
+    let from = camera(Vec3::new(26.0, 16.0, 14.0), Vec3::new(0.0, 2.0, 0.0));
+    let (mut r, mut s) =
+        start(scene(vec![mesh(&yard(), 0)], vec![material(Vec3::splat(0.8))], view, light), [320, 240]);
+    s.set("fit=scene", &["shadow-map".into()]).unwrap();
+    s.camera = from;
+    s.shadow_camera = Some(view);
+    r.render(&s, ask(&s)).unwrap();
+    let (with, at) = (r.read_picture().unwrap(), r.read_position().unwrap());
+    let plain = Setup { shadow_camera: None, ..s.clone() };
+    r.render(&plain, ask(&plain)).unwrap();
+    let without = r.read_picture().unwrap();
+    let outlined = Setup { outlines: true, ..plain.clone() };
+    r.render(&outlined, ask(&outlined)).unwrap();
+    let own = r.read_picture().unwrap();
+    assert_ne!(own, without, "outlines without freezing");
+
+    let project = from.projection(320.0 / 240.0) * from.view();
+    // How much lighter or more coloured the picture is along a line, in front of surfaces and behind them.
+    let seen = |picture: &[u8], a: Vec3, b: Vec3, channel: usize| {
+        let mut sums = [[0.0f32; 2]; 2];
+        for i in 1..200 {
+            let p = a.lerp(b, i as f32 / 200.0);
+            let ndc = project.project_point3(p);
+            let pixel = (Vec2::new(ndc.x, -ndc.y) * 0.5 + 0.5) * Vec2::new(320.0, 240.0);
+            let before = (p - from.position).dot(from.forward());
+            if before < 0.1 || pixel.min_element() < 1.0 || pixel.x >= 319.0 || pixel.y >= 239.0 {
+                continue;
+            }
+            let i = pixel.y as usize * 320 + pixel.x as usize;
+            let hidden = at[i][3] > 0.0 && before > at[i][3] * 1.02;
+            let near = at[i][3] > 0.0 && before > at[i][3] * 0.98;
+            if hidden == near {
+                let change = (picture[4 * i + channel] as f32 - without[4 * i + channel] as f32).abs();
+                sums[hidden as usize][0] += change;
+                sums[hidden as usize][1] += 1.0;
+            }
+        }
+        sums.map(|[sum, n]| if n > 8.0 { Some(sum / n) } else { None })
+    };
+    let eye = shadowscope::fit::Scope {
+        camera: view,
+        light,
+        bounds: r.geometry().bounds,
+        aspect: 320.0 / 240.0,
+        resolution: 1,
+        margin: 0.0,
+    };
+    let corners = eye.eye().corners();
+    let mut faint = 0;
+    for corner in &corners[4..] {
+        let [front, behind] = seen(&with, view.position, corner.as_vec3(), 1);
+        assert!(front.is_none_or(|c| c > 12.0), "an edge of the frustum: {front:?}");
+        if let (Some(front), Some(behind)) = (front, behind) {
+            assert!(behind > 3.0 && behind < front, "{front} before, {behind} behind");
+            faint += 1;
+        }
+    }
+    assert!(faint > 0, "no edge both before and behind surfaces");
+    // The box of the whole scene: where planes across the light's axes touch its bounds.
+    let whole = shadowscope::light::LightView::whole(&light, r.geometry().bounds, 1024, 0.0).unwrap();
+    let (right, up) = (whole.row_x.truncate().normalize(), whole.row_y.truncate().normalize());
+    let axis = whole.axis.truncate();
+    let [low, high] = r.geometry().bounds;
+    let ends = |d: Vec3| {
+        let middle = d.dot((low + high) / 2.0);
+        let half = d.abs().dot((high - low) / 2.0);
+        [middle - half, middle + half]
+    };
+    let corner = |x: usize, y: usize, z: usize| right * ends(right)[x] + up * ends(up)[y] + axis * ends(axis)[z];
+    for (x, y) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+        // Yellow takes the blue out of the sky.
+        let [front, _] = seen(&with, corner(x, y, 0), corner(x, y, 1), 2);
+        assert!(front.is_none_or(|c| c > 12.0), "an edge of the box: {front:?}");
+    }
 }

@@ -32,6 +32,15 @@ struct Frame {
     size: vec2u,
     // Rows that this dispatch covers: first and count.
     band: vec2u,
+    // The camera that maps are fitted to: this one, or, while `frozen` is 1, one that stayed behind.
+    shadow_eye: vec3f,
+    frozen: u32,
+    shadow_forward: vec3f,
+    // As far as it sees of the scene's box, metres along its axis.
+    shadow_far: f32,
+    // Upwards in its picture, as long as 1 over the tangent of half its field of view.
+    shadow_up: vec3f,
+    spare: u32,
 }
 
 const directional = 0u;

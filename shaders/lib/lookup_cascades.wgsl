@@ -79,8 +79,9 @@ fn look_up(s: Surface, i: u32) -> f32 {
 }
 
 fn visibility(s: Surface) -> f32 {
-    let i = cascade_of(s.depth);
-    let t = blend_of(s.depth, i);
+    let depth = cascade_depth(s.position, s.depth);
+    let i = cascade_of(depth);
+    let t = blend_of(depth, i);
     // One copy of the look-up: adapters that run both sides of a branch pay for each.
     var lit = 0.0;
     var k = 0u;
@@ -130,23 +131,23 @@ fn inside(v: LightView, p: vec3f) -> bool {
 // The upright plane through the camera's axis, the camera at the left: its frustum by cascades, split planes white, and
 // the cross-sections of the light views' boxes as outlines.
 fn side_view(pixel: vec2u) -> f32 {
-    let m = frame.view_proj;
-    let row_y = vec3f(m[0].y, m[1].y, m[2].y);
-    let tangent = 1.0 / length(row_y);
-    let up = normalize(row_y);
+    let eye = frame.shadow_eye;
+    let forward = frame.shadow_forward;
+    let tangent = 1.0 / length(frame.shadow_up);
+    let up = normalize(frame.shadow_up);
     // As far as the scene goes, or the camera sees.
-    let sides = max(abs(frame.bounds_min - frame.eye), abs(frame.bounds_max - frame.eye));
-    let end = min(split(fitting.count), dot(sides, abs(frame.forward)));
+    let sides = max(abs(frame.bounds_min - eye), abs(frame.bounds_max - eye));
+    let end = min(split(fitting.count), dot(sides, abs(forward)));
     let size = vec2f(frame.size);
     let scale = max(1.1 * end / size.x, 2.2 * end * tangent / size.y);
     let x = (f32(pixel.x) + 0.5) * scale - 0.05 * end;
     let y = (0.5 * size.y - f32(pixel.y) - 0.5) * scale;
-    let p = frame.eye + x * frame.forward + y * up;
+    let p = eye + x * forward + y * up;
     for (var i = 0u; i < fitting.count; i++) {
         let v = light_views[i];
         let here = inside(v, p);
         let next = vec3f(1.5 * scale);
-        if here && !(inside(v, p + next * frame.forward) && inside(v, p - next * frame.forward) && inside(v, p + next * up) && inside(v, p - next * up)) {
+        if here && !(inside(v, p + next * forward) && inside(v, p - next * forward) && inside(v, p + next * up) && inside(v, p - next * up)) {
             return drawn(i, 0.95);
         }
     }
@@ -172,12 +173,15 @@ fn inspect_cascades(s: Surface) -> f32 {
     if !s.valid {
         return -1.0;
     }
-    let i = cascade_of(s.depth);
+    let depth = cascade_depth(s.position, s.depth);
+    let i = cascade_of(depth);
     if frame.map == 0u {
-        return label(i, 0.5);
+        // A frozen camera leaves surfaces without a map.
+        let beside = frame.frozen == 1u && outside_map(light_views[i], receive(s, light_views[i]).texel);
+        return select(label(i, 0.5), -1.0, beside);
     }
     if frame.map == 3u {
-        let t = blend_of(s.depth, i);
+        let t = blend_of(depth, i);
         return select(-1.0, t, t > 0.0);
     }
     let r = receive(s, light_views[i]);

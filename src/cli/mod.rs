@@ -10,7 +10,7 @@ mod sweep;
 use crate::frame::Renderer;
 use crate::gpu::Gpu;
 use crate::measure::{Axis, reproduce};
-use crate::scene::Scene;
+use crate::scene::{Scene, builtin};
 use crate::setup::{self, Arrange, Overlay, Setup, Side};
 use crate::truth::Samples;
 use crate::{capture, techniques, tour, ui};
@@ -155,10 +155,20 @@ struct Figure {
     /// Put the view's legend below the picture.
     #[arg(long)]
     legend: bool,
+    /// The camera that maps are fitted to while the other looks at them, written as that one is.
+    #[arg(long, allow_hyphen_values = true, value_name = "CAMERA")]
+    shadow_camera: Option<String>,
+    /// Draw what maps cover as lines into the scene; with a shadow camera they are drawn anyway.
+    #[arg(long)]
+    outlines: bool,
 }
 
 impl Figure {
-    fn apply(self, setup: &mut Setup) -> Result<()> {
+    fn apply(self, setup: &mut Setup, scene: &Scene) -> Result<()> {
+        if let Some(camera) = &self.shadow_camera {
+            setup.shadow_camera = Some(setup::parse_camera(scene, camera)?);
+        }
+        setup.outlines |= self.outlines;
         if !self.against.is_empty() {
             setup.against = self.against.iter().map(|a| Side::parse(a)).collect::<Result<_>>()?;
         }
@@ -244,7 +254,7 @@ pub fn run() -> Result<ExitCode> {
             if let Some(view) = view {
                 setup.view = view;
             }
-            figure.apply(&mut setup)?;
+            figure.apply(&mut setup, &scene)?;
             let selected = [setup.technique.clone()];
             wanted.apply(&mut setup, &scene, &selected)?;
             let mut renderer = Renderer::new(Arc::new(Gpu::new(adapter)?), Arc::new(scene))?;
@@ -311,6 +321,10 @@ impl Wanted {
 
 /// Opens the window, or where there is no display writes the tour.
 fn open(what: Option<&str>, adapter: Option<&str>) -> Result<()> {
+    // What is not there is said before a window opens.
+    if let Some(what) = what.filter(|w| !builtin::is_builtin(w) && !Path::new(w).exists()) {
+        Setup::open(what)?;
+    }
     match ui::run(what, adapter)? {
         ui::Ended::Closed => Ok(()),
         ui::Ended::NoDisplay(reason) => match what {

@@ -1,6 +1,8 @@
 //! Convex geometry in f64: polyhedra and how planes cut them, hulls in the plane, the rectangle of least area.
 
 use glam::{DVec2, DVec3, DVec4};
+use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 
 /// A convex polyhedron: the corners of each face in order around it.
 #[derive(Clone, Debug, Default)]
@@ -78,6 +80,28 @@ impl Polyhedron {
     /// The corners, each as often as faces share it; none if nothing is left.
     pub fn corners(&self) -> Vec<DVec3> {
         self.faces.iter().flatten().copied().collect()
+    }
+
+    /// The edges at which faces meet at more than ten degrees: what a drawing of the body needs.
+    pub fn edges(&self) -> Vec<[DVec3; 2]> {
+        let sides = |f: &[DVec3]| (0..f.len()).map(|i| [f[i], f[(i + 1) % f.len()]]).collect::<Vec<_>>();
+        // Newell's normal: any polygon has one.
+        let normal = |f: &Vec<DVec3>| sides(f).iter().map(|[a, b]| a.cross(*b)).sum::<DVec3>().normalize_or_zero();
+        // Cut faces agree on their corners but for rounding.
+        let grid = |p: DVec3| (p * 1e5).round().as_i64vec3().to_array();
+        let mut found = BTreeMap::new();
+        for face in &self.faces {
+            let n = normal(face);
+            for [a, b] in sides(face) {
+                let mut key = [grid(a), grid(b)];
+                key.sort();
+                match found.entry(key) {
+                    Entry::Vacant(free) => _ = free.insert(([a, b], n, true)),
+                    Entry::Occupied(mut held) => held.get_mut().2 = held.get().1.dot(n) < 0.985,
+                }
+            }
+        }
+        found.into_values().filter(|e| e.2).map(|e| e.0).collect()
     }
 
     /// Pyramids that fill it: six times the volume of each, and its middle times four.

@@ -1,6 +1,7 @@
 //! Pictures of a frame's errors that the CPU makes of its visibility and truth.
 
-use super::{Layer, Renderer, STORED, Shading, Targets, know_scene};
+use super::figure::shaded;
+use super::{NO_FRAME, Renderer, STORED, Shading, Targets, know_scene};
 use crate::gpu::{Pass, Recorder, Slot};
 use crate::measure::causes::{self, Causes};
 use crate::measure::metrics;
@@ -34,7 +35,7 @@ impl Judged<'_> {
     /// Visibility and hard truth, a number a pixel.
     fn labels(&self, recorder: &Recorder) -> Result<[Vec<f32>; 2]> {
         let number = |slot| anyhow::Ok(bytemuck::pod_collect_to_vec(&read(recorder, slot)?));
-        Ok([number(&self.targets.visibility)?, number(self.truth.hard())?])
+        Ok([number(&self.targets.visibility)?, number(self.truth.hard().context(NO_FRAME)?)?])
     }
 
     /// Tells the causes of the wrong pixels apart; the hard truth must be there.
@@ -58,23 +59,23 @@ impl Judged<'_> {
     }
 
     /// The FLIP difference of the shaded picture from that with the truth, a number a pixel.
-    fn flip(&mut self, recorder: &mut Recorder, shading: &mut Shading) -> Result<Vec<f32>> {
-        let (gpu, size) = (recorder.gpu, self.targets.size()?);
-        let pass = shading.pass(gpu, view::index("shaded").unwrap_or_default() as u32, 0, Layer::Alone)?;
+    fn flip(&mut self, setup: &Setup, recorder: &mut Recorder, shading: &mut Shading) -> Result<Vec<f32>> {
+        let (gpu, t) = (recorder.gpu, &*self.targets);
+        let (size, map) = (t.size()?, Targets::view(&t.map)?);
+        let shaded = shaded(setup);
         let mut picture = |visibility: &Slot| {
             let mut held = Slot::default();
             let output = held.get(gpu, "picture to compare", size, Format::Rgba8Unorm, STORED);
-            let visibility = Targets::view(visibility)?;
-            recorder
-                .run(pass)
-                .bind("visibility", visibility)
-                .bind("truth", visibility)
-                .bind("output", &output)
-                .per_pixel();
+            recorder.set("visibility", Targets::view(visibility)?);
+            recorder.set("output", &output);
+            shading.record(recorder, shaded, map, (None, None))?;
             recorder.submit();
             read(recorder, &held)
         };
-        let (test, reference) = (picture(&self.targets.visibility)?, picture(self.truth.shown())?);
+        let truth = self.truth.shown().context(NO_FRAME)?;
+        let (test, reference) = (picture(&t.visibility)?, picture(truth)?);
+        recorder.set("visibility", Targets::view(&t.visibility)?);
+        recorder.set("output", Targets::view(&t.output)?);
         Ok(metrics::flip_map(&reference, &test, size))
     }
 
@@ -99,14 +100,14 @@ impl Judged<'_> {
                 (causes.classes.iter().map(|c| *c as f32).collect(), Some(causes))
             }
             "error-density" if covered => (self.density(recorder, setup.error_window)?, None),
-            "flip" if done => (self.flip(recorder, shading)?, None),
+            "flip" if done => (self.flip(setup, recorder, shading)?, None),
             _ => (vec![0.0; (width * height) as usize], None),
         }))
     }
 }
 
 fn read(recorder: &Recorder, slot: &Slot) -> Result<Vec<u8>> {
-    recorder.gpu.read_texture(slot.texture().context(super::NO_FRAME)?)
+    recorder.gpu.read_texture(slot.texture().context(NO_FRAME)?)
 }
 
 impl Renderer {

@@ -1,8 +1,8 @@
 //! Passes: a pipeline whose resources are bound by their WGSL names, recorded and timed.
 
-use super::Gpu;
 use super::shader::Binding;
 use super::timer::{DrawCount, MAX_DRAWS, MAX_PASSES, Pending, Timer, TimerMode};
+use super::{GivenUp, Gpu};
 use crate::params::Group;
 use anyhow::{Context, Result};
 use std::cell::RefCell;
@@ -46,8 +46,13 @@ pub struct Pass {
     pipeline: Pipeline,
     layouts: Vec<wgpu::BindGroupLayout>,
     bindings: Vec<Binding>,
+    /// It looks maps up for the pixels of the picture, and so keeps out of [`Recorder::freeze`].
+    looks_up: bool,
     bound: RefCell<Bound>,
 }
+
+/// The entry points that look maps up for the picture, or draw into it, whatever technique they belong to.
+const LOOK_UPS: [&str; 4] = ["resolve", "inspect", "analyse", "draw_counts"];
 
 /// The bind groups that a pass used in the last two frames in which it ran: older ones would hold memory that nobody needs.
 #[derive(Default)]
@@ -78,6 +83,8 @@ pub struct Raster<'a> {
     pub topology: wgpu::PrimitiveTopology,
     /// Depth beyond the near and far planes is clamped to them, not clipped; needs `DEPTH_CLIP_CONTROL`.
     pub unclipped_depth: bool,
+    /// How colours mix with what is there; None: they replace it.
+    pub blend: Option<wgpu::BlendState>,
 }
 
 impl Raster<'_> {
@@ -126,7 +133,9 @@ impl Pass {
             compilation_options: wgpu::PipelineCompilationOptions { constants, ..Default::default() },
             cache: None,
         });
-        Ok(Pass { name, pipeline: Pipeline::Compute(pipeline), layouts, bindings, bound: RefCell::default() })
+        let looks_up = LOOK_UPS.contains(&entry);
+        let pipeline = Pipeline::Compute(pipeline);
+        Ok(Pass { name, pipeline, layouts, bindings, looks_up, bound: RefCell::default() })
     }
 
     /// A render pass.
@@ -134,7 +143,11 @@ impl Pass {
         let entries: Vec<&str> = [Some(raster.vertex), raster.fragment].into_iter().flatten().collect();
         let (module, layout, layouts, bindings) = prepare(gpu, file, &entries, groups)?;
         let buffers: Vec<_> = raster.vertices.into_iter().map(Some).collect();
-        let targets: Vec<_> = raster.targets.iter().map(|f| Some(wgpu::ColorTargetState::from(*f))).collect();
+        let targets: Vec<_> = {
+            let target =
+                |format| wgpu::ColorTargetState { blend: raster.blend, ..wgpu::ColorTargetState::from(format) };
+            raster.targets.iter().map(|f| Some(target(*f))).collect()
+        };
         let pipeline = gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
             label: Some(name),
             layout: Some(&layout),
@@ -161,7 +174,8 @@ impl Pass {
             multiview_mask: None,
             cache: None,
         });
-        Ok(Pass { name, pipeline: Pipeline::Render(pipeline), layouts, bindings, bound: RefCell::default() })
+        let pipeline = Pipeline::Render(pipeline);
+        Ok(Pass { name, pipeline, layouts, bindings, looks_up: false, bound: RefCell::default() })
     }
 
     /// Lets go of all that it bound so far.
@@ -238,6 +252,8 @@ pub struct Recorder<'a> {
     /// Counts the recorders.
     frame: u64,
     resources: HashMap<&'static str, Resource>,
+    /// What passes that make maps find under these names instead.
+    frozen: Vec<(&'static str, Resource)>,
     encoder: wgpu::CommandEncoder,
     timer: &'a mut Timer,
     timed: bool,
@@ -255,12 +271,18 @@ impl<'a> Recorder<'a> {
         timer.noted.clear();
         let encoder = gpu.device.create_command_encoder(&Default::default());
         let frame = gpu.frames.fetch_add(1, Ordering::Relaxed) + 1;
-        Recorder { gpu, frame, resources: HashMap::new(), encoder, timer, timed, pixels, draws: None, error: None }
+        let (resources, frozen) = (HashMap::new(), Vec::new());
+        Recorder { gpu, frame, resources, frozen, encoder, timer, timed, pixels, draws: None, error: None }
     }
 
     /// Makes a resource known to all passes that follow, by its WGSL name or its parameter group's name.
     pub fn set(&mut self, name: &'static str, resource: impl Into<Resource>) {
         self.resources.insert(name, resource.into());
+    }
+
+    /// Lets the passes that follow find other resources under these names, but for those that look maps up for the picture.
+    pub fn freeze(&mut self, resources: Vec<(&'static str, Resource)>) {
+        self.frozen = resources;
     }
 
     /// Starts a pass.
@@ -307,6 +329,16 @@ impl<'a> Recorder<'a> {
         if (1..=MAX_DRAWS).contains(&draws) {
             self.encoder.resolve_query_set(&count.queries, 0..draws, &count.resolved, 0);
         }
+    }
+
+    /// Whether each pass is waited for, so that a frame can be given up between two of them.
+    pub fn waits(&self) -> bool {
+        self.timer.mode == TimerMode::Wall
+    }
+
+    /// Whether something went wrong, and nothing more is recorded.
+    pub fn failed(&self) -> bool {
+        self.error.is_some()
     }
 
     /// Milliseconds spent so far in waiting for passes (wall-clock timing only).
@@ -484,6 +516,9 @@ impl Run<'_, '_> {
         write: impl FnOnce(&mut wgpu::CommandEncoder, &Pass, &[wgpu::BindGroup], Option<(&wgpu::QuerySet, u32)>),
     ) {
         let Run { recorder, pass, name, extra, .. } = self;
+        if recorder.error.is_none() && recorder.gpu.unwanted() {
+            recorder.error = Some(GivenUp.into());
+        }
         if recorder.error.is_some() {
             return;
         }
@@ -491,7 +526,8 @@ impl Run<'_, '_> {
             let own = extra.iter().rev().find(|(n, _)| *n == b.name).map(|(_, r)| r);
             // A parameter group is known by its type, whatever the shader calls it.
             let group = recorder.resources.get(b.type_name.as_str());
-            own.or(group).or_else(|| recorder.resources.get(b.name.as_str())).cloned()
+            let frozen = recorder.frozen.iter().find(|(n, _)| *n == b.name && !pass.looks_up).map(|(_, r)| r);
+            own.or(frozen).or(group).or_else(|| recorder.resources.get(b.name.as_str())).cloned()
         };
         let groups = match pass.bind(recorder.gpu, recorder.frame, find) {
             Ok(groups) => groups,
@@ -506,12 +542,11 @@ impl Run<'_, '_> {
             Some((set, _)) if timed => Some((set, timer.names.len() as u32 * 2)),
             _ => None,
         };
-        let wall = timed && timer.mode == TimerMode::Wall;
         write(&mut recorder.encoder, pass, &groups, first);
         if timed {
             timer.names.push(name);
         }
-        if wall {
+        if recorder.waits() {
             let start = Instant::now();
             recorder.submit();
             if let Err(e) = recorder.gpu.wait() {

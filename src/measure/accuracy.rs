@@ -43,7 +43,7 @@ pub fn accuracy(renderer: &mut Renderer, setup: &Setup, index: u64) -> Result<Re
     let shaded = Setup { view: "shaded".into(), truth_samples: Samples::Fixed(samples), ..setup.clone() };
     let (e, contour, told) = compare(renderer, &shaded, true)?;
     let picture = renderer.read_picture()?;
-    let exact = renderer.read_truth_picture()?;
+    let exact = renderer.read_truth_picture(&shaded)?;
     let [acne_share, detachment_share, leak_share, missing_caster_share, stairs_share] =
         renderer.read_causes()?.shares();
     let (gpu, analysis) = (&renderer.gpu, renderer.analysis());

@@ -27,8 +27,10 @@ pub fn original(local: f32, origin: f64) -> f64 {
 /// Brings the places of a set-up's `camera` and `light` tables to scene space, and notes the origin.
 pub fn take_off(setup: &mut Table, origin: DVec3) {
     let local = |x, origin| f64::from(local(x, origin));
-    if let Some(Value::Table(camera)) = setup.get_mut("camera") {
-        change(camera, &CAMERA, origin, local);
+    for key in ["camera", "shadow_camera"] {
+        if let Some(Value::Table(camera)) = setup.get_mut(key) {
+            change(camera, &CAMERA, origin, local);
+        }
     }
     if let Some(Value::Table(light)) = setup.get_mut("light") {
         take_off_light(light, origin);
@@ -43,7 +45,7 @@ pub fn take_off_light(light: &mut Table, origin: DVec3) {
 
 /// The other way round.
 fn put_back(setup: &mut Table, origin: DVec3) {
-    for (key, places) in [("camera", CAMERA), ("light", LIGHT)] {
+    for (key, places) in [("camera", CAMERA), ("shadow_camera", CAMERA), ("light", LIGHT)] {
         if let Some(Value::Table(table)) = setup.get_mut(key) {
             change(table, &places, origin, |x, origin| original(x as f32, origin));
         }
@@ -68,7 +70,7 @@ impl Setup {
         let mut places = &[][..];
         let lines = text.lines().filter(|line| !line.starts_with("origin = ")).map(|line| {
             match line {
-                "[camera]" => places = &CAMERA[..],
+                "[camera]" | "[shadow_camera]" => places = &CAMERA[..],
                 "[light]" => places = &LIGHT[..],
                 _ if line.starts_with('[') => places = &[],
                 _ => {}
@@ -88,7 +90,8 @@ impl Setup {
     /// file can hold.
     pub fn count_from(&mut self, origin: DVec3) {
         let before = std::mem::replace(&mut self.origin, origin);
-        let places = [&mut self.camera.position, &mut self.camera.target].into_iter().chain(self.light.place_mut());
+        let cameras = [&mut self.camera].into_iter().chain(&mut self.shadow_camera);
+        let places = cameras.flat_map(|c| [&mut c.position, &mut c.target]).chain(self.light.place_mut());
         places.for_each(|place: &mut Vec3| *place = (before + place.as_dvec3() - origin).as_vec3());
     }
 }

@@ -46,7 +46,9 @@ const TOP: &[Rule] = &[
     ("error_dilation", count, "0, 1 or 2 pixels"),
     ("error_base", |v| matches!(v.as_str(), Some("dark" | "light")), "\"dark\" or \"light\""),
     ("error_window", count, "an odd number from 1 to 255 pixels"),
+    ("outlines", Value::is_bool, "true or false"),
     ("camera", |v| v.is_str() || v.is_table(), "a camera's name, in quotes, or a table"),
+    ("shadow_camera", |v| v.is_str() || v.is_table(), "a camera's name, in quotes, or a table"),
     ("light", |v| v.is_str() || v.is_table(), "a light's name, in quotes, or a table"),
     ("params", Value::is_table, "a table for each technique"),
     ("overlay", Value::is_table, "a table with view, opacity and inset"),
@@ -105,9 +107,11 @@ const SIDE: &[Rule] = &[
 /// Refuses keys that do not exist, and values of the wrong type.
 pub fn check(table: &Table) -> Result<()> {
     apply(TOP, table, "")?;
-    if let Some(Value::Table(camera)) = table.get("camera") {
-        apply(CAMERA, camera, "camera.")?;
-        need(camera, &["position", "target", "fov", "near", "far"], "camera")?;
+    for key in ["camera", "shadow_camera"] {
+        if let Some(Value::Table(camera)) = table.get(key) {
+            apply(CAMERA, camera, &format!("{key}."))?;
+            need(camera, &["position", "target", "fov", "near", "far"], key)?;
+        }
     }
     if let Some(Value::Table(light)) = table.get("light") {
         check_light(light)?;

@@ -194,7 +194,12 @@ impl Technique for Notw {
         let lines = hold(&mut self.lines, resolution, |side| Ok(Lines::new(f.gpu, *side)))?;
         f.held(lines.bytes());
         let view = match p.crop.as_str() {
-            "msf" => *self.least.get(f, scope(f, 0.0), |s| msf::view(s, f.geometry.hull())),
+            "msf" => {
+                if f.wants_outlines() {
+                    f.outline_body(scope(f, 0.0).seen_of(f.geometry.hull().clone()));
+                }
+                *self.least.get(f, scope(f, 0.0), |s| msf::view(s, f.geometry.hull()))
+            }
             _ => None,
         };
         let base = self.warped.base(f, view, p.crop == "dv")?;

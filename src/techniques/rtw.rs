@@ -75,7 +75,7 @@ pub static INFO: Info = Info {
                   the warp that its sums make (blue), steep where texels are many. Thin: no warp.",
                 Drawn::Labels(Legend::Curves(
                     ["columns", "rows"],
-                    ["place across the light's image", "importance over the largest; warped place"],
+                    ["place across the light's image", "importance, warped place"],
                     &[Class::new([0.55; 3], "largest importance"), Class::label(6, "blurred"), Class::label(3, "warp")],
                 )),
             ),

@@ -16,7 +16,7 @@ use crate::truth::Progress;
 use crate::view;
 use anyhow::Context;
 use glam::Vec3;
-use std::collections::{BTreeSet, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
@@ -80,20 +80,11 @@ pub enum Traced {
     Fully,
 }
 
-impl Traced {
-    /// Share of the picture's rows that have a truth, 0 to 1.
-    pub fn covered(&self) -> f32 {
-        match self {
-            Traced::NotServed => 0.0,
-            Traced::Partly(progress) => progress.covered,
-            Traced::Fully => 1.0,
-        }
-    }
-}
-
 /// What the last frame told.
-#[derive(Default)]
+#[derive(Clone, Default)]
 pub struct Facts {
+    /// The number of the order that it answers ([`Model::order`]).
+    pub of: u64,
     pub adapter: String,
     pub software: bool,
     /// Pass times are wall clock, not GPU timestamps.
@@ -110,8 +101,10 @@ pub struct Facts {
     /// What the legend needs to know of the picture.
     pub known: Known,
     pub traced: Traced,
-    /// The picture shown is an earlier one of fewer pixels, complete, while the truth is traced for all.
-    pub keeping: bool,
+    /// The view waits for all pixels of the viewport; the picture is shaded meanwhile.
+    pub waits: bool,
+    /// What the last whole frame of each technique took at full resolution, seconds.
+    pub seconds: BTreeMap<&'static str, f64>,
     /// Share of the pixels that can be wrong which are, and RMSE against the truth shown; None until they are known.
     pub error: Option<[f64; 2]>,
     /// What the picture shows wrong, known with the error.
@@ -199,6 +192,9 @@ pub struct Model {
     pub timeline: Timeline,
     pub advice: Advising,
     pub facts: Facts,
+    /// The number of what was ordered last from the scene's thread, and since when it is awaited.
+    pub order: u64,
+    pub ordered: Instant,
     /// None: not read since the picture changed.
     pub reading: Option<Reading>,
     pub show_help: bool,
@@ -236,6 +232,8 @@ impl Model {
             timeline,
             advice: Advising::default(),
             facts: Facts::default(),
+            order: 0,
+            ordered: Instant::now(),
             reading: None,
             show_help: false,
             show_panel: true,
@@ -410,6 +408,17 @@ impl Model {
         self.camera_chosen = true;
         self.timeline.playing = false;
         self.take(setup)
+    }
+
+    /// The picture has fewer pixels than the viewport.
+    pub fn draft(&self) -> bool {
+        self.facts.size != self.facts.full
+    }
+
+    /// Since when a picture of the set-up at full resolution is awaited.
+    pub fn awaited(&self) -> Option<Instant> {
+        let awaited = (self.order != self.facts.of || self.draft()) && self.measuring.is_none();
+        awaited.then_some(self.ordered)
     }
 
     /// Something moves by itself.

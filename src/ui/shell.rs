@@ -126,7 +126,9 @@ fn status(ui: &mut Ui, m: &Model) {
         };
         let error = match (f.traced, f.error) {
             (Traced::NotServed, _) => RichText::new("no exact shadow").color(WEAK),
-            (Traced::Partly(p), _) => RichText::new(format!("tracing {:.0} %", p.done * 100.0)).color(WEAK),
+            _ if m.order != f.of => RichText::new("error …").color(WEAK),
+            _ if m.draft() => RichText::new("error … (draft)").color(WEAK),
+            (Traced::Partly(p), _) => RichText::new(format!("tracing truth {:.0} %", p.done * 100.0)).color(WEAK),
             (Traced::Fully, None) => RichText::new("error …").color(WEAK),
             (Traced::Fully, Some([share, rmse])) => {
                 RichText::new(format!("error {:.3} %, RMSE {rmse:.4}", share * 100.0)).color(TEXT)

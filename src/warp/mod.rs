@@ -231,6 +231,7 @@ impl Warped {
         casters.draw(f, base.changed, &all, &map, &self.arguments)?;
         f.count_pieces(&self.counters);
         f.keep_table("light_view", &base.light_view);
+        f.outline_view(&base.light_view);
         for (name, resource) in bound {
             if let Resource::Buffer(buffer) = resource {
                 f.keep_table(name, buffer);
@@ -240,7 +241,7 @@ impl Warped {
         if f.wants_any_map() {
             f.run(&self.inspect).bind_all(&all).per_pixel();
         }
-        f.show_depth("shadow-map", &map, &base.light_view);
+        f.offer_maps(std::slice::from_ref(&map), &base.light_view, &[p.resolution]);
         if f.setup.view == "counts-before" {
             let counts = self.counts(f.gpu, p.resolution);
             f.clear(&counts);
