@@ -253,7 +253,7 @@ fn views_of_errors_show_the_errors() {
     let map = r.read_map().unwrap();
     s.view = "shaded".into();
     r.render(&s, ask(&s)).unwrap();
-    let (picture, exact) = (r.read_picture().unwrap(), r.read_truth_picture().unwrap());
+    let (picture, exact) = (r.read_picture().unwrap(), r.read_truth_picture(&s).unwrap());
     let mean = map.iter().map(|x| f64::from(*x)).sum::<f64>() / map.len() as f64;
     assert!(mean > 0.0 && mean == measure::metrics::flip(&exact, &picture, s.size), "{mean}");
 }
