@@ -284,6 +284,7 @@ impl Setup {
     /// `camera` and `light` may also be the name of one of the scene's, or be left out.
     pub fn from_toml(text: &str, path: &Path) -> Result<(Setup, Scene)> {
         let mut table: toml::Table = toml::from_str(text).map_err(|e| one_line(&e.to_string()))?;
+        shape::rename(&mut table);
         shape::check(&table)?;
         split_to_truth(&mut table);
         let Some(name) = table.get("scene").and_then(|v| v.as_str()) else {
@@ -352,6 +353,12 @@ impl Setup {
     /// The set-up of one technique alone, with nothing over it: what is measured.
     pub fn alone(&self) -> Setup {
         Setup { against: Vec::new(), arrange: Arrange::Swipe, front: 0, overlay: None, ..self.clone() }
+    }
+
+    /// What is measured of a set-up: its technique alone, shaded, with maps fitted to the camera that looks.
+    pub fn measured(&self) -> Setup {
+        let view = default_view();
+        Setup { view, shadow_camera: None, outlines: false, error_dilation: 0, error_base: Base::Dark, ..self.alone() }
     }
 
     /// The set-up of one side of the comparison, alone; the first is 0. The truth has that of the first.
@@ -457,6 +464,13 @@ impl Setup {
     pub fn values(&self) -> &Values {
         static NONE: Values = Values::new();
         self.params.get(&self.technique).unwrap_or(&NONE)
+    }
+
+    /// The selected technique's values that mean something beside each other.
+    pub fn meaningful(&self) -> Values {
+        let Some(info) = techniques::find(&self.technique) else { return self.values().clone() };
+        let applies = |name: &str| info.specs().any(|s| s.name == name && info.applies(s, self.values()));
+        self.values().iter().filter(|(name, _)| applies(name)).map(|(n, v)| (n.clone(), v.clone())).collect()
     }
 
     /// Checks every range.

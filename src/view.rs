@@ -328,7 +328,7 @@ pub const VIEWS: &[View] = &[
 /// The views' numbers for the shader: constants `view_shaded` and so on, and behind them `view_technique_map`.
 pub const GROUP: params::Group = params::Group {
     name: "Views",
-    specs: &[Spec { name: "view", doc: "", unit: "", kind: Kind::Choice { default: "shaded", options: &IDS } }],
+    specs: &[Spec { name: "view", ..Spec::blank("", Kind::Choice { default: "shaded", options: &IDS }) }],
 };
 
 const IDS: [&str; VIEWS.len() + 1] = {

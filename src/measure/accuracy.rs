@@ -40,7 +40,7 @@ fn compare(renderer: &mut Renderer, setup: &Setup, all: bool) -> Result<(Errors,
 pub fn accuracy(renderer: &mut Renderer, setup: &Setup, index: u64) -> Result<Record> {
     let samples = setup.truth_samples.measured();
     // Another view would change the picture, and a technique's own trace rays of its own.
-    let shaded = Setup { view: "shaded".into(), truth_samples: Samples::Fixed(samples), ..setup.clone() };
+    let shaded = Setup { truth_samples: Samples::Fixed(samples), ..setup.measured() };
     let (e, contour, told) = compare(renderer, &shaded, true)?;
     let picture = renderer.read_picture()?;
     let exact = renderer.read_truth_picture(&shaded)?;
@@ -71,7 +71,7 @@ pub fn accuracy(renderer: &mut Renderer, setup: &Setup, index: u64) -> Result<Re
     Ok(Record {
         index,
         technique: setup.technique.clone(),
-        params: params_text(setup.values()),
+        params: params_text(setup),
         scene: setup.scene.clone(),
         width: setup.size[0],
         height: setup.size[1],

@@ -1,7 +1,7 @@
 //! One measured configuration as one flat row: the same names in CSV, JSON, charts and docs/measures.md.
 
 use crate::capture;
-use crate::params::{Value, Values};
+use crate::params::Value;
 use crate::setup::Setup;
 use anyhow::{Context, Result, ensure};
 use serde::{Deserialize, Serialize};
@@ -16,7 +16,7 @@ pub struct Record {
     /// Configurations that the whole sweep has.
     pub configurations: u64,
     pub technique: String,
-    /// All of the technique's parameters, `name=value` separated by semicolons.
+    /// The technique's parameters that mean something beside each other, `name=value` separated by semicolons.
     pub params: String,
     pub scene: String,
     /// Width and height of the picture, pixels.
@@ -170,9 +170,9 @@ impl Record {
     }
 }
 
-/// Parameters as [`Record::params`] holds them.
-pub fn params_text(values: &Values) -> String {
-    values.iter().map(|(k, v): (&String, &Value)| format!("{k}={v}")).collect::<Vec<_>>().join(";")
+/// The selected technique's parameters as [`Record::params`] holds them.
+pub fn params_text(setup: &Setup) -> String {
+    setup.meaningful().iter().map(|(k, v): (&String, &Value)| format!("{k}={v}")).collect::<Vec<_>>().join(";")
 }
 
 /// Writes rows as CSV with a line of names.

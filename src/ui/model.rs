@@ -44,6 +44,8 @@ pub enum Action {
     /// Render a small picture of this set-up (JSON, as a row holds it).
     Thumbnail(String),
     Capture(PathBuf),
+    /// As Capture, at 1920 × 1080 with the legend.
+    Figure(PathBuf),
     /// Ask where to capture to.
     PickCapture,
     SaveSetup(PathBuf),
@@ -114,12 +116,12 @@ pub struct Facts {
 impl Facts {
     /// Milliseconds of all passes.
     pub fn frame_ms(&self) -> f64 {
-        self.passes.iter().map(|p| p.1).sum()
+        self.passes.iter().fold(0.0, |sum, p| sum + p.1)
     }
 
     /// Milliseconds of the technique's passes.
     pub fn technique_ms(&self) -> f64 {
-        self.passes.iter().filter(|p| !SHARED_PASSES.contains(&p.0)).map(|p| p.1).sum()
+        self.passes.iter().filter(|p| !SHARED_PASSES.contains(&p.0)).fold(0.0, |sum, p| sum + p.1)
     }
 }
 
@@ -205,6 +207,19 @@ pub struct Model {
     pub editing: usize,
     /// The view before the difference was looked at.
     look: String,
+    /// The window has no room for panel and picture side by side: the panel then covers the picture, if `show_over`.
+    pub narrow: bool,
+    pub show_over: bool,
+    /// What the technique's list is narrowed down to.
+    pub search: String,
+    /// Parameters that stand on top, by name.
+    pub pinned: BTreeSet<&'static str>,
+    /// The picture has the capture's shape.
+    pub framed: bool,
+    /// Measured rows are in no file yet.
+    pub unsaved: bool,
+    /// Asked to close with such rows, and waiting for an answer.
+    pub closing: bool,
 }
 
 impl Model {
@@ -240,6 +255,13 @@ impl Model {
             show_legend: true,
             editing: 0,
             look: String::new(),
+            narrow: false,
+            show_over: false,
+            search: String::new(),
+            pinned: BTreeSet::new(),
+            framed: false,
+            unsaved: false,
+            closing: false,
             setup,
         }
     }
@@ -251,7 +273,7 @@ impl Model {
             self.home = setup.camera;
         }
         if !restored {
-            self.history.commit(&self.setup, false);
+            self.history.commit(&self.setup, true);
             self.history.commit(&setup, true);
         }
         self.setup = setup;
@@ -373,6 +395,7 @@ impl Model {
             let again = |r: &Record| r.setup == row.setup && r.adapter == row.adapter && !row.setup.is_empty();
             self.rows.retain(|r| !again(r));
             self.rows.push(row);
+            self.unsaved = true;
         }
         self.chart.stale = true;
     }
@@ -380,6 +403,7 @@ impl Model {
     /// Empties the list of measured rows.
     pub fn clear_rows(&mut self) {
         self.rows.clear();
+        self.unsaved = false;
         self.chart.pictures.clear();
         self.chart.stale = true;
     }
@@ -396,8 +420,21 @@ impl Model {
             }
         };
         // What was changed just before is a step of its own.
-        self.history.commit(&self.setup, false);
-        setup.split = self.setup.split;
+        self.history.commit(&self.setup, true);
+        // How it is shown stays.
+        let now = &self.setup;
+        setup = Setup {
+            split: now.split,
+            arrange: now.arrange,
+            front: now.front,
+            legend: now.legend,
+            against: now.against.clone(),
+            error_dilation: now.error_dilation,
+            error_base: now.error_base,
+            error_window: now.error_window,
+            outlines: now.outlines,
+            ..setup
+        };
         let known = techniques::find(&setup.technique).is_some_and(|i| view::check(&self.setup.view, i).is_ok());
         setup.view = if known { self.setup.view.clone() } else { view::VIEWS[0].id.into() };
         // Other techniques keep what they are set to.
@@ -450,6 +487,41 @@ impl Model {
         self.notes.push(Note { text, error: true, since: Instant::now() });
     }
 
+    /// Opens the drawer at a tab, or closes it there.
+    pub fn toggle(&mut self, tab: Tab) {
+        self.drawer = if self.drawer == Some(tab) { None } else { Some(tab) };
+    }
+
+    /// Whether the panel shows.
+    pub fn panel_shows(&self) -> bool {
+        if self.narrow { self.show_over } else { self.show_panel }
+    }
+
+    /// Hides or shows the panel.
+    pub fn toggle_panel(&mut self) {
+        let shown = if self.narrow { &mut self.show_over } else { &mut self.show_panel };
+        *shown = !*shown;
+    }
+
+    /// Goes back to the preset chosen last, or to the camera of the file, as a step.
+    pub fn go_home(&mut self) {
+        self.setup.camera = self.home;
+        self.camera_chosen = true;
+    }
+
+    /// Whether the window may close now; else it asks what is to become of the rows measured.
+    pub fn may_close(&mut self) -> bool {
+        self.closing = self.unsaved && !self.rows.is_empty();
+        !self.closing
+    }
+
+    /// Whether a technique is among those searched for.
+    pub fn finds(&self, info: &Info) -> bool {
+        let wanted = self.search.trim().to_lowercase();
+        let text = [info.id, info.title, info.paper, info.family].join(" ").to_lowercase();
+        wanted.split_whitespace().all(|word| text.contains(word))
+    }
+
     /// The scene's extent from corner to corner, metres.
     pub fn diagonal(&self) -> f32 {
         (self.bounds[1] - self.bounds[0]).length().max(1e-3)
@@ -463,14 +535,24 @@ impl Model {
 
     /// Undoes a step; the action loads the scene, where that differs.
     pub fn undo(&mut self) -> Option<Action> {
-        let before = self.history.undo(&self.setup)?;
+        self.history.commit(&self.setup, true);
+        let (before, told) = self.history.undo(&self.setup)?;
+        self.say_step(format!("Undid: {told}"));
         self.take(before)
     }
 
     /// Does an undone step again.
     pub fn redo(&mut self) -> Option<Action> {
-        let after = self.history.redo(&self.setup)?;
+        self.history.commit(&self.setup, true);
+        let (after, told) = self.history.redo(&self.setup)?;
+        self.say_step(format!("Redid: {told}"));
         self.take(after)
+    }
+
+    /// Says what a step was, instead of what the last one was.
+    fn say_step(&mut self, text: String) {
+        self.notes.retain(|n| !n.text.starts_with("Undid: ") && !n.text.starts_with("Redid: "));
+        self.say(text);
     }
 
     fn take(&mut self, mut setup: Setup) -> Option<Action> {

@@ -644,7 +644,7 @@ impl Painter<'_> {
         self.facts.error = Some([e.share(), e.rmse]);
         self.post.send(Done::Counted(Box::new(Record {
             technique: setup.technique.clone(),
-            params: params_text(setup.values()),
+            params: params_text(setup),
             gpu_bytes: self.facts.told.gpu_bytes,
             gpu_ms: self.facts.technique_ms(),
             truth_samples: setup.truth_samples.shown(techniques::find_or_say(&setup.technique)?),

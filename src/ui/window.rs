@@ -11,7 +11,7 @@ use crate::gpu::{self, Gpu};
 use crate::measure::stability;
 use crate::setup::Setup;
 use anyhow::{Context, Result};
-use egui::{Event, Key, Modifiers, RawInput, Rect, TextureOptions, TexturesDelta};
+use egui::{Event, RawInput, Rect, TextureOptions, TexturesDelta};
 use glam::Vec3;
 use std::path::Path;
 use std::sync::Arc;
@@ -89,7 +89,8 @@ impl ApplicationHandler for App {
     fn window_event(&mut self, event_loop: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
         let Some(open) = &mut self.open else { return };
         match &event {
-            WindowEvent::CloseRequested => event_loop.exit(),
+            WindowEvent::CloseRequested if open.model.as_mut().is_none_or(Model::may_close) => event_loop.exit(),
+            WindowEvent::CloseRequested => open.window.request_redraw(),
             WindowEvent::RedrawRequested => {
                 if open.redraw(event_loop) {
                     event_loop.exit();
@@ -137,6 +138,8 @@ struct Open {
     measuring: u64,
     /// The loading is of a step that was undone or redone.
     restoring: bool,
+    /// What had to be saved first is saved.
+    quit: bool,
     glide: Option<Glide>,
     clock: Instant,
     /// Pixels of the viewport in the last pass.
@@ -150,7 +153,7 @@ impl Open {
         let attributes = Window::default_attributes()
             .with_title("Shadowscope")
             .with_inner_size(LogicalSize::new(1280.0, 800.0))
-            .with_min_inner_size(LogicalSize::new(640.0, 360.0));
+            .with_min_inner_size(LogicalSize::new(300.0, 200.0));
         let window = Arc::new(event_loop.create_window(attributes).context("no window can be opened")?);
         let instance = gpu::instance();
         let surface = instance.create_surface(window.clone()).context("the window cannot be drawn on")?;
@@ -177,6 +180,7 @@ impl Open {
             loading: 0,
             measuring: 0,
             restoring: false,
+            quit: false,
             glide: None,
             clock: Instant::now(),
             full: [0; 2],
@@ -296,11 +300,17 @@ impl Open {
                     }
                 }
                 Done::Measured(..) | Done::Stability(..) | Done::Advised(..) => {}
-                Done::Saved(Ok(path)) => m.say(format!("Saved {}.", path.display())),
+                Done::Saved(Ok(path)) => {
+                    m.unsaved &= path.extension().is_none_or(|e| e != "csv" && e != "json");
+                    self.quit |= m.closing && !m.unsaved;
+                    m.say(format!("Saved {}.", path.display()));
+                }
                 Done::Saved(Err(e)) | Done::Read(_, Err(e)) => m.fail(&e),
                 Done::Read(path, Ok(rows)) => {
                     m.say(format!("{} rows of {} are in the chart.", rows.len(), path.display()));
+                    let unsaved = m.unsaved;
                     m.adopt(rows);
+                    m.unsaved = unsaved;
                     m.drawer = Some(Tab::Chart);
                 }
                 Done::Pictured(setup, drawn) => {
@@ -366,8 +376,7 @@ impl Open {
         if !std::mem::take(&mut self.asked) {
             self.canvas.expose();
         }
-        let mut raw = self.input.take_egui_input(&self.window);
-        self.take_tab(&mut raw);
+        let raw = self.input.take_egui_input(&self.window);
         let mut actions = Vec::new();
         let mut rect = Rect::NOTHING;
         let (ctx, mut delta, mut output) = (self.ctx.clone(), TexturesDelta::default(), egui::FullOutput::default());
@@ -379,7 +388,7 @@ impl Open {
             self.input.handle_platform_output(&self.window, std::mem::take(&mut output.platform_output));
             delta.append(std::mem::take(&mut output.textures_delta));
         }
-        let quit = actions.contains(&Action::Quit);
+        let quit = self.quit || actions.contains(&Action::Quit);
         for action in actions {
             self.act(action);
         }
@@ -436,21 +445,6 @@ impl Open {
         }
     }
 
-    /// Tab hides and shows the panel, except while text is typed.
-    fn take_tab(&mut self, raw: &mut egui::RawInput) {
-        let Some(m) = &mut self.model else { return };
-        if self.ctx.egui_wants_keyboard_input() {
-            return;
-        }
-        raw.events.retain(|e| match e {
-            Event::Key { key: Key::Tab, modifiers: Modifiers::NONE, pressed, repeat, .. } => {
-                m.show_panel ^= *pressed && !repeat;
-                false
-            }
-            _ => true,
-        });
-    }
-
     /// Lets the clock run, and the camera turn; camera and light keep to places that a file can hold.
     fn tick(&mut self) {
         let seconds = self.clock.elapsed().as_secs_f32().min(0.5);
@@ -502,22 +496,22 @@ impl Open {
             Action::PickFile => self.desk.pick_file(),
             Action::PickCapture => self.desk.pick_capture(),
             Action::Measure => {
-                let setup = Setup { view: "shaded".into(), ..m.setup.clone() };
+                let setup = m.setup.measured();
                 let (job, adapter) = self.job("Measuring");
                 self.desk.measure(job, adapter, scene, setup.clone(), vec![setup]);
             }
             Action::Sweep(setups) => {
-                let base = Setup { view: "shaded".into(), ..m.setup.clone() };
+                let base = m.setup.measured();
                 let (job, adapter) = self.job("Sweep");
                 self.desk.measure(job, adapter, scene, base, setups);
             }
             Action::Stability(case, techniques, frames) => {
-                let setup = Setup { size: stability::SIZE, ..m.setup.clone() };
+                let setup = Setup { size: stability::SIZE, ..m.setup.measured() };
                 let (job, adapter) = self.job("Stability");
                 self.desk.stability(job, adapter, scene, setup, (case, techniques, frames));
             }
             Action::Advise(budget, techniques) => {
-                let setup = Setup { view: "shaded".into(), ..m.setup.clone() };
+                let setup = m.setup.measured();
                 let (job, adapter) = self.job("Advice");
                 self.desk.advise(job, adapter, scene, setup, (budget, techniques));
             }
@@ -541,6 +535,13 @@ impl Open {
                 if !m.capturing {
                     m.capturing = true;
                     self.desk.capture(self.gpu.info.name.clone(), m.scene.clone(), m.setup.clone(), path);
+                }
+            }
+            Action::Figure(path) => {
+                if !m.capturing {
+                    m.capturing = true;
+                    let setup = Setup { size: [1920, 1080], legend: true, ..m.setup.clone() };
+                    self.desk.capture(self.gpu.info.name.clone(), m.scene.clone(), setup, path);
                 }
             }
             Action::SaveSetup(path) => match save(m, &path) {
