@@ -406,8 +406,16 @@ impl Setup {
 
     /// The set-up without technique, parameters and view: what the configurations of one sweep share.
     pub fn around(&self) -> Setup {
-        let blank = String::new();
-        Setup { technique: blank.clone(), view: blank, split: 0.0, params: BTreeMap::new(), ..self.alone() }
+        Setup {
+            technique: String::new(),
+            view: String::new(),
+            split: 0.0,
+            error_dilation: 0,
+            error_base: Base::Dark,
+            error_window: default_window(),
+            params: BTreeMap::new(),
+            ..self.alone()
+        }
     }
 
     /// Selects a technique by its id.

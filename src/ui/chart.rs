@@ -10,7 +10,7 @@ use crate::setup::Setup;
 use egui::{Align2, Color32, ComboBox, FontId, Grid, Pos2, Rect, RichText, Role, Sense, Stroke, TextureHandle};
 use egui::{Ui, Vec2, WidgetInfo, vec2};
 use egui_plot::{Line, LineStyle, Plot, PlotPoint, PlotPoints, Points};
-use std::collections::{BTreeMap, HashMap, VecDeque};
+use std::collections::{HashMap, VecDeque};
 
 /// Places of the live point that are kept.
 const TRAIL: usize = 32;
@@ -78,17 +78,9 @@ impl Chart {
     fn sort(&mut self, rows: &[Record]) {
         self.lines = chart::series(rows);
         let mut views: Vec<Option<Setup>> = Vec::new();
-        // What is left is all but the technique: scene, camera, light, size, clock.
-        let left = |s: Setup| Setup {
-            technique: String::new(),
-            params: BTreeMap::new(),
-            split: 0.0,
-            view: String::new(),
-            ..s
-        };
         self.seen.clear();
         for r in rows {
-            let view = r.setup().ok().map(left);
+            let view = r.setup().ok().map(|s| s.around());
             let known = views.iter().position(|v| *v == view);
             self.seen.push(known.unwrap_or(views.len()));
             if known.is_none() {

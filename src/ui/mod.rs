@@ -10,6 +10,7 @@ mod chart;
 mod compare;
 mod controls;
 mod drawer;
+mod errors;
 mod gizmo;
 mod history;
 mod legend;

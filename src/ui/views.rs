@@ -1,6 +1,7 @@
 //! The panel's part on what is shown: views in groups, an overlay, the legend, the truth's samples.
 
 use super::controls::{chips, row, slide};
+use super::errors::error_options;
 use super::model::Model;
 use crate::setup::Overlay;
 use crate::truth::{COUNTS, Samples};
@@ -31,6 +32,7 @@ pub fn show(ui: &mut Ui, m: &mut Model) {
         }
         ui.add_space(2.0);
     }
+    error_options(ui, m);
     overlay(ui, m);
     let tip =
         "What the colours of the picture mean, at its lower edge. Captures have it where that is ticked under Capture.";
