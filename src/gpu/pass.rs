@@ -1,8 +1,8 @@
 //! Passes: a pipeline whose resources are bound by their WGSL names, recorded and timed.
 
-use super::{Gpu, GivenUp};
 use super::shader::Binding;
 use super::timer::{DrawCount, MAX_DRAWS, MAX_PASSES, Pending, Timer, TimerMode};
+use super::{GivenUp, Gpu};
 use crate::params::Group;
 use anyhow::{Context, Result};
 use std::cell::RefCell;

@@ -418,9 +418,9 @@ impl Open {
     /// Orders the picture that the model describes, for a viewport of `full` pixels.
     fn order(&mut self, full: [u32; 2]) {
         let Some(m) = &mut self.model else { return };
-        let held = self.ctx.input(|i| {
-            i.pointer.any_down() || !i.keys_down.is_empty() || i.smooth_scroll_delta != egui::Vec2::ZERO
-        });
+        let held = self
+            .ctx
+            .input(|i| i.pointer.any_down() || !i.keys_down.is_empty() || i.smooth_scroll_delta != egui::Vec2::ZERO);
         let resized = std::mem::replace(&mut self.full, full) != full;
         let number = self.stage.order(Order {
             number: 0,

@@ -396,11 +396,7 @@ fn save_rows(rows: &[Record], [cost, error]: [&Axis; 2], path: &Path) -> Result<
 }
 
 /// A renderer on a device of its own, which gives a frame up where it is `unwanted`.
-fn renderer(
-    adapter: &str,
-    scene: Arc<Scene>,
-    unwanted: impl Fn() -> bool + Send + Sync + 'static,
-) -> Result<Renderer> {
+fn renderer(adapter: &str, scene: Arc<Scene>, unwanted: impl Fn() -> bool + Send + Sync + 'static) -> Result<Renderer> {
     let gpu = Gpu::new(Some(adapter)).context("no second device could be opened")?;
     gpu.give_up_when(unwanted);
     Renderer::new(Arc::new(gpu), scene)
