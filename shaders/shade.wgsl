@@ -146,7 +146,7 @@ fn color_of(pixel: vec2u) -> vec3f {
     }
     if !s.valid {
         // Only pictures have a sky; data have a plain background.
-        let data = drawn_view != view_shaded && drawn_view != view_split;
+        let data = drawn_view != view_shaded && drawn_view != view_split && pixel.y < view.rows;
         return select(linear_to_srgb(sky(normalize(pixel_ray(vec2f(pixel) + 0.5)))), vec3f(0.22, 0.24, 0.27), data);
     }
     if pixel.y >= view.rows {

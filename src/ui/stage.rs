@@ -437,9 +437,7 @@ impl Painter<'_> {
         let scale = self.next_scale(order, due, rest, shown);
         let size = order.full.map(|side| ((side as f64 * scale).round() as u32).max(1));
         if due > Change::Nothing || size != self.size || rest && self.coarse {
-            let common = view::index(&order.setup.view).is_some();
-            let same_view = self.drawn.as_ref().is_some_and(|d| d.setup.view == order.setup.view);
-            if due == Change::View && size == self.size && (common || same_view) {
+            if due == Change::View && size == self.size && self.redrawable(order) {
                 self.redraw(order)?;
             } else {
                 self.draw(order, (due, rest), scale, size, [served, shown])?;
@@ -464,10 +462,19 @@ impl Painter<'_> {
         self.traced.done >= 1.0
     }
 
+    /// Another view than that of the picture can be drawn without a new frame.
+    fn redrawable(&self, order: &Order) -> bool {
+        let same = self.drawn.as_ref().is_some_and(|d| d.setup.view == order.setup.view);
+        same || view::index(&order.setup.view).is_some()
+    }
+
     /// The share of the side to render at next.
     fn next_scale(&self, order: &Order, due: Change, rest: bool, truth: bool) -> f64 {
         if rest && (due == Change::Nothing || self.costs.of(0) <= STEP_MS) {
             return 1.0;
+        }
+        if due == Change::View && self.redrawable(order) {
+            return self.scale;
         }
         // Only what moves needs its truth anew in every frame.
         let moving = self.change == Change::Scene;
