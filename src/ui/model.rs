@@ -145,7 +145,8 @@ impl Job {
     pub fn told(&self) -> String {
         let spent = self.since.elapsed().as_secs_f32();
         let left = spent * (1.0 - self.done) / self.done;
-        let share = format!("{:.0} %", self.done * 100.0);
+        // What is done has ended.
+        let share = format!("{:.0} %", (self.done * 100.0).min(99.0));
         match left {
             // Too early to tell.
             _ if self.done < 0.02 || spent < 2.0 => share,

@@ -344,7 +344,10 @@ fn messages(ctx: &Context, rect: Rect, m: &mut Model) {
 fn busy(ctx: &Context, rect: Rect, m: &Model, out: &mut Vec<Action>) {
     let (text, cancel) = match (&m.loading, &m.measuring) {
         (Some(what), _) => (format!("Opening {what} …"), Action::CancelLoading),
-        (None, Some(job)) => (format!("{}: {}. The picture waits.", job.title, job.told()), Action::CancelMeasuring),
+        (None, Some(job)) => {
+            let what = if job.what.is_empty() { String::new() } else { format!(" ({})", job.what) };
+            (format!("{}{what}: {}. The picture waits.", job.title, job.told()), Action::CancelMeasuring)
+        }
         _ => return,
     };
     let width = (rect.width() - 140.0).clamp(80.0, 320.0);
