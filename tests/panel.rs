@@ -47,9 +47,14 @@ fn click(harness: &mut Harness<'static, State>, label: &str) {
     harness.run_steps(3);
 }
 
-/// Opens a section that starts closed.
+/// Opens a section that starts closed, or closes one that is open.
 fn open(harness: &mut Harness<'static, State>, section: &str) {
-    click(harness, section);
+    use egui::accesskit::Role;
+    // In the panel's head a combo box bears the same name.
+    match harness.query_by_role_and_label(Role::Label, section) {
+        Some(name) => name.click(),
+        None => click(harness, section),
+    }
     harness.run_steps(20);
 }
 
@@ -67,7 +72,9 @@ fn setup(harness: &Harness<'static, State>) -> Setup {
 #[test]
 fn all_sections_are_there_and_the_picture_keeps_its_place() {
     let mut harness = harness("cubes", 2400.0);
-    for section in ["Scene", "Light", "Camera", "Technique", "View", "Parameters", "Used of held", "Timings", "Measure", "Capture"] {
+    for section in
+        ["Scene", "Light", "Camera", "Technique", "View", "Parameters", "Used of held", "Timings", "Measure", "Capture"]
+    {
         harness.get_by_label(section);
     }
     for section in ["Light", "Camera", "Measure", "Capture"] {
@@ -624,7 +631,11 @@ fn places_are_shown_in_the_files_coordinates() {
 
 /// Every text that is painted: where, in what clip rectangle, whether it was shortened, and its colour.
 fn texts(harness: &Harness<'static, State>) -> Vec<(String, egui::Rect, egui::Rect, bool, egui::Color32)> {
-    fn collect(clip: egui::Rect, shape: &egui::Shape, out: &mut Vec<(String, egui::Rect, egui::Rect, bool, egui::Color32)>) {
+    fn collect(
+        clip: egui::Rect,
+        shape: &egui::Shape,
+        out: &mut Vec<(String, egui::Rect, egui::Rect, bool, egui::Color32)>,
+    ) {
         match shape {
             egui::Shape::Vec(all) => all.iter().for_each(|s| collect(clip, s, out)),
             egui::Shape::Text(t) => {
@@ -677,7 +688,9 @@ fn the_panel_clips_nothing_and_keeps_its_columns() {
             let choices: Vec<Option<(&str, &str)>> = info
                 .specs()
                 .filter_map(|s| match s.kind {
-                    Kind::Choice { options, .. } => Some(options.iter().map(|o| Some((s.name, *o))).collect::<Vec<_>>()),
+                    Kind::Choice { options, .. } => {
+                        Some(options.iter().map(|o| Some((s.name, *o))).collect::<Vec<_>>())
+                    }
                     _ => None,
                 })
                 .flatten()
@@ -692,7 +705,9 @@ fn the_panel_clips_nothing_and_keeps_its_columns() {
                     match s.kind {
                         Kind::Flag { .. } => _ = values.insert(s.name.into(), Value::Bool(true)),
                         // The longest numbers.
-                        Kind::Float { max, .. } if height > 1000.0 => _ = values.insert(s.name.into(), Value::Float(max / 1.3)),
+                        Kind::Float { max, .. } if height > 1000.0 => {
+                            _ = values.insert(s.name.into(), Value::Float(max / 1.3))
+                        }
                         Kind::Int { max, .. } if height > 1000.0 => _ = values.insert(s.name.into(), Value::Int(max)),
                         _ => {}
                     }
@@ -721,13 +736,19 @@ fn the_panel_clips_nothing_and_keeps_its_columns() {
                     assert!(off || contrast(color, panel) > 3.0, "{theme:?}, {:.1}: {at}", contrast(color, panel));
                 }
                 assert!(seen > 20, "{} texts", seen);
-                let rects = |role| harness.get_all_by_role(role).map(|n| n.rect()).filter(|r| r.left() >= left).collect();
+                let rects =
+                    |role| harness.get_all_by_role(role).map(|n| n.rect()).filter(|r| r.left() >= left).collect();
                 ends(rects(Role::SpinButton), &format!("{}: values", info.id));
                 ends(rects(Role::Slider), &format!("{}: sliders", info.id));
                 let mut names = Vec::new();
                 for spec in info.specs().filter(|s| info.applies(s, setup(&harness).values())) {
                     let name = spec.name.replace('_', " ");
-                    names.extend(harness.query_all_by_role_and_label(Role::Label, &name).map(|n| n.rect()).filter(|r| r.left() >= left));
+                    names.extend(
+                        harness
+                            .query_all_by_role_and_label(Role::Label, &name)
+                            .map(|n| n.rect())
+                            .filter(|r| r.left() >= left),
+                    );
                     assert!(height < 1000.0 || !names.is_empty(), "{}: {name} is missing", info.id);
                 }
                 let lefts: std::collections::BTreeSet<i32> = names.iter().map(|r| r.left().round() as i32).collect();

@@ -215,12 +215,30 @@ fn tables_follow_the_reference() {
             (vec![], 256, 4.0, 0.02),
             (vec!["importance_bins=64", "profile_blur=0", "floor=0", "power=3", "distance_to_eye=false"], 64, 0.0, 0.0),
             (
-                vec!["importance_bins=100", "profile_blur=9.5", "floor=0.1", "surface_normal=true", "normal_weight=4", "combine=sum"],
+                vec![
+                    "importance_bins=100",
+                    "profile_blur=9.5",
+                    "floor=0.1",
+                    "surface_normal=true",
+                    "normal_weight=4",
+                    "combine=sum",
+                ],
                 100,
                 9.5,
                 0.1,
             ),
-            (vec!["importance_bins=64", "shadow_edge=true", "edge_weight=3", "edge_threshold=0.02", "profile_blur=2"], 64, 2.0, 0.02),
+            (
+                vec![
+                    "importance_bins=64",
+                    "shadow_edge=true",
+                    "edge_weight=3",
+                    "edge_threshold=0.02",
+                    "profile_blur=2",
+                ],
+                64,
+                2.0,
+                0.02,
+            ),
             (vec!["combine=max", "falloff=inverse", "desired_view=false", "profile_blur=1"], 256, 1.0, 0.02),
         ] {
             let what = format!("{} {sets:?}", light.kind());
@@ -292,7 +310,8 @@ fn light_side_analysis_follows_the_reference() {
     ] {
         let (mut r, mut s) =
             start(scene(vec![mesh(&triangles, 0)], vec![material(Vec3::ONE)], above(height), light), [200, 200]);
-        let common = ["resolution=256", "importance_bins=64", "profile_blur=0", "edge_weight=8", "normal_weight=2", "power=1"];
+        let common =
+            ["resolution=256", "importance_bins=64", "profile_blur=0", "edge_weight=8", "normal_weight=2", "power=1"];
         select(&mut s, "rtw", &[&common[..], sets.as_slice()].concat());
         let found = counts(&mut r, &s, 256);
         let view = LightView::whole(&light, r.geometry().bounds, 256, 1.0).unwrap();
@@ -439,7 +458,14 @@ fn nothing_breaks() {
         for t in [0.0, 0.5, 1.0] {
             (case.place)(&mut s, t);
             for analysis in &all {
-                let sets = ["resolution=128", "shadow_edge=true", "surface_normal=true", "floor=0", "profile_blur=0", analysis];
+                let sets = [
+                    "resolution=128",
+                    "shadow_edge=true",
+                    "surface_normal=true",
+                    "floor=0",
+                    "profile_blur=0",
+                    analysis,
+                ];
                 let e = errors(&mut r, &mut s, "rtw", &sets);
                 assert!(e.rmse.is_finite(), "{id} at {t} {analysis}");
                 assert!(r.read_visibility().unwrap().iter().all(|v| (0.0..=1.0).contains(v)), "{id} at {t} {analysis}");

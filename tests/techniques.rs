@@ -552,7 +552,9 @@ fn deciding(info: &Info, spec: &Spec) -> Vec<Vec<(&'static str, Value)>> {
             (Kind::Int { min, .. }, Test::Above(least)) => {
                 vec![Value::Int(min), Value::Int(least as i64), Value::Int(least as i64 + 1)]
             }
-            (Kind::Float { max, .. }, Test::Above(least)) => vec![Value::Float(least), Value::Float(least.max(max / 2.0))],
+            (Kind::Float { max, .. }, Test::Above(least)) => {
+                vec![Value::Float(least), Value::Float(least.max(max / 2.0))]
+            }
             _ => panic!("{}.{}: the condition on {} cannot hold", info.id, spec.name, c.of),
         };
         let with = |v: &Value, rest: &Vec<_>| rest.iter().cloned().chain([(of.name, v.clone())]).collect();
@@ -588,7 +590,9 @@ fn parameters_that_do_not_apply_change_nothing() {
                 Kind::Choice { options, .. } => options.iter().map(|o| Value::Text((*o).into())).collect(),
             };
             let mut applied = false;
-            for (setting, around) in deciding(info, spec).iter().flat_map(|s| [(s, Spec::default as fn(&Spec) -> Value), (s, other)]) {
+            for (setting, around) in
+                deciding(info, spec).iter().flat_map(|s| [(s, Spec::default as fn(&Spec) -> Value), (s, other)])
+            {
                 s.select(info.id).unwrap();
                 let mut values: Values = info.specs().map(|s| (s.name.to_string(), around(s))).collect();
                 values.extend(setting.iter().map(|(name, v)| (name.to_string(), v.clone())));

@@ -84,9 +84,9 @@ impl Info {
     /// Whether a parameter means anything beside these values.
     pub fn applies(&self, spec: &Spec, values: &Values) -> bool {
         let holds = |c: &Condition| {
-            self.specs().find(|s| s.name == c.of).is_some_and(|s| {
-                c.test.holds(values.get(c.of).unwrap_or(&s.default())) && self.applies(s, values)
-            })
+            self.specs()
+                .find(|s| s.name == c.of)
+                .is_some_and(|s| c.test.holds(values.get(c.of).unwrap_or(&s.default())) && self.applies(s, values))
         };
         spec.when.is_empty() || spec.when.iter().any(|all| all.iter().all(holds))
     }

@@ -295,7 +295,11 @@ fn live(ui: &Ui, m: &Model, error: &Axis, frame: Rect, labels: &mut Labels, plac
     let (Some(place), Some(row)) = (places.last(), trail.last()) else { return };
     // Hollow while the error of what is shown is not known yet.
     let now = m.facts.error.is_some() && m.measuring.is_none();
-    painter.circle_stroke(*place, 7.5, Stroke::new(2.0, if now { Color32::WHITE } else { ui.visuals().weak_text_color() }));
+    painter.circle_stroke(
+        *place,
+        7.5,
+        Stroke::new(2.0, if now { Color32::WHITE } else { ui.visuals().weak_text_color() }),
+    );
     if now {
         painter.circle_filled(*place, 4.0, color(&row.technique));
     }

@@ -1,7 +1,9 @@
 //! Rows of the panel in fixed columns: name, slider, value with its unit, reset.
 
 use crate::params::{Kind, Spec, Value};
-use egui::{Align, Align2, Button, ComboBox, DragValue, FontId, Id, Label, Layout, Rect, Response, Sense, Shape, Slider};
+use egui::{
+    Align, Align2, Button, ComboBox, DragValue, FontId, Id, Label, Layout, Rect, Response, Sense, Shape, Slider,
+};
 use egui::{RectAlign, Role, Stroke, Tooltip, Ui, Vec2, WidgetInfo, WidgetText, pos2, vec2};
 use std::ops::RangeInclusive;
 
@@ -153,7 +155,10 @@ fn slider_and_field(ui: &mut Ui, value: &mut f64, scale: Scale, tip: &str, label
     field(ui, FIELD, drag, tip).labelled_by(label.id);
     if let Some(number) = beyond.get() {
         let (low, high) = (scale.range.start(), scale.range.end());
-        say(ui, format!("{} takes {low} to {high}{suffix}: {number} became {}.", scale.name, number.clamp(*low, *high)));
+        say(
+            ui,
+            format!("{} takes {low} to {high}{suffix}: {number} became {}.", scale.name, number.clamp(*low, *high)),
+        );
     }
     if scale.step > 0.0 {
         let (low, high) = (*scale.range.start(), *scale.range.end());
@@ -193,7 +198,8 @@ pub fn shown_name(spec: &Spec) -> String {
 pub fn parameter(ui: &mut Ui, spec: &Spec, value: &mut Value, diagonal: f64, pinned: &mut bool) {
     let name = shown_name(spec);
     let (doc, range, default) = (spec.doc.trim(), spec.range(), spec.default());
-    let tip = format!("{doc}\nRange: {range}. Default: {default}.\nDouble-click the name to reset, right-click to pin.");
+    let tip =
+        format!("{doc}\nRange: {range}. Default: {default}.\nDouble-click the name to reset, right-click to pin.");
     row(ui, &name, &tip, |ui, label| {
         match (spec.kind, &mut *value) {
             (Kind::Flag { .. }, Value::Bool(on)) => {
@@ -205,7 +211,8 @@ pub fn parameter(ui: &mut Ui, spec: &Spec, value: &mut Value, diagonal: f64, pin
                 let smallest = log.then_some(min as f64);
                 let range = min as f64..=max as f64;
                 let (slider, step, unit) = (range.clone(), step as f64, spec.unit);
-                if slider_and_field(ui, &mut v, Scale { name: &name, range, slider, step, smallest, unit }, &tip, label) {
+                if slider_and_field(ui, &mut v, Scale { name: &name, range, slider, step, smallest, unit }, &tip, label)
+                {
                     *number = v as i64;
                 }
             }
@@ -219,7 +226,13 @@ pub fn parameter(ui: &mut Ui, spec: &Spec, value: &mut Value, diagonal: f64, pin
                     None
                 };
                 let (range, slider, unit) = (min..=max, min..=end, spec.unit);
-                slider_and_field(ui, number, Scale { name: &name, range, slider, step: 0.0, smallest, unit }, &tip, label);
+                slider_and_field(
+                    ui,
+                    number,
+                    Scale { name: &name, range, slider, step: 0.0, smallest, unit },
+                    &tip,
+                    label,
+                );
             }
             (Kind::Choice { options, .. }, Value::Text(chosen)) => {
                 let width = room(ui);

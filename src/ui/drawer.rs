@@ -44,7 +44,8 @@ pub fn show(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
     let room = ui.available_height();
     let most = (room - PICTURE).max(room * 0.5);
     let body = Panel::bottom("drawer").resizable(true).default_size(room * SHARE).size_range(most.min(140.0)..=most);
-    let frame = Frame::new().fill(ui.visuals().panel_fill).inner_margin(Margin { left: 10, right: 6, top: 6, bottom: 4 });
+    let frame =
+        Frame::new().fill(ui.visuals().panel_fill).inner_margin(Margin { left: 10, right: 6, top: 6, bottom: 4 });
     body.frame(frame).show(ui, |ui| {
         let rest = ui.available_rect_before_wrap();
         within(ui, rest, |ui| match tab {

@@ -132,7 +132,8 @@ fn changes(before: &Setup, after: &Setup) -> String {
     differ("split", format!("{:.0} %", before.split * 100.0), format!("{:.0} %", after.split * 100.0));
     for info in techniques::ALL {
         for spec in info.specs() {
-            let value = |s: &Setup| s.params.get(info.id).and_then(|v| v.get(spec.name)).cloned().unwrap_or(spec.default());
+            let value =
+                |s: &Setup| s.params.get(info.id).and_then(|v| v.get(spec.name)).cloned().unwrap_or(spec.default());
             let own = info.id == after.technique;
             let title = if own { shown_name(spec) } else { format!("{} {}", info.id, shown_name(spec)) };
             differ(&title, shown_value(&value(before)), shown_value(&value(after)));

@@ -19,10 +19,18 @@ pub fn rows(r: &Record) -> Vec<Row> {
     };
     let mut out: Vec<Row> = Vec::new();
     if let (Some(part), Some(whole)) = (r.texels_covered, r.texels) {
-        out.push(("texels used", of(part, whole), "Texels of the maps that some pixel looks up, out of all that are held."));
+        out.push((
+            "texels used",
+            of(part, whole),
+            "Texels of the maps that some pixel looks up, out of all that are held.",
+        ));
     }
     if let (Some(part), Some(whole)) = (r.views_needed, r.views_rendered) {
-        out.push(("views used", of(part, whole), "Maps, faces, cascades or light samples that some pixel looks up, out of all that are rendered."));
+        out.push((
+            "views used",
+            of(part, whole),
+            "Maps, faces, cascades or light samples that some pixel looks up, out of all that are rendered.",
+        ));
     }
     if let (Some(part), Some(whole)) = (r.triangles_drawn, r.triangles_submitted) {
         out.push((
@@ -32,7 +40,11 @@ pub fn rows(r: &Record) -> Vec<Row> {
         ));
     }
     if let Some(n) = r.fragments.filter(|n| *n > 0) {
-        out.push(("fragments", grouped(n as usize), "How often the fragment shader runs while the light's views are drawn."));
+        out.push((
+            "fragments",
+            grouped(n as usize),
+            "How often the fragment shader runs while the light's views are drawn.",
+        ));
     }
     if let (Some(needed), Some(added)) = (r.triangles_needed, r.triangles_added) {
         let sign = if added < 0 { "-" } else { "+" };
@@ -90,11 +102,11 @@ pub fn show(ui: &mut Ui, m: &Model, out: &mut Vec<Action>) {
     };
     table(ui, "needs", &rows);
     ui.horizontal(|ui| {
-        let text = if measured.is_some() { "as measured with this set-up" } else { "the rest is known once it is measured" };
+        let text =
+            if measured.is_some() { "as measured with this set-up" } else { "the rest is known once it is measured" };
         ui.label(RichText::new(text).small().weak());
         let ready = m.measuring.is_none() && m.info().refuses(&m.setup.light).is_none();
-        if measured.is_none() && ready && ui.small_button("Measure now").tip("Measure this set-up.").clicked()
-        {
+        if measured.is_none() && ready && ui.small_button("Measure now").tip("Measure this set-up.").clicked() {
             out.push(Action::Measure);
         }
     });

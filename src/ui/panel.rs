@@ -13,8 +13,8 @@ use crate::truth::{COUNTS, Samples};
 use crate::view;
 use egui::collapsing_header::{CollapsingState, paint_default_icon};
 use egui::{
-    Align, Button, CollapsingHeader, ComboBox, DragValue, Key, Label, Layout, RichText, ScrollArea, Sense, TextEdit, Ui,
-    UiBuilder, vec2,
+    Align, Button, CollapsingHeader, ComboBox, DragValue, Key, Label, Layout, RichText, ScrollArea, Sense, TextEdit,
+    Ui, UiBuilder, vec2,
 };
 use egui::{Modifiers, Response};
 use glam::{DVec3, Vec3};
@@ -136,7 +136,11 @@ fn scene(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
     let mut asked = Vec::new();
     let choose = |ui: &mut Ui, m: &mut Model, label: &Response| {
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-            if ui.button("Open…").tip("Choose a file: a glTF scene, a set-up, a captured picture, or results.").clicked() {
+            if ui
+                .button("Open…")
+                .tip("Choose a file: a glTF scene, a set-up, a captured picture, or results.")
+                .clicked()
+            {
                 asked.push(Action::PickFile);
             }
             let width = ui.available_width();
@@ -254,9 +258,12 @@ fn views(ui: &mut Ui, m: &mut Model) {
 
 fn technique(ui: &mut Ui, m: &mut Model) {
     let chosen = m.info();
-    let search = ui.add_sized([ui.available_width() - 4.0, HEIGHT], TextEdit::singleline(&mut m.search).hint_text("search"));
+    let search =
+        ui.add_sized([ui.available_width() - 4.0, HEIGHT], TextEdit::singleline(&mut m.search).hint_text("search"));
     search.widget_info(|| egui::WidgetInfo::labeled(egui::Role::TextInput, true, "search techniques"));
-    let search = search.tip("Show only techniques whose name, authors, year or family hold these words (Ctrl+F). Enter takes the first.");
+    let search = search.tip(
+        "Show only techniques whose name, authors, year or family hold these words (Ctrl+F). Enter takes the first.",
+    );
     if ui.input_mut(|i| i.consume_key(Modifiers::COMMAND, Key::F)) {
         search.request_focus();
     }
@@ -309,7 +316,11 @@ fn parameters(ui: &mut Ui, m: &mut Model) {
         let value = values.entry(spec.name.into()).or_insert_with(|| spec.default());
         let mut held = pinned.contains(spec.name);
         ui.push_id((chosen.id, spec.name), |ui| parameter(ui, spec, value, diagonal, &mut held));
-        if held { pinned.insert(spec.name) } else { pinned.remove(spec.name) };
+        if held {
+            pinned.insert(spec.name)
+        } else {
+            pinned.remove(spec.name)
+        };
     };
     let (top, rest): (Vec<_>, Vec<_>) = shown.into_iter().partition(|s| pinned.contains(s.name));
     if !top.is_empty() {
@@ -318,7 +329,11 @@ fn parameters(ui: &mut Ui, m: &mut Model) {
         ui.add_space(2.0);
     }
     let mut sections: Vec<&str> = Vec::new();
-    rest.iter().for_each(|s| if !sections.contains(&s.section) { sections.push(s.section) });
+    rest.iter().for_each(|s| {
+        if !sections.contains(&s.section) {
+            sections.push(s.section)
+        }
+    });
     for title in sections {
         let header = CollapsingHeader::new(RichText::new(title).small().weak()).id_salt(("parameters", title));
         header.default_open(title != "Rasteriser bias").show_unindented(ui, |ui| {
@@ -350,7 +365,10 @@ fn camera(ui: &mut Ui, m: &mut Model) {
                         }
                     }
                 });
-                shown.response.labelled_by(label.id).tip("The cameras of the scene. Free: moved away from all of them.");
+                shown
+                    .response
+                    .labelled_by(label.id)
+                    .tip("The cameras of the scene. Free: moved away from all of them.");
             });
         },
         place_of_camera,
@@ -465,8 +483,7 @@ fn capture(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
         let path = PathBuf::from(m.picture_path.trim());
         let ready = !m.capturing && !m.picture_path.trim().is_empty();
         let save = ui.add_enabled(ready, Button::new("Save picture"));
-        if save.tip("Render at this size and write the file (F12: into capture-001.png and so on).").clicked()
-        {
+        if save.tip("Render at this size and write the file (F12: into capture-001.png and so on).").clicked() {
             out.push(Action::Capture(path));
         }
         if ui.button("Save as…").tip("Choose the file in the system's dialog.").clicked() {

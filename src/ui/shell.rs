@@ -121,7 +121,11 @@ const fn shortcut(
     Shortcut { keys, typing: false, does, run }
 }
 
-const fn always(keys: &'static [(Modifiers, Key)], does: &'static str, run: fn(&mut Model, &mut Vec<Action>)) -> Shortcut {
+const fn always(
+    keys: &'static [(Modifiers, Key)],
+    does: &'static str,
+    run: fn(&mut Model, &mut Vec<Action>),
+) -> Shortcut {
     Shortcut { keys, typing: true, does, run }
 }
 
@@ -220,7 +224,8 @@ fn closing(ctx: &Context, m: &mut Model, out: &mut Vec<Action>) {
     let mut wait = true;
     let answer = Modal::new(Id::unique("closing")).show(ctx, |ui| {
         ui.set_max_width(340.0);
-        let rows = if m.rows.len() == 1 { "1 measured row is".into() } else { format!("{} measured rows are", m.rows.len()) };
+        let rows =
+            if m.rows.len() == 1 { "1 measured row is".into() } else { format!("{} measured rows are", m.rows.len()) };
         ui.label(format!("{rows} not saved."));
         ui.add_space(6.0);
         ui.horizontal_wrapped(|ui| {
@@ -244,9 +249,7 @@ fn status(ui: &mut Ui, m: &Model) {
         (Traced::NotServed, _) => RichText::new("no truth").weak(),
         (Traced::Partly(p), _) => RichText::new(format!("tracing {:.0} %", p.done * 100.0)).weak(),
         (Traced::Fully, None) => RichText::new("error …").weak(),
-        (Traced::Fully, Some([share, rmse])) => {
-            RichText::new(format!("error {:.3} %, RMSE {rmse:.4}", share * 100.0))
-        }
+        (Traced::Fully, Some([share, rmse])) => RichText::new(format!("error {:.3} %, RMSE {rmse:.4}", share * 100.0)),
     };
     let tip = format!(
         "Against the truth, which is traced while the picture rests. Error: wrong pixels as a share of those that face the light within its cone and range, judged by one sample per pixel, which suits hard techniques. RMSE: against the truth of {}; with more than one it is fair to filters.",
@@ -369,9 +372,8 @@ fn help(ctx: &Context, m: &mut Model) {
                 ui.end_row();
             };
             let mac = ctx.os() == egui::os::OperatingSystem::Mac;
-            let named = |keys: &(Modifiers, Key)| {
-                KeyboardShortcut::new(keys.0, keys.1).format(&ModifierNames::NAMES, mac)
-            };
+            let named =
+                |keys: &(Modifiers, Key)| KeyboardShortcut::new(keys.0, keys.1).format(&ModifierNames::NAMES, mac);
             GESTURES.iter().for_each(|(keys, does)| line((*keys).into(), does));
             line("1 … 9".into(), "choose a view");
             for s in SHORTCUTS.iter().filter(|s| s.keys[0].1 != Key::Questionmark) {

@@ -1,9 +1,9 @@
 //! The chart tab's controls: what is swept, and files.
 
+use super::chart;
 use super::controls::chips;
 use super::drawer::{beside, line, pick_techniques, progress};
 use super::model::{Action, Model};
-use super::chart;
 use crate::measure::{self, Axis};
 use crate::setup::Setup;
 use crate::techniques;
