@@ -275,7 +275,7 @@ fn technique(ui: &mut Ui, m: &mut Model) {
         }
     }
     // A high window shows more of the list.
-    let most = (0.29 * ui.ctx().content_rect().height()).max(230.0);
+    let most = (0.24 * ui.ctx().content_rect().height()).max(140.0);
     ScrollArea::vertical().id_salt("techniques").max_height(most).auto_shrink([false, true]).show(ui, |ui| {
         ui.spacing_mut().item_spacing.y = 2.0;
         let mut family = "";

@@ -5,7 +5,7 @@ use super::chart::Picture;
 use super::model::{Action, Job, Model, Reading, Tab};
 use super::stage::{Next, Stage};
 use super::work::{Desk, Done, Loaded};
-use super::{Ended, shell, style};
+use super::{Ended, shell, style, timeline};
 use crate::chart::{COSTS, ERRORS};
 use crate::frame::Renderer;
 use crate::gpu::{self, Gpu};
@@ -134,8 +134,6 @@ struct Open {
     model: Option<Model>,
     /// What is shown as being opened before there is a model.
     opening: String,
-    /// Why what was named at the start could not be opened.
-    unopened: Option<anyhow::Error>,
     /// Number of the latest request to load, to measure.
     loading: u64,
     measuring: u64,
@@ -178,7 +176,6 @@ impl Open {
             desk: Desk::new(wake),
             model: None,
             opening: String::new(),
-            unopened: None,
             loading: 0,
             measuring: 0,
             restoring: false,
@@ -215,7 +212,7 @@ impl Open {
     /// Takes in what the threads have done.
     ///
     /// # Errors
-    /// Not even the first scene can be drawn.
+    /// What was named at the start cannot be opened or drawn.
     fn take_in(&mut self) -> Result<()> {
         while let Some(done) = self.desk.take() {
             if let Done::Loaded(job, loaded) = done {
@@ -307,7 +304,12 @@ impl Open {
             m.loading = None;
         }
         let shown = loaded.and_then(|l| {
-            let Loaded { setup, scene, geometry } = *l;
+            let Loaded { mut setup, scene, geometry, bare } = *l;
+            match &self.model {
+                Some(m) if bare => m.carry(&mut setup),
+                None if bare => timeline::begin(&mut setup),
+                _ => {}
+            }
             let bounds = geometry.bounds;
             let renderer = Renderer::with_geometry(self.gpu.clone(), scene.clone(), geometry)?;
             Ok((setup, scene, bounds, renderer))
@@ -324,10 +326,6 @@ impl Open {
                 m.facts.adapter = self.gpu.info.name.clone();
                 m.facts.software = self.gpu.software();
                 self.stage = Some(Stage::new(renderer));
-                // A file that could not be opened is named over the scene that opened instead.
-                if let Some(e) = self.unopened.take() {
-                    m.fail(&e);
-                }
                 self.model = Some(m);
             }
             (Err(e), Some(m)) => {
@@ -335,10 +333,6 @@ impl Open {
                     m.keep_history();
                 }
                 m.fail(&e);
-            }
-            (Err(e), None) if self.opening != FIRST => {
-                self.unopened = Some(e);
-                self.load(FIRST.into());
             }
             (Err(e), None) => return Err(e),
         }
