@@ -47,7 +47,7 @@ pub struct Setup {
     /// Start of every random pattern.
     #[serde(default)]
     pub seed: u32,
-    /// How many samples a pixel the truth averages.
+    /// How many samples per pixel the truth averages.
     #[serde(default)]
     pub truth_samples: Samples,
     pub camera: Camera,

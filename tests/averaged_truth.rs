@@ -12,7 +12,7 @@ use shadowscope::scene::Camera;
 use shadowscope::setup::Setup;
 use shadowscope::truth::{COUNTS, Samples, offset};
 
-/// Renders the set-up with a truth of so many samples a pixel.
+/// Renders the set-up with a truth of so many samples per pixel.
 fn truth(r: &mut Renderer, setup: &Setup, samples: u32) -> Vec<f32> {
     let setup = Setup { truth_samples: Samples::Fixed(samples), ..setup.clone() };
     let told = r.render(&setup, Ask { picture: false, ..ask(&setup) }).unwrap();

@@ -215,9 +215,9 @@ pub fn grouped(n: usize) -> String {
     out
 }
 
-const TRUTH_TIP: &str = "Samples a pixel of the exact shadow. One, at the pixel's centre: what a hard technique aims at. \
-     More: the mean over the pixel, what a filter aims at and an eye sees. Auto: one or 16, as the technique aims. \
-     Measurements take 16 then, so that all techniques share one truth.";
+const TRUTH_TIP: &str = "Samples per pixel of the truth, which is the exact shadow, traced by rays. One, at the pixel's centre: \
+     what a hard technique aims at. More: the mean over the pixel, which a filter aims at and an eye sees. Auto: one or 16, \
+     whichever suits the technique; measurements then take 16, so that all techniques share one truth.";
 
 fn views(ui: &mut Ui, m: &mut Model) {
     let tip = |i: usize, doc: &str| if i < 9 { format!("{doc} (key {})", i + 1) } else { doc.to_string() };
@@ -477,13 +477,26 @@ fn capture(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
             }
         },
     );
+    let mut framed = m.framed;
+    row(
+        ui,
+        "frame",
+        "Give the picture here the shape of the one that is captured: what lies outside it is left dark.",
+        |ui, label| {
+            ui.checkbox(&mut framed, "").labelled_by(label.id);
+        },
+    );
+    m.framed = framed;
     let tip = ".png: the view, with the set-up inside, so that it opens here again. .exr: the raw values of the views visibility, truth, depth, position, normals, aliasing and counts.";
     path_row(ui, "picture", tip, &mut m.picture_path);
     ui.horizontal(|ui| {
         let path = PathBuf::from(m.picture_path.trim());
         let ready = !m.capturing && !m.picture_path.trim().is_empty();
         let save = ui.add_enabled(ready, Button::new("Save picture"));
-        if save.tip("Render at this size and write the file (F12: into capture-001.png and so on).").clicked() {
+        if save
+            .tip("Render at this size and write the file. F12 does so into capture-001.png, capture-002.png and so on.")
+            .clicked()
+        {
             out.push(Action::Capture(path));
         }
         if ui.button("Save as…").tip("Choose the file in the system's dialog.").clicked() {
