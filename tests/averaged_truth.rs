@@ -16,7 +16,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicU32;
 use std::sync::atomic::Ordering::Relaxed;
 
-/// Renders the set-up with a truth of so many samples a pixel.
+/// Renders the set-up with a truth of so many samples per pixel.
 fn truth(r: &mut Renderer, setup: &Setup, samples: u32) -> Vec<f32> {
     let setup = Setup { truth_samples: Samples::Fixed(samples), ..setup.clone() };
     let told = r.render(&setup, Ask { picture: false, ..ask(&setup) }).unwrap();

@@ -49,7 +49,7 @@ fn screen(folder: &Path) -> Option<Vec<u32>> {
     let bytes = std::fs::read(folder.join("Xvfb_screen0")).ok()?;
     let header = |i: usize| Some(u32::from_be_bytes(bytes.get(i * 4..i * 4 + 4)?.try_into().ok()?) as usize);
     assert_eq!([header(4)?, header(5)?], SIZE);
-    assert_eq!(header(11)?, 32, "bits a pixel");
+    assert_eq!(header(11)?, 32, "bits per pixel");
     let little = header(7)? == 0;
     let (first, row) = (header(0)? + header(19)? * 12, header(12)?);
     let mut out = Vec::with_capacity(SIZE[0] * SIZE[1]);

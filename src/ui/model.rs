@@ -72,10 +72,10 @@ pub struct Note {
     pub since: Instant,
 }
 
-/// How far the exact shadow of the picture is known.
+/// How far the truth of the picture is known.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Traced {
-    /// The light has no exact shadow here.
+    /// The light has no truth here.
     #[default]
     NotServed,
     Partly(Progress),

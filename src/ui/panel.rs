@@ -235,7 +235,7 @@ fn technique(ui: &mut Ui, m: &mut Model) {
         }
     }
     // A high window shows more of the list.
-    let most = (0.29 * ui.ctx().content_rect().height()).max(230.0);
+    let most = (0.24 * ui.ctx().content_rect().height()).max(140.0);
     ScrollArea::vertical().id_salt("techniques").max_height(most).auto_shrink([false, true]).show(ui, |ui| {
         ui.spacing_mut().item_spacing.y = 2.0;
         let mut family = "";
@@ -467,6 +467,16 @@ fn capture(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
             }
         },
     );
+    let mut framed = m.framed;
+    row(
+        ui,
+        "frame",
+        "Give the picture here the shape of the one that is captured: what lies outside it is left dark.",
+        |ui, label| {
+            ui.checkbox(&mut framed, "").labelled_by(label.id);
+        },
+    );
+    m.framed = framed;
     let tip = ".png: the view, with the set-up inside, so that it opens here again. .exr: the raw values of the views visibility, truth, depth, position, normals, aliasing and counts.";
     let legend = "The view's legend, and the axes of charts, go into the picture.";
     row(ui, "legend", legend, |ui, label| {
@@ -477,7 +487,10 @@ fn capture(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
         let path = PathBuf::from(m.picture_path.trim());
         let ready = !m.capturing && !m.picture_path.trim().is_empty();
         let save = ui.add_enabled(ready, Button::new("Save picture"));
-        if save.tip("Render at this size and write the file (F12: into capture-001.png and so on).").clicked() {
+        if save
+            .tip("Render at this size and write the file. F12 does so into capture-001.png, capture-002.png and so on.")
+            .clicked()
+        {
             out.push(Action::Capture(path));
         }
         if ui.button("Save as…").tip("Choose the file in the system's dialog.").clicked() {

@@ -5,7 +5,7 @@ use super::chart::Picture;
 use super::model::{Action, Job, Model, Tab};
 use super::stage::{Order, Request, Stage};
 use super::work::{Desk, Done, Loaded, Opened};
-use super::{Ended, shell, style};
+use super::{Ended, shell, style, timeline};
 use crate::chart::{COSTS, ERRORS};
 use crate::gpu::{self, Gpu};
 use crate::measure::stability;
@@ -219,7 +219,7 @@ impl Open {
     /// Takes in what the threads have done.
     ///
     /// # Errors
-    /// Not even the first scene can be drawn.
+    /// What was named at the start cannot be opened or drawn.
     fn take_in(&mut self) -> Result<()> {
         while let Some(done) = self.desk.take() {
             match done {
@@ -227,7 +227,12 @@ impl Open {
                     if self.stage.ended() {
                         self.stage = Stage::start(self.desk.post(), self.gpu.info.name.clone(), self.gpu.software());
                     }
-                    let Loaded { setup, scene, geometry } = *loaded;
+                    let Loaded { mut setup, scene, geometry, bare } = *loaded;
+                    match &self.model {
+                        Some(m) if bare => m.carry(&mut setup),
+                        None if bare => timeline::begin(&mut setup),
+                        _ => {}
+                    }
                     self.stage.ask(Request::Load(job, setup, scene, Box::new(geometry)));
                     continue;
                 }
