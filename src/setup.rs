@@ -325,15 +325,24 @@ impl Setup {
         self.against.iter_mut().for_each(Side::complete);
     }
 
-    /// The set-up of one technique alone, with nothing over it: what is measured.
+    /// The set-up of one technique alone, with nothing over it and maps fitted to the camera that looks: what is measured.
     pub fn alone(&self) -> Setup {
-        Setup { against: Vec::new(), arrange: Arrange::Swipe, front: 0, overlay: None, ..self.clone() }
+        Setup {
+            against: Vec::new(),
+            arrange: Arrange::Swipe,
+            front: 0,
+            overlay: None,
+            outlines: false,
+            shadow_camera: None,
+            ..self.clone()
+        }
     }
 
     /// The set-up of one side of the comparison, alone; the first is 0. The truth has that of the first.
     pub fn side(&self, i: usize) -> Setup {
         let mut setup = self.alone();
         setup.overlay = self.overlay.clone();
+        (setup.outlines, setup.shadow_camera) = (self.outlines, self.shadow_camera);
         if let Some(side) = i.checked_sub(1).and_then(|i| self.against.get(i)).filter(|s| !s.is_truth()) {
             setup.technique = side.technique.clone();
             setup.params.insert(side.technique.clone(), side.params.clone());

@@ -15,7 +15,7 @@ use anyhow::{Context, Result};
 /// # Errors
 /// A light that the technique or the truth does not serve, or what the device reports.
 pub fn errors(renderer: &mut Renderer, setup: &Setup) -> Result<Errors> {
-    Ok(compare(renderer, &Setup { truth_samples: Samples::Fixed(1), ..setup.clone() }, false)?.0)
+    Ok(compare(renderer, &Setup { truth_samples: Samples::Fixed(1), ..setup.alone() }, false)?.0)
 }
 
 /// Renders technique and truth and counts the errors; with `all` also the shaded picture, the analysis, and how far the
@@ -38,6 +38,7 @@ fn compare(renderer: &mut Renderer, setup: &Setup, all: bool) -> Result<(Errors,
 /// # Errors
 /// As [`errors`].
 pub fn accuracy(renderer: &mut Renderer, setup: &Setup, index: u64) -> Result<Record> {
+    let setup = &setup.alone();
     let samples = setup.truth_samples.measured();
     // Another view would change the picture, and a technique's own trace rays of its own.
     let shaded = Setup { view: "shaded".into(), truth_samples: Samples::Fixed(samples), ..setup.clone() };

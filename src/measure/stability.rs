@@ -133,7 +133,7 @@ pub fn run(
     watch: &mut dyn FnMut(f32) -> bool,
 ) -> Result<Stability> {
     // A technique's own map would need that technique.
-    let mut start = Setup { view: "shaded".into(), ..setup.clone() };
+    let mut start = Setup { view: "shaded".into(), ..setup.alone() };
     (case.place)(&mut start, 0.0);
     let [width, height] = setup.size;
     let mut found = Stability { case: case.id.into(), axis: case.axis.into(), width, height, ..Stability::default() };

@@ -10,6 +10,7 @@ mod chart;
 mod compare;
 mod controls;
 mod drawer;
+mod freeze;
 mod gizmo;
 mod history;
 mod legend;

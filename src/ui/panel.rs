@@ -1,6 +1,7 @@
 //! The side panel: every setting and figure, in sections that fold.
 
 use super::controls::{chips, field, parameter, row, slide};
+use super::freeze;
 use super::lighting;
 use super::model::{Action, Model};
 use super::style::WEAK;
@@ -194,6 +195,7 @@ fn camera(ui: &mut Ui, m: &mut Model) {
         m.home = m.setup.camera;
         m.camera_chosen = true;
     }
+    freeze::show(ui, m);
     let c = &mut m.setup.camera;
     slide(ui, "field of view", "Vertical angle that the picture covers.", &mut c.fov, 5.0..=120.0, false, "°");
     let far = c.far;

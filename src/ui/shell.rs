@@ -90,6 +90,9 @@ fn keys(ctx: &Context, m: &mut Model, out: &mut Vec<Action>) {
     if pressed(Modifiers::NONE, Key::Space) && !m.scene.animations.is_empty() {
         m.playing = !m.playing;
     }
+    if pressed(Modifiers::NONE, Key::F) {
+        super::freeze::toggle(m);
+    }
     if pressed(Modifiers::NONE, Key::R) {
         m.setup.camera = m.home;
         m.camera_chosen = true;
@@ -218,7 +221,7 @@ fn busy(ctx: &Context, rect: Rect, m: &Model, out: &mut Vec<Action>) {
     });
 }
 
-const HELP: [(&str, &str); 21] = [
+const HELP: [(&str, &str); 22] = [
     ("Left drag", "orbit around the target"),
     ("Right drag", "look around"),
     ("Middle drag", "pan"),
@@ -227,6 +230,7 @@ const HELP: [(&str, &str); 21] = [
     ("Rest on a map, an error", "read the value there"),
     ("W A S D, Q E", "fly, down and up; Shift is faster"),
     ("R", "reset the camera"),
+    ("F", "freeze the shadow camera, release it"),
     ("Drag the sun or lamp", "move the light; Shift: nearer and farther"),
     ("1 … 9", "choose a view"),
     ("Space", "run or stop the animation"),

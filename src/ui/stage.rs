@@ -260,13 +260,13 @@ impl Stage {
         if full != self.full || scene(d) != scene(setup) {
             return Change::Scene;
         }
-        let technique = |s: &Setup| (s.technique.clone(), s.truth_samples);
+        let technique = |s: &Setup| (s.technique.clone(), s.truth_samples, s.shadow_camera);
         let sides = d.against != setup.against;
         if sides || technique(d) != technique(setup) || d.params.get(&d.technique) != setup.params.get(&setup.technique)
         {
             return Change::Technique;
         }
-        let look = |s: &Setup| (s.view.clone(), s.split, s.arrange, s.front, s.overlay.clone());
+        let look = |s: &Setup| (s.view.clone(), s.split, s.arrange, s.front, s.overlay.clone(), s.outlines);
         if look(d) != look(setup) { Change::View } else { Change::Nothing }
     }
 
