@@ -18,8 +18,13 @@ struct View {
     range: vec2f,
     // Of `map`, where it holds more than one value.
     channel: u32,
+    // Of the picture, from the top, that have what the view needs; the rest is shaded.
+    rows: u32,
     // How much an overlay hides; from 1 on it lies small in a corner.
     opacity: f32,
+    // Of errors: pixels by which wrong ones grow, and whether what lies under them is light.
+    dilation: u32,
+    light_base: u32,
 }
 
 @group(1) @binding(0) var<uniform> view: View;
@@ -113,6 +118,66 @@ fn over_dimmed(s: Surface, color: vec3f, amount: f32) -> vec4f {
     return vec4f(mix(dimmed(s), color, amount), select(0.0, 1.0, amount > 0.0));
 }
 
+// What lies under marked errors: the picture in greys, dark or light.
+fn error_base(s: Surface) -> vec3f {
+    if view.light_base == 0u {
+        return select(vec3f(0.22, 0.24, 0.27), dimmed(s), s.valid);
+    }
+    return select(vec3f(1.0), 0.65 + 0.75 * (dimmed(s) - 0.15), s.valid);
+}
+
+// By how much a pixel is wrong, visibility less truth; 0 where that is too little to be seen, or nothing can be wrong.
+fn error_at(pixel: vec2u) -> f32 {
+    let off = textureLoad(visibility, pixel, 0).x - textureLoad(truth, pixel, 0).x;
+    // The surface only where it matters.
+    if abs(off) < 1.0 / 255.0 {
+        return 0.0;
+    }
+    let s = load_surface(pixel);
+    return select(0.0, off, s.valid && can_be_wrong(s));
+}
+
+// The views of errors. A pixel that is right takes after a wrong one at most `view.dilation` away.
+fn error_picture(pixel: vec2u) -> vec4f {
+    let s = load_surface(pixel);
+    let base = error_base(s);
+    let low = pixel - min(pixel, vec2u(view.dilation));
+    let high = min(pixel + view.dilation, frame.size - 1u);
+    if drawn_view == view_causes {
+        var kind = textureLoad(map, pixel, 0).x;
+        if kind == 0.0 && view.dilation > 0u {
+            for (var y = low.y; y <= high.y; y++) {
+                for (var x = low.x; x <= high.x; x++) {
+                    let other = textureLoad(map, vec2u(x, y), 0).x;
+                    kind = select(kind, other, other > 0.0 && (kind == 0.0 || other < kind));
+                }
+            }
+        }
+        return vec4f(select(base, cause_color(u32(max(kind, 1.0)) - 1u), kind > 0.0), select(0.0, 1.0, kind > 0.0));
+    }
+    if drawn_view == view_error_density || drawn_view == view_flip {
+        let x = textureLoad(map, pixel, 0).x;
+        let shown = select(x > 0.0, s.valid && x >= 0.0, drawn_view == view_flip);
+        return vec4f(select(base, ramp(x / select(0.5, 1.0, drawn_view == view_flip)), shown), select(0.0, 1.0, shown));
+    }
+    var off = error_at(pixel);
+    if off == 0.0 && view.dilation > 0u {
+        for (var y = low.y; y <= high.y; y++) {
+            for (var x = low.x; x <= high.x; x++) {
+                let other = error_at(vec2u(x, y));
+                off = select(off, other, abs(other) > abs(off));
+            }
+        }
+    }
+    if off == 0.0 {
+        return ground(base);
+    }
+    if drawn_view == view_error_size {
+        return data(ramp(abs(off)));
+    }
+    return data(mix(base, select(false_shadow_color, leak_color, off > 0.0), 0.35 + 0.65 * abs(off)));
+}
+
 // Colour of a pixel, sRGB-encoded; the last number says whether it shows data.
 fn color_of(pixel: vec2u) -> vec4f {
     let s = load_surface(pixel);
@@ -145,10 +210,17 @@ fn color_of(pixel: vec2u) -> vec4f {
             return data(mix(linear_to_srgb(lit(s, v)), tint, 0.45));
         }
     }
+    if drawn_view == view_error || drawn_view == view_causes || drawn_view == view_error_density
+        || drawn_view == view_error_size || drawn_view == view_flip {
+        return error_picture(pixel);
+    }
     if !s.valid {
         // Only pictures have a sky; data have a plain background.
         let plain = drawn_view != view_shaded;
         return ground(select(linear_to_srgb(sky(normalize(pixel_ray(vec2f(pixel) + 0.5)))), vec3f(0.22, 0.24, 0.27), plain));
+    }
+    if pixel.y >= view.rows {
+        return ground(linear_to_srgb(lit(s, v)));
     }
     switch drawn_view {
         case view_visibility: {
@@ -157,27 +229,10 @@ fn color_of(pixel: vec2u) -> vec4f {
         case view_truth: {
             return data(vec3f(textureLoad(truth, pixel, 0).x));
         }
-        case view_error: {
-            let t = textureLoad(truth, pixel, 0).x;
-            let off = abs(v - t);
-            if !can_be_wrong(s) || off < 1.0 / 255.0 {
-                return ground(dimmed(s));
-            }
-            let hue = select(false_shadow_color, leak_color, v > t);
-            return over_dimmed(s, hue, 0.35 + 0.65 * off);
-        }
         case view_difference: {
             let less = v - textureLoad(other, pixel, 0).x;
             let share = select(0.0, abs(less), can_be_wrong(s));
             return over_dimmed(s, diverging(0.5 + 0.5 * less), select(0.0, 0.5 + 0.5 * share, share >= 1.0 / 255.0));
-        }
-        case view_acne: {
-            let amount = textureLoad(truth, pixel, 0).x - v;
-            return over_dimmed(s, vec3f(1.0, 0.85, 0.1), select(0.0, saturate(amount), can_be_wrong(s)));
-        }
-        case view_detachment: {
-            let amount = v - textureLoad(truth, pixel, 0).x;
-            return over_dimmed(s, vec3f(0.2, 0.9, 0.9), select(0.0, saturate(amount), can_be_wrong(s)));
         }
         case view_facing: {
             let light = light_at(s.position);

@@ -52,6 +52,9 @@ fn key(renderer: &mut Renderer, setup: &Setup) -> Result<Key> {
             known.errors.push(seen.map(|visibility| metrics::errors(&visibility, &hard, &mean, &mask, width)));
         }
     }
+    if let Some(Some(errors)) = known.errors.first_mut() {
+        errors.causes = renderer.causes().map(|c| c.counts);
+    }
     Ok(Key::new(setup, renderer.geometry().bounds, &known))
 }
 

@@ -12,40 +12,46 @@ use bytemuck::{Pod, Zeroable};
 crate::params! {
     /// How cascades are made and compared.
     pub struct CascadeParams {
-        /// How many maps share the view.
-        cascades: int(4, 1..=8, "maps"),
-        /// Side of each cascade's square map, or of the first one's where others have sides of their own.
-        resolution: int(1024, 64..=8192, "texels"),
-        /// Side of the second cascade's map; 0: as the one before.
-        resolution_2: int(0, 0..=8192, "texels", 64),
-        /// Side of the third one's map; 0: as the one before.
-        resolution_3: int(0, 0..=8192, "texels", 64),
-        /// Side of the fourth one's map; 0: as the one before.
-        resolution_4: int(0, 0..=8192, "texels", 64),
-        /// Side of the fifth one's map; 0: as the one before.
-        resolution_5: int(0, 0..=8192, "texels", 64),
-        /// Side of the sixth one's map; 0: as the one before.
-        resolution_6: int(0, 0..=8192, "texels", 64),
-        /// Side of the seventh one's map; 0: as the one before.
-        resolution_7: int(0, 0..=8192, "texels", 64),
-        /// Side of the eighth one's map; 0: as the one before.
-        resolution_8: int(0, 0..=8192, "texels", 64),
-        /// The last share of each cascade's depth, in which the next one is mixed in: seams turn into a gradual change.
-        blend: float(0.1, 0.0..=0.3, "of the cascade"),
-        /// Side of the square over which comparisons are averaged, the same in every cascade; 0: one comparison.
-        blur: float(0.0, 0.0..=1.0, "m"),
-        /// Comparisons along the side of that square.
-        taps: int(3, 1..=9, "taps"),
-        /// Depth added before the comparison, along the light's axis. Too little: acne. Too much: shadows detach.
-        bias: float(0.002, 0.0..=0.1, "m"),
-        /// Depth added in proportion to the receiver's slope and the size of its cascade's texel.
-        slope_bias: float(0.75, 0.0..=8.0, "× texel"),
-        /// The largest tangent of the slope that the slope-scaled bias follows.
-        slope_limit: float(10.0, 1.0..=20.0, ""),
-        /// Moves the receiver along its normal before the look-up, in texels of its cascade.
-        normal_offset: float(0.0, 0.0..=4.0, "texels"),
-        /// Which faces are left out of the maps, as the light sees them.
-        cull: choice("none", ["none", "front", "back"]),
+        "Cascades" {
+            /// How many maps share the view.
+            cascades: int(4, 1..=8, "maps"),
+            /// Side of each cascade's square map, or of the first one's where others have sides of their own.
+            resolution: int(1024, 64..=8192, "texels"),
+            /// Side of the second cascade's map; 0: as the one before.
+            resolution_2: int(0, 0..=8192, "texels", 64) if cascades > 1,
+            /// Side of the third cascade's map; 0: as the one before.
+            resolution_3: int(0, 0..=8192, "texels", 64) if cascades > 2,
+            /// Side of the fourth cascade's map; 0: as the one before.
+            resolution_4: int(0, 0..=8192, "texels", 64) if cascades > 3,
+            /// Side of the fifth cascade's map; 0: as the one before.
+            resolution_5: int(0, 0..=8192, "texels", 64) if cascades > 4,
+            /// Side of the sixth cascade's map; 0: as the one before.
+            resolution_6: int(0, 0..=8192, "texels", 64) if cascades > 5,
+            /// Side of the seventh cascade's map; 0: as the one before.
+            resolution_7: int(0, 0..=8192, "texels", 64) if cascades > 6,
+            /// Side of the eighth cascade's map; 0: as the one before.
+            resolution_8: int(0, 0..=8192, "texels", 64) if cascades > 7,
+            /// The last part of each cascade's depth, in which the next one is blended in: the seam becomes a gradual change.
+            blend: float(0.1, 0.0..=0.3, "× depth") if cascades > 1,
+            /// Which faces are left out of the maps, as seen from the light.
+            cull: choice("none", ["none", "front", "back"]),
+        }
+        "Filter" {
+            /// Side of the square over which comparisons are averaged, the same in every cascade; 0: a single comparison.
+            blur: float(0.0, 0.0..=1.0, "m"),
+            /// Comparisons along each side of that square.
+            taps: int(3, 1..=9, "taps") if blur > 0.0,
+        }
+        "Bias" {
+            /// Depth added before the comparison, along the light's axis. Too little: acne. Too much: shadows detach (peter-panning).
+            bias: float(0.002, 0.0..=100.0, "m", 0.02 of scene),
+            /// Depth added in proportion to the receiver's slope and the size of its cascade's texel.
+            slope_bias: float(0.75, 0.0..=8.0, "× texel"),
+            /// The largest tangent of the slope that the slope-scaled bias follows.
+            slope_limit: float(10.0, 1.0..=20.0, "") if slope_bias > 0.0 or blur > 0.0,
+            /// Moves the receiver along its normal before the look-up, by texels of its cascade.
+            normal_offset: float(0.0, 0.0..=4.0, "texels"),
+        }
     }
 }
 
@@ -341,7 +347,7 @@ impl Cascades {
                 }
             }
         }
-        let map = maps.all.clone();
+        let (map, each) = (maps.all.clone(), maps.each.clone());
         let held = crate::gpu::bytes(&maps.texture);
         f.held(held + self.indices.as_ref().map_or(0, |b| b.size()) + self.small());
         let layers = Maps::of(&p.sides());
@@ -355,6 +361,7 @@ impl Cascades {
         f.keep_table("splits", &self.splits);
         f.outline_cascades(p.cascades, bound.into_iter().chain([("cascade_draws", (&self.draws).into())]).collect());
         f.tell_splits(&self.splits, p.cascades);
+        f.offer_maps(&each, &self.light_views, &p.sides());
         Ok(map)
     }
 

@@ -5,25 +5,31 @@
 mod analysis;
 mod figure;
 mod freeze;
+mod judged;
 mod lines;
+mod maps;
 mod read;
 
 pub use analysis::{Analysis, Counting, Maps, PieceCount};
 pub use figure::{Pane, panes};
 pub use lines::{Segment, Style};
+pub use maps::MapLayer;
 
 use crate::gpu::{Gpu, Pass, Raster, Recorder, Slot, Timer};
 use crate::light::{Light, LightView};
+use crate::measure::causes::Causes;
 use crate::params::{Group, Values};
 use crate::scene::Scene;
 use crate::scene::geometry::{Geometry, SceneGpu};
-use crate::setup::Setup;
+use crate::setup::{Base, Setup};
 use crate::techniques::{self, Info, Technique};
 use crate::truth::{Progress, Tracing};
 use crate::view::{self, Drawn, Legend, View};
 use anyhow::{Context, Result, ensure};
 use bytemuck::{Pod, Zeroable};
 use glam::{Mat3, Mat4, Vec2, Vec3, Vec4};
+use judged::Judged;
+use maps::Offered;
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 use std::sync::Arc;
@@ -127,15 +133,6 @@ impl FrameUniform {
     }
 }
 
-/// What a technique's map is drawn from, where that is not `map_out`.
-#[derive(Clone)]
-enum Source {
-    /// A depth map and its light view.
-    Depth(wgpu::TextureView, wgpu::Buffer),
-    /// The channels of the analysis.
-    Aliasing(wgpu::TextureView),
-}
-
 /// How a technique's map is drawn, as `drawn_map` in `shaders/shade.wgsl` has it; 0: there is none.
 fn drawn_map(drawn: &Drawn) -> u32 {
     match drawn {
@@ -163,7 +160,7 @@ pub struct Frame<'a> {
     pub revision: u64,
     /// Nothing may be taken over from the frame before.
     pub fresh: bool,
-    source: Option<Source>,
+    offered: Option<Offered>,
     splits: Option<(wgpu::Buffer, u32)>,
     held: u64,
     pieces: Option<wgpu::Buffer>,
@@ -197,14 +194,6 @@ impl Frame<'_> {
     /// Tells where cascades meet: floats, metres along the camera's axis, one more than there are cascades.
     pub fn tell_splits(&mut self, splits: &wgpu::Buffer, cascades: u32) {
         self.splits = Some((splits.clone(), cascades));
-    }
-
-    /// Gives the depth map that is shown where the map `id` is asked for. Other maps are what `map_out` holds, drawn as
-    /// their [`View`] says.
-    pub fn show_depth(&mut self, id: &str, texture: &wgpu::TextureView, light_view: &wgpu::Buffer) {
-        if self.setup.view == id {
-            self.source = Some(Source::Depth(texture.clone(), light_view.clone()));
-        }
     }
 }
 
@@ -273,6 +262,8 @@ pub struct Told {
     pub truth: Progress,
     /// Of each side of a comparison its passes with their milliseconds, equal names added up, in a frame that was timed.
     pub sides: Vec<Vec<(&'static str, f64)>>,
+    /// Samples of pixels that the frame traced of it.
+    pub traced: u64,
 }
 
 /// How a technique's own map is drawn, as `View` in `shaders/shade.wgsl`.
@@ -282,8 +273,14 @@ pub struct ViewUniform {
     pub range: [f32; 2],
     /// Of the map, where it holds more than one value.
     pub channel: u32,
+    /// Rows of the picture, from the top, that have what the view needs.
+    pub rows: u32,
     /// How much an overlay hides; at 1 and above it lies small in a corner.
     pub opacity: f32,
+    /// Of errors: pixels by which wrong ones grow, and whether what lies under them is light.
+    pub dilation: u32,
+    pub light_base: u32,
+    pub padding: u32,
 }
 
 /// What a picture is drawn as, as `layer` in `shaders/shade.wgsl`.
@@ -296,17 +293,47 @@ enum Layer {
 }
 
 /// The passes that draw the picture: each view has a pipeline of its own, made when it is first asked for.
-#[derive(Default)]
 struct Shading {
     passes: HashMap<[u32; 3], Pass>,
+    view: wgpu::Buffer,
+    /// Bound where no technique shows a map.
+    no_light_view: wgpu::Buffer,
+}
+
+/// A picture to be drawn.
+#[derive(Clone, Copy)]
+struct Drawing {
+    /// The view, as [`FrameUniform::view`] numbers it.
+    number: u32,
+    drawn: Drawn,
+    layer: Layer,
+    /// Of the picture, from the top, that have what the view needs.
+    rows: u32,
+    /// Of an overlay, as [`ViewUniform::opacity`].
+    opacity: f32,
+    dilation: u32,
+    light_base: bool,
+}
+
+impl Drawing {
+    /// A view of a set-up, by its number; all of it.
+    fn new(setup: &Setup, number: u32, drawn: Drawn) -> Drawing {
+        let (dilation, light_base) = (setup.error_dilation, setup.error_base == Base::Light);
+        Drawing { number, drawn, layer: Layer::Alone, rows: u32::MAX, opacity: 0.0, dilation, light_base }
+    }
 }
 
 impl Shading {
-    /// The pass that draws a view (as [`FrameUniform::view`] numbers it) and a technique's map (`drawn_map` in
-    /// `shaders/shade.wgsl`), as a layer: alone, below an overlay,
-    /// or as one.
-    fn pass(&mut self, gpu: &Gpu, view: u32, map: u32, layer: Layer) -> Result<&Pass> {
-        let key = [view, map, layer as u32];
+    fn new(gpu: &Gpu) -> Shading {
+        let uniform = |label, size: usize| gpu.buffer(label, &vec![0; size], wgpu::BufferUsages::UNIFORM);
+        Shading {
+            passes: HashMap::new(),
+            view: uniform("view", size_of::<ViewUniform>()),
+            no_light_view: uniform("no light view", size_of::<LightView>()),
+        }
+    }
+
+    fn pass(&mut self, gpu: &Gpu, key: [u32; 3]) -> Result<&Pass> {
         for (_, other) in self.passes.iter().filter(|(k, _)| **k != key) {
             // What it bound may be gone by the time it is asked for again.
             other.forget();
@@ -314,12 +341,44 @@ impl Shading {
         match self.passes.entry(key) {
             Entry::Occupied(held) => Ok(held.into_mut()),
             Entry::Vacant(free) => {
-                let constants =
-                    [("drawn_view", view as f64), ("drawn_map", map as f64), ("layer", layer as u32 as f64)];
+                let [view, map, layer] = key.map(f64::from);
+                let constants = [("drawn_view", view), ("drawn_map", map), ("layer", layer)];
                 let pass = Pass::specialised(gpu, "shading", "shade.wgsl", "shade", &[view::GROUP], &constants)?;
                 Ok(free.insert(pass))
             }
         }
+    }
+
+    /// Records the pass that draws a picture. The recorder knows the frame's targets; `map` is what `map_out` holds. Of the
+    /// technique: its depth maps, and the channels of the analysis.
+    fn record(
+        &mut self,
+        recorder: &mut Recorder,
+        picture: Drawing,
+        map: &wgpu::TextureView,
+        (maps, aliasing): (Option<&Offered>, Option<&wgpu::TextureView>),
+    ) -> Result<()> {
+        let gpu = recorder.gpu;
+        let Drawing { rows, opacity, dilation, .. } = picture;
+        let (buffer, no_light_view) = (self.view.clone(), self.no_light_view.clone());
+        let pass = self.pass(gpu, [picture.number, drawn_map(&picture.drawn), picture.layer as u32])?;
+        let light_base = picture.light_base as u32;
+        let mut view = ViewUniform { range: [0.0, 1.0], rows, opacity, dilation, light_base, ..ViewUniform::zeroed() };
+        let mut run = recorder.run(pass).bind("view", &buffer).bind("shown", map).bind("light_view", &no_light_view);
+        match (picture.drawn, maps, aliasing) {
+            (Drawn::Ramp(values), ..) => view.range = values.range,
+            (Drawn::Aliasing(channel), _, Some(aliasing)) => {
+                view.channel = channel;
+                run = run.bind("map", aliasing);
+            }
+            (Drawn::Depth, Some(maps), _) => {
+                run = run.bind("shown", &maps.layers[0]).bind("light_view", &maps.light_views);
+            }
+            _ => {}
+        }
+        gpu.queue.write_buffer(&buffer, 0, bytemuck::bytes_of(&view));
+        run.per_pixel();
+        Ok(())
     }
 }
 
@@ -358,34 +417,38 @@ pub struct Renderer {
     made: Option<Made>,
     pub timer: Timer,
     frame_buffer: wgpu::Buffer,
-    view_buffer: wgpu::Buffer,
     gbuffer: Pass,
     unshadowed: Pass,
     truth: Tracing,
     classify: Pass,
     shading: Shading,
-    /// Bound where no technique shows a map.
-    no_light_view: wgpu::Buffer,
     /// The technique's rays, as `Tally` in `shaders/lib/trace.wgsl`.
     tally: wgpu::Buffer,
     analysis: Analysis,
     figure: figure::Figure,
     /// The last frame's view; None: the technique could not draw it.
     seen: Option<&'static View>,
-    /// The light view of the depth map that it shows.
-    seen_light: Option<wgpu::Buffer>,
+    /// The last frame's depth maps.
+    offered: Option<Offered>,
+    read_map: Option<Pass>,
     /// Where the last frame's cascades meet, and how many there are.
     splits: Option<(wgpu::Buffer, u32)>,
+    /// What caused the last frame's errors, if its view showed that.
+    causes: Option<Causes>,
     revision: u64,
     frozen: freeze::Frozen,
     lines: lines::Lines,
+    /// The last frame failed: nothing of it serves the next.
+    broken: bool,
 }
 
 /// What the frame itself takes, beside its technique, by the names in the pass times.
-pub const SHARED_PASSES: [&str; 8] =
-    [ANIMATION, "G-buffer", freeze::PASS, ANALYSIS, "count map", "truth", "shading", lines::PASS];
+pub const SHARED_PASSES: [&str; 9] =
+    [ANIMATION, "G-buffer", freeze::PASS, ANALYSIS, "count map", "truth", JUDGED, "shading", lines::PASS];
 /// The name of every technique's analysis pass.
 pub(crate) const ANALYSIS: &str = "analysis";
+/// What [`judged`] does.
+const JUDGED: &str = "error map (CPU)";
 /// Moving the animated geometry and building its BVH, on the CPU.
 const ANIMATION: &str = "geometry and BVH (CPU)";
 
@@ -417,23 +480,19 @@ impl Renderer {
         let made = Renderer {
             timer: Timer::new(&gpu),
             frame_buffer: uniform("frame", size_of::<FrameUniform>()),
-            view_buffer: uniform("view", size_of::<ViewUniform>()),
             gbuffer: Pass::render(&gpu, "G-buffer", "gbuffer.wgsl", gbuffer, &[])?,
             unshadowed: Pass::compute(&gpu, "no shadow", "unshadowed.wgsl", "fill", &[])?,
             truth: Tracing::new(&gpu)?,
             classify: Pass::compute(&gpu, "mask", "mask.wgsl", "classify", &[])?,
-            shading: Shading::default(),
-            no_light_view: gpu.buffer(
-                "no light view",
-                bytemuck::bytes_of(&LightView::zeroed()),
-                wgpu::BufferUsages::UNIFORM,
-            ),
+            shading: Shading::new(&gpu),
             tally: tally(&gpu, "rays"),
             analysis: Analysis::new(&gpu)?,
             figure: figure::Figure::default(),
             seen: None,
-            seen_light: None,
+            offered: None,
+            read_map: None,
             splits: None,
+            causes: None,
             gpu,
             scene,
             geometry,
@@ -444,6 +503,7 @@ impl Renderer {
             revision: 0,
             frozen: freeze::Frozen::default(),
             lines: lines::Lines::default(),
+            broken: false,
         };
         made.gpu.check()?;
         Ok(made)
@@ -482,6 +542,7 @@ impl Renderer {
         self.figure.forget();
         let animated_ms = self.advance(setup)?;
         let mut told = Told::default();
+        let broken = std::mem::replace(&mut self.broken, true);
 
         let gpu = &*self.gpu;
         let made = Made::take(&mut self.made, gpu, info)?;
@@ -490,7 +551,8 @@ impl Renderer {
         let surface = t.surface.get(gpu, "surface", ask.size, Format::Rgba32Uint, DRAWN);
         let depth = t.depth.get(gpu, "depth", ask.size, Format::Depth32Float, DRAWN);
         let visibility = t.visibility.get(gpu, "visibility", ask.size, Format::R32Float, STORED);
-        let map = t.map.get(gpu, "technique's map", ask.size, Format::R32Float, STORED);
+        let written = STORED.union(wgpu::TextureUsages::COPY_DST);
+        let map = t.map.get(gpu, "technique's map", ask.size, Format::R32Float, written);
         let output = t.output.get(gpu, "picture", ask.size, Format::Rgba8Unorm, STORED | DRAWN);
 
         let uniform = FrameUniform::new(setup, info, ask.size, self.scene_gpu.bounds);
@@ -511,7 +573,6 @@ impl Renderer {
         self.analysis.start(gpu, analysed);
         gpu.queue.write_buffer(&self.tally, 0, bytemuck::cast_slice(&[0, 0, analysed as u32, 0]));
         recorder.set("tally", &self.tally);
-        recorder.set("view", &self.view_buffer);
         for (name, view) in [
             ("g_position", &position),
             ("g_surface", &surface),
@@ -553,8 +614,8 @@ impl Renderer {
             size: ask.size,
             revision: self.revision,
             // What is analysed counts what is drawn.
-            fresh: ask.fresh || analysed,
-            source: None,
+            fresh: ask.fresh || analysed || broken,
+            offered: None,
             splits: None,
             held: 0,
             pieces: None,
@@ -570,63 +631,69 @@ impl Renderer {
         }
         told.cpu_ms = start.elapsed().as_secs_f64() * 1e3 - (f.waited() - waited);
         told.gpu_bytes = f.held;
-        let Frame { mut recorder, source, splits, pieces, analysis, outlines, .. } = f;
+        let Frame { mut recorder, offered, splits, pieces, analysis, outlines, .. } = f;
         recorder.freeze(Vec::new());
-        if let Some(count) = analysis.and_then(|a| a.draws.as_mut()) {
-            recorder.keep_draws(count);
+        let mut aliasing = None;
+        if let Some(analysis) = analysis {
+            aliasing = analysis.aliasing_view().cloned();
+            if let Some(count) = &mut analysis.draws {
+                recorder.keep_draws(count);
+            }
         }
 
         // The truth goes on from where it stood, while nothing that it depends on changes.
-        let of = (self.revision, setup.camera, setup.light, ask.size);
-        self.truth.start(of, setup.truth_samples.shown(info), &mut recorder, &uniform);
+        let of = (self.revision, setup.camera, setup.light);
+        self.truth.start(of, setup.truth_samples.shown(info), gpu, &uniform);
+        let before = self.truth.progress();
         if ask.truth != Truth::Off && techniques::TRUTH.refuses(&setup.light).is_none() {
             let pixels = if let Truth::Some(pixels) = ask.truth { pixels } else { u32::MAX };
             self.truth.record(&mut recorder, &self.gbuffer, count, pixels);
         }
         told.truth = self.truth.progress();
-        recorder.set("truth", Targets::view(self.truth.shown())?);
-        recorder.set("over", &map);
-        recorder.set("other", Targets::view(self.truth.shown())?);
+        told.traced = told.truth.samples - before.samples;
 
         // What only the technique can draw is not there where it does not serve the light.
-        let seen = view::find(&setup.view, info)
+        self.seen = view::find(&setup.view, info)
             .filter(|v| view::index(v.id).is_some() || info.refuses(&setup.light).is_none());
+        self.offered = offered;
+        self.splits = splits;
+        self.causes = None;
         if ask.picture {
-            let drawn = seen.map_or(Drawn::Common(Legend::None), |v| v.drawn);
-            let pass = self.shading.pass(gpu, uniform.view, drawn_map(&drawn), self.figure.layer)?;
-            let mut view = ViewUniform { range: [0.0, 1.0], channel: 0, opacity: 0.0 };
-            let mut run = recorder.run(pass).bind("shown", &map).bind("light_view", &self.no_light_view);
+            let truth = Targets::view(self.truth.shown().context(NO_FRAME)?)?;
+            recorder.set("truth", truth);
+            recorder.set("over", &map);
             // Without another technique the truth is the other one.
-            if let Some(other) = self.figure.other() {
-                run = run.bind("other", other);
+            recorder.set("other", self.figure.other().unwrap_or(truth));
+            let start = Instant::now();
+            let mut judged = Judged {
+                geometry: &self.geometry,
+                truth: &self.truth,
+                aliasing: aliasing.clone(),
+                targets: &mut *t,
+                classify: &self.classify,
+            };
+            if let Some((values, causes)) = judged.values(setup, &mut recorder, &mut self.shading)? {
+                gpu.write_texture(t.map.texture().context(NO_FRAME)?, bytemuck::cast_slice(&values));
+                self.causes = causes;
+                recorder.note(JUDGED, start.elapsed().as_secs_f64() * 1e3);
             }
-            match &source {
-                Some(Source::Depth(t, light_view)) => run = run.bind("shown", t).bind("light_view", light_view),
-                Some(Source::Aliasing(t)) => run = run.bind("map", t),
-                None => {}
-            }
-            match drawn {
-                Drawn::Ramp(values) => view.range = values.range,
-                Drawn::Aliasing(channel) => view.channel = channel,
-                _ => {}
-            }
-            gpu.queue.write_buffer(&self.view_buffer, 0, bytemuck::bytes_of(&view));
-            run.per_pixel();
+            let drawn = self.seen.map_or(Drawn::Common(Legend::None), |v| v.drawn);
+            let (layer, rows) = (self.figure.layer, self.figure.rows(setup, &self.truth));
+            let picture = Drawing { layer, rows, ..Drawing::new(setup, uniform.view, drawn) };
+            self.shading.record(&mut recorder, picture, &map, (self.offered.as_ref(), aliasing.as_ref()))?;
             self.lines.take(gpu, outlines, setup, scene.bounds, ask.size)?;
-            if self.figure.layer == Layer::Alone {
+            if layer == Layer::Alone {
                 self.lines.draw(&mut recorder, &setup.view, &drawn, false, &[], &output);
             }
         }
-        self.seen = seen;
-        self.seen_light = match source {
-            Some(Source::Depth(_, light_view)) => Some(light_view),
-            _ => None,
-        };
-        self.splits = splits;
-        recorder.finish()?;
+        let finished = recorder.finish().and_then(|()| gpu.check());
+        if finished.is_err() && told.truth != before {
+            self.truth.forget();
+        }
+        finished?;
         self.frozen.finished();
         self.analysis.pieces = pieces;
-        gpu.check()?;
+        self.broken = false;
         Ok(told)
     }
 
@@ -663,9 +730,28 @@ impl Renderer {
         recorder.set("g_position", Targets::view(&t.position)?);
         recorder.set("g_surface", Targets::view(&t.surface)?);
         self.truth.record(&mut recorder, &self.gbuffer, self.scene_gpu.triangle_count * 3, pixels);
-        recorder.finish()?;
-        gpu.check()?;
+        let finished = recorder.finish().and_then(|()| gpu.check());
+        if finished.is_err() {
+            self.truth.forget();
+        }
+        finished?;
         Ok(self.truth.progress())
+    }
+
+    /// Draws the last frame's picture again: with as much of the truth as there is by now, and in the view of `setup`, which is
+    /// the last frame's but for this. A technique's own map must be that of the last frame; of a comparison only the
+    /// arrangement may change.
+    pub fn redraw(&mut self, setup: &Setup) -> Result<()> {
+        if !setup.against.is_empty() {
+            return self.compose(setup);
+        }
+        let info = techniques::find_or_say(&setup.technique)?;
+        let uniform = FrameUniform::new(setup, info, self.targets.size()?, self.scene_gpu.bounds);
+        self.gpu.queue.write_buffer(&self.frame_buffer, 0, bytemuck::bytes_of(&uniform));
+        self.seen = view::find(&setup.view, info);
+        let drawn = self.seen.map_or(Drawn::Common(Legend::None), |v| v.drawn);
+        let rows = self.figure.rows(setup, &self.truth);
+        self.shade_again(Drawing { rows, ..Drawing::new(setup, uniform.view, drawn) }, false)
     }
 
     /// Takes in the pass times that have arrived; with `wait`, all of them.

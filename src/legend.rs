@@ -107,7 +107,7 @@ impl Key {
         key.sides(setup, known);
         let errors = known.errors.first().copied().flatten().filter(|_| setup.sides() == 1);
         let class = |c: &Class| {
-            let share = c.share.and_then(|share| errors.as_ref().map(share));
+            let share = c.share.and_then(|share| errors.as_ref().and_then(share));
             let text = share.map_or(c.what.into(), |s| format!("{} {}", c.what, percent(s)));
             Part::Class(c.color, text)
         };
@@ -127,6 +127,7 @@ impl Key {
                     // Bright is near.
                     Some([near, far]) => linear_ticks(near.into(), far.into(), 5)
                         .into_iter()
+                        .rev()
                         .map(|(x, t)| (1.0 - x, format!("{t} m")))
                         .collect(),
                     None if matches!(view.drawn, view::Drawn::Depth) => Vec::new(),
@@ -191,6 +192,7 @@ impl Key {
         };
         let name = |side: usize| side_name(setup, side) + &error(side);
         match setup.sides() {
+            1 if setup.overlay.is_some() => self.title = format!("{} over {}", self.title, name(0)),
             1 => self.title = format!("{}: {}", self.title, name(0)),
             _ if setup.view == "difference" => {
                 self.title = format!("{}: {} − {}", self.title, name(0), name(1));
@@ -388,7 +390,10 @@ pub fn axes(key: &Key, [w, h]: [f32; 2], size: f32) -> Vec<Mark> {
                     let unit = |what: &str| Ticks { what: what.into(), marks: linear_ticks(0.0, 1.0, 5) };
                     plot(&mut marks, [left, top, left + side, top + side], &unit(x), &unit(y), size);
                 }
-                marks.push(text([left + 0.5 * side, top + size], Anchor::Middle, title));
+                // What runs upwards is named at the left.
+                let (x, anchor) =
+                    if along.is_some() { (side - 0.5 * size, Anchor::End) } else { (0.5 * side, Anchor::Middle) };
+                marks.push(text([left + x, top + size], anchor, title));
             }
         }
     }

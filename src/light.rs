@@ -176,6 +176,15 @@ impl LightView {
     /// `perspective` of a view whose image is warped: its depth is linear and drawn by fragments.
     pub const WARPED: u32 = 2;
 
+    /// Linear depth in metres along the axis of a stored depth, as `linear_depth` in WGSL.
+    pub fn linear_depth(&self, d: f32) -> f32 {
+        if self.perspective == 1 {
+            self.near * self.far / (self.near + d * (self.far - self.near))
+        } else {
+            self.far - d * (self.far - self.near)
+        }
+    }
+
     /// The view of a directional or spot light that sees the whole scene: the box around the scene's
     /// bounds, or the cone. `margin` texels stay free when a fit narrows it.
     ///

@@ -58,6 +58,9 @@ pub const LABELS: [Rgb; 9] = [
     [1.0, 1.0, 1.0],
 ];
 
+/// What caused an error, as [`crate::measure::causes::CAUSES`] has it.
+pub const CAUSE_COLORS: [Rgb; 5] = [LABELS[6], LABELS[3], LABELS[4], LABELS[5], LABELS[2]];
+
 /// Lit, but should be in shadow.
 pub const LEAK: Rgb = [0.10, 0.25, 1.00];
 /// In shadow, but should be lit.
@@ -79,8 +82,8 @@ pub fn bytes(color: Rgb) -> [u8; 3] {
     color.map(|c| (c.clamp(0.0, 1.0) * 255.0).round() as u8)
 }
 
-/// The file `palettes.wgsl` that shaders include: `fn ramp(x: f32) -> vec3f` and so on, `fn label_color(i: u32)`, and the
-/// colours of errors.
+/// The file `palettes.wgsl` that shaders include: `fn ramp(x: f32) -> vec3f` and so on, `fn label_color(i: u32)`, `fn
+/// cause_color(i: u32)`, and the colours of errors.
 pub fn wgsl() -> String {
     let vector = |c: &Rgb| format!("vec3f({:?}, {:?}, {:?})", c[0], c[1], c[2]);
     let array = |colors: &[Rgb]| {
@@ -97,11 +100,13 @@ pub fn wgsl() -> String {
             last - 1
         );
     }
-    let last = LABELS.len() - 1;
-    out += &format!(
-        "fn label_color(i: u32) -> vec3f {{\n    let colors = {};\n    return colors[min(i, {last}u)];\n}}\n",
-        array(&LABELS)
-    );
+    for (name, colors) in [("label_color", &LABELS[..]), ("cause_color", &CAUSE_COLORS)] {
+        let last = colors.len() - 1;
+        out += &format!(
+            "fn {name}(i: u32) -> vec3f {{\n    let colors = {};\n    return colors[min(i, {last}u)];\n}}\n",
+            array(colors)
+        );
+    }
     out + &format!("const leak_color = {};\nconst false_shadow_color = {};\n", vector(&LEAK), vector(&FALSE_SHADOW))
 }
 

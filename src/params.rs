@@ -1,7 +1,7 @@
 //! [`params!`](crate::params!): the one declaration of every parameter.
 //!
 //! A declaration gives the Rust struct, the default, the range, the unit, the tooltip, the set-up's
-//! TOML key, the `--set` key, the WGSL struct and its upload.
+//! TOML key, the `--set` key, the WGSL struct and its upload, the panel's sections, and when a parameter means anything.
 
 use anyhow::{Result, bail};
 use serde::{Deserialize, Serialize};
@@ -65,6 +65,43 @@ pub struct Spec {
     /// Unit of the value; empty for a pure number.
     pub unit: &'static str,
     pub kind: Kind,
+    /// What the lowest and the highest value mean, where they have names.
+    pub ends: Option<[&'static str; 2]>,
+    /// Where its slider ends, as a share of the scene's diagonal: a length for which no one range fits all scenes.
+    pub reach: Option<f64>,
+    /// The section of the panel that it stands in.
+    pub section: &'static str,
+    /// It means something if all of one of these lists hold; always, where there are none.
+    pub when: &'static [&'static [Condition]],
+}
+
+/// What the value of another parameter of the technique must be.
+#[derive(Clone, Copy, Debug)]
+pub struct Condition {
+    pub of: &'static str,
+    pub test: Test,
+}
+
+#[derive(Clone, Copy, Debug)]
+pub enum Test {
+    /// The flag has this value.
+    Flag(bool),
+    /// The choice is one of these.
+    Among(&'static [&'static str]),
+    /// The number is greater than this.
+    Above(f64),
+}
+
+impl Test {
+    pub fn holds(&self, value: &Value) -> bool {
+        match (self, value) {
+            (Test::Flag(wanted), Value::Bool(v)) => v == wanted,
+            (Test::Among(options), Value::Text(v)) => options.contains(&v.as_str()),
+            (Test::Above(least), Value::Int(v)) => *v as f64 > *least,
+            (Test::Above(least), Value::Float(v)) => v > least,
+            _ => false,
+        }
+    }
 }
 
 /// A declared group of parameters, which is also a WGSL struct of the same name.
@@ -82,6 +119,11 @@ pub trait Params: Sized {
 }
 
 impl Spec {
+    /// A parameter of this kind that nothing else is said of.
+    pub const fn blank(unit: &'static str, kind: Kind) -> Spec {
+        Spec { name: "", doc: "", unit, kind, ends: None, reach: None, section: "", when: &[] }
+    }
+
     pub fn default(&self) -> Value {
         match self.kind {
             Kind::Flag { default } => Value::Bool(default),
@@ -172,41 +214,59 @@ impl Group {
     }
 }
 
-/// Declares a group of parameters.
+/// Declares a group of parameters, in the sections of the panel. A parameter that others can make meaningless says when it
+/// is not: `if other = "value"`, `= ["one", "another"]`, `= true` or `> number`, put together by `and` and `or`. A length
+/// whose slider should fit the scene names the share of its diagonal: `float(0.1, 0.0..=100.0, "m", 0.02 of scene)`.
 ///
 /// ```
 /// shadowscope::params! {
 ///     /// Where a map looks.
 ///     pub struct Demo {
-///         /// Side of the map.
-///         resolution: int(1024, 64..=8192, "texels"),
-///         /// Added to the depth.
-///         bias: float(0.002, 0.0..=0.1, "m"),
-///         /// Which faces are left out.
-///         cull: choice("none", ["none", "front"]),
-///         /// Turn the pattern at every pixel.
-///         rotate: flag(false),
+///         "Map" {
+///             /// Side of the map.
+///             resolution: int(1024, 64..=8192, "texels"),
+///             /// Which faces are left out.
+///             cull: choice("none", ["none", "front"]),
+///         }
+///         "Filter" {
+///             /// Turn the pattern at every pixel.
+///             rotate: flag(false),
+///             /// How far it is turned.
+///             turn: float(0.5, 0.0..=1.0, "none" => "once around") if rotate = true and resolution > 64,
+///         }
 ///     }
 /// }
 /// ```
 #[macro_export]
 macro_rules! params {
     ($(#[$meta:meta])* pub struct $Name:ident {
-        $( $(#[doc = $doc:literal])+ $field:ident : $kind:ident $args:tt ),* $(,)?
+        $( $section:literal {
+            $( $(#[doc = $doc:literal])+ $field:ident : $kind:ident $args:tt
+               $( if $( $( $other:ident $op:tt $value:tt )and+ )or+ )? ),* $(,)?
+        } )+
     }) => {
         $(#[$meta])*
         #[derive(Clone, Debug, PartialEq)]
-        pub struct $Name { $( $(#[doc = $doc])+ pub $field: $crate::params!(@type $kind) ),* }
+        pub struct $Name { $( $( $(#[doc = $doc])+ pub $field: $crate::params!(@type $kind) ),* ),+ }
 
         impl $crate::params::Params for $Name {
             const GROUP: $crate::params::Group = $crate::params::Group {
                 name: stringify!($Name),
-                specs: &[ $( $crate::params!(@spec stringify!($field), concat!($($doc),+), $kind $args) ),* ],
+                specs: &[ $( $( $crate::params::Spec {
+                    name: stringify!($field),
+                    doc: concat!($($doc),+),
+                    section: $section,
+                    when: &[ $( $( &[ $( $crate::params::Condition {
+                        of: stringify!($other),
+                        test: $crate::params!(@test $op $value),
+                    } ),+ ] ),+ )? ],
+                    ..$crate::params!(@spec $kind $args)
+                } ),* ),+ ],
             };
             fn read(values: &$crate::params::Values) -> Self {
                 let mut specs = Self::GROUP.specs.iter();
-                $( let $field = specs.next().map(|s| values.get(s.name).cloned().unwrap_or_else(|| s.default())); )*
-                $Name { $( $field: $crate::params!(@read $kind $field) ),* }
+                $( $( let $field = specs.next().map(|s| values.get(s.name).cloned().unwrap_or_else(|| s.default())); )* )+
+                $Name { $( $( $field: $crate::params!(@read $kind $field) ),* ),+ }
             }
         }
     };
@@ -214,20 +274,31 @@ macro_rules! params {
     (@type int) => { u32 };
     (@type float) => { f32 };
     (@type choice) => { String };
-    (@spec $name:expr, $doc:expr, flag($default:expr)) => {
-        $crate::params::Spec { name: $name, doc: $doc, unit: "", kind: $crate::params::Kind::Flag { default: $default } }
+    (@test = [$($option:literal),+]) => { $crate::params::Test::Among(&[$($option),+]) };
+    (@test = true) => { $crate::params::Test::Flag(true) };
+    (@test = false) => { $crate::params::Test::Flag(false) };
+    (@test = $option:literal) => { $crate::params::Test::Among(&[$option]) };
+    (@test > $least:literal) => { $crate::params::Test::Above($least as f64) };
+    (@spec flag($default:expr)) => {
+        $crate::params::Spec::blank("", $crate::params::Kind::Flag { default: $default })
     };
-    (@spec $name:expr, $doc:expr, int($default:expr, $min:literal ..= $max:literal, $unit:expr)) => {
-        $crate::params!(@spec $name, $doc, int($default, $min ..= $max, $unit, 1))
+    (@spec int($default:expr, $min:literal ..= $max:literal, $unit:expr)) => {
+        $crate::params!(@spec int($default, $min..=$max, $unit, 1))
     };
-    (@spec $name:expr, $doc:expr, int($default:expr, $min:literal ..= $max:literal, $unit:expr, $step:expr)) => {
-        $crate::params::Spec { name: $name, doc: $doc, unit: $unit, kind: $crate::params::Kind::Int { default: $default, min: $min, max: $max, step: $step } }
+    (@spec int($default:expr, $min:literal ..= $max:literal, $unit:expr, $step:expr)) => {
+        $crate::params::Spec::blank($unit, $crate::params::Kind::Int { default: $default, min: $min, max: $max, step: $step })
     };
-    (@spec $name:expr, $doc:expr, float($default:expr, $min:literal ..= $max:literal, $unit:expr)) => {
-        $crate::params::Spec { name: $name, doc: $doc, unit: $unit, kind: $crate::params::Kind::Float { default: $default, min: $min, max: $max } }
+    (@spec float($default:expr, $min:literal ..= $max:literal, $low:literal => $high:literal)) => {
+        $crate::params::Spec { ends: Some([$low, $high]), ..$crate::params!(@spec float($default, $min..=$max, "")) }
     };
-    (@spec $name:expr, $doc:expr, choice($default:expr, $options:expr)) => {
-        $crate::params::Spec { name: $name, doc: $doc, unit: "", kind: $crate::params::Kind::Choice { default: $default, options: &$options } }
+    (@spec float($default:expr, $min:literal ..= $max:literal, $unit:expr, $reach:literal of scene)) => {
+        $crate::params::Spec { reach: Some($reach), ..$crate::params!(@spec float($default, $min..=$max, $unit)) }
+    };
+    (@spec float($default:expr, $min:literal ..= $max:literal, $unit:expr)) => {
+        $crate::params::Spec::blank($unit, $crate::params::Kind::Float { default: $default, min: $min, max: $max })
+    };
+    (@spec choice($default:expr, $options:expr)) => {
+        $crate::params::Spec::blank("", $crate::params::Kind::Choice { default: $default, options: &$options })
     };
     (@read flag $v:ident) => { matches!($v, Some($crate::params::Value::Bool(true))) };
     (@read int $v:ident) => { if let Some($crate::params::Value::Int(v)) = $v { v as u32 } else { 0 } };

@@ -60,8 +60,16 @@ pub struct Setup {
     /// How many samples a pixel the truth averages.
     #[serde(default)]
     pub truth_samples: Samples,
+    /// Pixels by which wrong ones grow in views of errors, 0 to 2, and what lies under them.
+    #[serde(default)]
+    pub error_dilation: u32,
+    #[serde(default)]
+    pub error_base: Base,
+    /// Width of the window of the view `error-density`, pixels; odd.
+    #[serde(default = "default_window")]
+    pub error_window: u32,
     /// Draw what maps cover as lines into the scene; always drawn while there is a shadow camera.
-    #[serde(default, skip_serializing_if = "is_false")]
+    #[serde(default, skip_serializing_if = "is_default")]
     pub outlines: bool,
     pub camera: Camera,
     /// The camera that maps are fitted to while another looks at them; None: the same.
@@ -78,6 +86,19 @@ pub struct Setup {
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub against: Vec<Side>,
 }
+
+/// What lies under marked errors: the picture in dark greys, or in light ones for print and projectors.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[serde(rename_all = "lowercase")]
+pub enum Base {
+    #[default]
+    Dark,
+    Light,
+}
+
+/// Most pixels by which wrong ones grow, and the widest window of their density.
+pub const MAX_DILATION: u32 = 2;
+pub const MAX_WINDOW: u32 = 255;
 
 /// How the sides of a comparison share the picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -183,9 +204,6 @@ fn is_default<T: Default + PartialEq>(value: &T) -> bool {
 fn is_zero(origin: &DVec3) -> bool {
     *origin == DVec3::ZERO
 }
-fn is_false(flag: &bool) -> bool {
-    !flag
-}
 fn default_technique() -> String {
     "shadow-map".into()
 }
@@ -194,6 +212,9 @@ fn default_view() -> String {
 }
 fn default_size() -> [u32; 2] {
     [1280, 720]
+}
+fn default_window() -> u32 {
+    15
 }
 fn half() -> f32 {
     0.5
@@ -221,6 +242,9 @@ impl Setup {
             size: default_size(),
             seed: 0,
             truth_samples: Samples::Auto,
+            error_dilation: 0,
+            error_base: Base::Dark,
+            error_window: default_window(),
             outlines: false,
             camera,
             shadow_camera: None,
@@ -260,6 +284,7 @@ impl Setup {
     /// `camera` and `light` may also be the name of one of the scene's, or be left out.
     pub fn from_toml(text: &str, path: &Path) -> Result<(Setup, Scene)> {
         let mut table: toml::Table = toml::from_str(text).map_err(|e| one_line(&e.to_string()))?;
+        shape::rename(&mut table);
         shape::check(&table)?;
         split_to_truth(&mut table);
         let Some(name) = table.get("scene").and_then(|v| v.as_str()) else {
@@ -325,24 +350,21 @@ impl Setup {
         self.against.iter_mut().for_each(Side::complete);
     }
 
-    /// The set-up of one technique alone, with nothing over it and maps fitted to the camera that looks: what is measured.
+    /// The set-up of one technique alone, with nothing over it: what is measured.
     pub fn alone(&self) -> Setup {
-        Setup {
-            against: Vec::new(),
-            arrange: Arrange::Swipe,
-            front: 0,
-            overlay: None,
-            outlines: false,
-            shadow_camera: None,
-            ..self.clone()
-        }
+        Setup { against: Vec::new(), arrange: Arrange::Swipe, front: 0, overlay: None, ..self.clone() }
+    }
+
+    /// What is measured of a set-up: its technique alone, shaded, with maps fitted to the camera that looks.
+    pub fn measured(&self) -> Setup {
+        let view = default_view();
+        Setup { view, shadow_camera: None, outlines: false, error_dilation: 0, error_base: Base::Dark, ..self.alone() }
     }
 
     /// The set-up of one side of the comparison, alone; the first is 0. The truth has that of the first.
     pub fn side(&self, i: usize) -> Setup {
         let mut setup = self.alone();
         setup.overlay = self.overlay.clone();
-        (setup.outlines, setup.shadow_camera) = (self.outlines, self.shadow_camera);
         if let Some(side) = i.checked_sub(1).and_then(|i| self.against.get(i)).filter(|s| !s.is_truth()) {
             setup.technique = side.technique.clone();
             setup.params.insert(side.technique.clone(), side.params.clone());
@@ -436,6 +458,13 @@ impl Setup {
         self.params.get(&self.technique).unwrap_or(&NONE)
     }
 
+    /// The selected technique's values that mean something beside each other.
+    pub fn meaningful(&self) -> Values {
+        let Some(info) = techniques::find(&self.technique) else { return self.values().clone() };
+        let applies = |name: &str| info.specs().any(|s| s.name == name && info.applies(s, self.values()));
+        self.values().iter().filter(|(name, _)| applies(name)).map(|(n, v)| (n.clone(), v.clone())).collect()
+    }
+
     /// Checks every range.
     pub fn check(&self) -> Result<()> {
         let info = techniques::find_or_say(&self.technique)?;
@@ -461,6 +490,16 @@ impl Setup {
                 self.size[1]
             );
         }
+        ensure!(
+            self.error_dilation <= MAX_DILATION,
+            "error_dilation = {} is not allowed; it takes 0 to {MAX_DILATION} pixels",
+            self.error_dilation
+        );
+        ensure!(
+            self.error_window % 2 == 1 && self.error_window <= MAX_WINDOW,
+            "error_window = {} is not allowed; it takes an odd number from 1 to {MAX_WINDOW} pixels",
+            self.error_window
+        );
         check_camera("camera", &self.camera)?;
         self.shadow_camera.map_or(Ok(()), |c| check_camera("shadow_camera", &c))?;
         self.check_light()?;

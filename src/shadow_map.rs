@@ -11,42 +11,50 @@ use anyhow::{Context, Result};
 crate::params! {
     /// What an unwarped map covers.
     pub struct FitParams {
-        /// What the map covers: only the surfaces that the camera sees and that face the light; the whole scene; or the smallest frustum around the part of the scene's convex hull that the camera can see (MSF).
-        fit: choice("receivers", ["receivers", "scene", "msf"]),
+        "Fit" {
+            /// What the map covers. Receivers: only the surfaces that the camera sees and that face the light. Scene: the whole scene. Msf: the smallest frustum around the part of the scene's convex hull that the camera can see.
+            fit: choice("receivers", ["receivers", "scene", "msf"]),
+        }
     }
 }
 
 crate::params! {
     /// How a shadow map is made and compared.
     pub struct MapParams {
-        /// Side of the square shadow map. Double it and the staircase at a shadow's edge halves.
-        resolution: int(1024, 64..=8192, "texels"),
-        /// Depth added before the comparison, along the light's axis. Too little: acne. Too much: shadows detach.
-        bias: float(0.002, 0.0..=0.1, "m"),
-        /// Depth added in proportion to the receiver's slope and the texel's size; 0.71 (half a texel's diagonal) is just enough for one nearest sample on a plane.
-        slope_bias: float(0.75, 0.0..=8.0, "× texel"),
-        /// The largest tangent of the slope that the slope-scaled bias follows.
-        slope_limit: float(10.0, 1.0..=20.0, ""),
-        /// Moves the receiver along its normal before the look-up, more where light grazes it. Shifts every shadow's edge sideways.
-        normal_offset: float(0.0, 0.0..=4.0, "texels"),
-        /// Tilts the comparison along the receiver's plane, so that wide filters need no larger bias.
-        receiver_plane: flag(false),
-        /// Which faces are left out of the map, as the light sees them. Front: the bias then acts at the back side.
-        cull: choice("none", ["none", "front", "back"]),
-        /// Precision of the stored depth.
-        format: choice("32f", ["32f", "24", "16"]),
+        "Map" {
+            /// Side of the square shadow map. Double it, and the stairs at a shadow's edge are half as large.
+            resolution: int(1024, 64..=8192, "texels"),
+            /// Which faces are left out of the map, as seen from the light. Front: the bias then acts at the back faces.
+            cull: choice("none", ["none", "front", "back"]),
+            /// Precision of the stored depth, bits; f: a floating-point number.
+            format: choice("32f", ["32f", "24", "16"]),
+        }
+        "Bias" {
+            /// Depth added before the comparison, along the light's axis. Too little: acne. Too much: shadows detach (peter-panning).
+            bias: float(0.002, 0.0..=100.0, "m", 0.02 of scene),
+            /// Depth added in proportion to the receiver's slope and the texel's size; 0.71 (half a texel's diagonal) is just enough for one nearest sample on a plane.
+            slope_bias: float(0.75, 0.0..=8.0, "× texel"),
+            /// The largest tangent of the slope that the slope-scaled bias follows.
+            slope_limit: float(10.0, 1.0..=20.0, "") if slope_bias > 0.0 or receiver_plane = true,
+            /// Moves the receiver along its normal before the look-up, farther where light grazes it. Shifts the edges of all shadows sideways.
+            normal_offset: float(0.0, 0.0..=4.0, "texels"),
+            /// Tilts the comparison along the receiver's plane, so that wide filters need no larger bias.
+            receiver_plane: flag(false),
+        }
     }
 }
 
 crate::params! {
     /// The rasteriser's bias, where it makes the depth.
     pub struct HardwareParams {
-        /// Bias added by the rasteriser, in the smallest steps of the depth format (for 32f: of the exponent).
-        hardware_bias: int(0, 0..=1024, "depth units"),
-        /// Bias added by the rasteriser, times the triangle's largest depth slope per texel.
-        hardware_slope: float(0.0, 0.0..=8.0, "× slope"),
-        /// The most that the rasteriser may add; 0: no limit.
-        hardware_clamp: float(0.0, 0.0..=0.1, "depth"),
+        "Rasteriser bias" {
+            /// Bias added by the rasteriser, in the smallest steps of the depth format (for 32f: of the exponent).
+            hardware_bias: int(0, 0..=1024, "steps"),
+            /// Bias added by the rasteriser in proportion to the triangle's largest depth slope per texel.
+            hardware_slope: float(0.0, 0.0..=8.0, "× slope"),
+            /// The most that the rasteriser may add; 0: no limit.
+            hardware_clamp: float(0.0, 0.0..=0.1, "× range") if hardware_bias > 0 or hardware_slope > 0.0,
+        }
     }
 }
 
@@ -175,7 +183,7 @@ impl ShadowMap {
                 f.run(masked).bind("light_view", &light_view).draw(&[], depth, false, |p| scene.draw_masked(p));
             }
         }
-        f.show_depth("shadow-map", &map, &light_view);
+        f.offer_maps(std::slice::from_ref(&map), &light_view, &[p.resolution]);
         let maps = Maps::of(&[p.resolution]);
         f.analyse(&self.analyse, maps, &[("light_view", (&light_view).into())]);
         Ok(Drawn { map, light_view })

@@ -125,13 +125,13 @@ pub struct Progress {
     pub samples: u64,
 }
 
-/// What a truth is traced for: geometry, camera, light, size.
-type Of = (u64, Camera, Light, [u32; 2]);
+/// What a truth is traced for: geometry, camera, light.
+type Of = (u64, Camera, Light);
 
-/// The averaged truth so far.
+/// An averaged truth so far.
 #[derive(Default)]
 struct Average {
-    /// Samples a pixel that it is to have; 0: none is begun.
+    /// Samples a pixel that it is to have.
     samples: u32,
     /// Those that all pixels have, and the rows that have one more.
     whole: u32,
@@ -146,26 +146,44 @@ struct Average {
     depth: Slot,
 }
 
+/// The truth of pictures of one size.
+struct Sized {
+    uniform: FrameUniform,
+    hard: Slot,
+    /// Rows of the hard truth.
+    rows: u32,
+    /// One for each number of samples that was asked for.
+    averages: Vec<Average>,
+    /// How many rays gave up, as `Tally` in `shaders/lib/trace.wgsl`.
+    tally: wgpu::Buffer,
+}
+
+impl Sized {
+    fn pixels(&self) -> u64 {
+        self.uniform.size[0] as u64 * self.uniform.size[1] as u64
+    }
+}
+
+/// Sizes whose truth is kept: the window's, one that it had before (without its drawer, say), and a draft's.
+const SIZES: usize = 3;
+/// Pixels that are traced at once where a frame may be given up between two passes.
+const SLICE: u32 = 1 << 18;
+
 /// The truth as far as it is traced.
 pub struct Tracing {
     resolve: Pass,
     accumulate: Pass,
+    explain: Pass,
     params: wgpu::Buffer,
     frame: wgpu::Buffer,
     /// The frame of the sample that is being traced, and whether it is the first.
     shifted: wgpu::Buffer,
     first: wgpu::Buffer,
-    /// How many rays gave up, as `Tally` in `shaders/lib/trace.wgsl`.
-    pub tally: wgpu::Buffer,
     of: Option<Of>,
-    uniform: FrameUniform,
-    size: [u32; 2],
+    /// Of the present frame's size last.
+    kept: Vec<Sized>,
     /// Samples a pixel that are asked for.
     samples: u32,
-    hard: Slot,
-    /// Rows of the hard truth.
-    rows: u32,
-    average: Average,
 }
 
 impl Tracing {
@@ -177,71 +195,80 @@ impl Tracing {
         Ok(Tracing {
             resolve: pass("resolve")?,
             accumulate: pass("accumulate")?,
+            explain: pass("explain")?,
             params: gpu.buffer("truth", bytemuck::cast_slice(&group.words(&Values::new())), uniform),
             frame: frame("frame of the truth"),
             shifted: frame("frame of a sample"),
             first: gpu.buffer("first sample", &[0; 16], uniform),
-            tally: tally(gpu, "the truth's rays"),
             of: None,
-            uniform: FrameUniform::zeroed(),
-            size: [1, 1],
+            kept: Vec::new(),
             samples: 1,
-            hard: Slot::default(),
-            rows: 0,
-            average: Average::default(),
         })
     }
 
-    /// Goes on with what is kept, or starts anew if that is of something else: the hard truth and, of more than one
-    /// sample a pixel, the mean.
-    pub fn start(&mut self, of: Of, samples: u32, recorder: &mut Recorder, uniform: &FrameUniform) {
-        let gpu = recorder.gpu;
+    /// Goes on with what is kept for pictures of this size: the hard truth and, of more than one sample a pixel, the mean.
+    pub fn start(&mut self, of: Of, samples: u32, gpu: &Gpu, uniform: &FrameUniform) {
         if self.of != Some(of) {
-            (self.of, self.uniform, self.size, self.rows) = (Some(of), *uniform, of.3, 0);
-            self.average.samples = 0;
-            gpu.queue.write_buffer(&self.frame, 0, bytemuck::bytes_of(uniform));
-            recorder.clear(&self.tally);
+            (self.of, self.kept) = (Some(of), Vec::new());
         }
         self.samples = samples;
-        if samples > 1 && self.average.samples != samples {
-            (self.average.samples, self.average.whole, self.average.rows) = (samples, 0, 0);
+        let mut now = match self.kept.iter().position(|k| k.uniform.size == uniform.size) {
+            Some(i) => self.kept.remove(i),
+            None => {
+                if self.kept.len() == SIZES {
+                    // The smallest is traced again in the shortest time.
+                    let smallest = (0..SIZES).min_by_key(|i| self.kept[*i].pixels()).unwrap_or_default();
+                    self.kept.remove(smallest);
+                }
+                let tally = tally(gpu, "the truth's rays");
+                Sized { uniform: *uniform, hard: Slot::default(), rows: 0, averages: Vec::new(), tally }
+            }
+        };
+        now.hard.get(gpu, "truth", uniform.size, Format::R32Float, STORED);
+        if samples > 1 && now.averages.iter().all(|a| a.samples != samples) {
+            now.averages.push(Average { samples, ..Average::default() });
         }
-        self.hard.get(gpu, "truth", self.size, Format::R32Float, STORED);
+        gpu.queue.write_buffer(&self.frame, 0, bytemuck::bytes_of(&now.uniform));
+        self.kept.push(now);
     }
 
     /// Records the next rows, about as many pixels' samples as given. `gbuffer` draws the scene's `vertices`.
     pub fn record(&mut self, recorder: &mut Recorder, gbuffer: &Pass, vertices: u32, pixels: u32) {
-        let [width, height] = self.size;
+        let Some(now) = self.kept.last_mut() else { return };
+        let [width, height] = now.uniform.size;
         let gpu = recorder.gpu;
         let band = std::mem::offset_of!(FrameUniform, band) as u64;
         let mut left = (pixels / width).max(8);
-        let rows = left.min(height - self.rows);
-        let Some(hard) = self.hard.view().cloned() else { return };
-        if rows > 0 {
-            gpu.queue.write_buffer(&self.frame, band, bytemuck::bytes_of(&[self.rows, rows]));
+        let most = if recorder.waits() { (SLICE / width).max(8) } else { height };
+        let Some(hard) = now.hard.view().cloned() else { return };
+        while left > 0 && now.rows < height && !recorder.failed() {
+            let rows = left.min(most).min(height - now.rows);
+            recorder.submit();
+            gpu.queue.write_buffer(&self.frame, band, bytemuck::bytes_of(&[now.rows, rows]));
             recorder
                 .run(&self.resolve)
                 .bind("frame", &self.frame)
                 .bind("params", &self.params)
                 .bind("visibility_out", &hard)
-                .bind("tally", &self.tally)
+                .bind("tally", &now.tally)
                 .dispatch(width.div_ceil(8), rows.div_ceil(8), 1);
-            self.rows += rows;
+            now.rows += rows;
             left -= rows;
         }
-        while left > 0 && self.rows == height && self.missing() {
-            let a = &mut self.average;
-            let mean = a.mean.get(gpu, "mean truth", self.size, Format::R32Float, STORED);
-            let counts = a.counts.get(gpu, "samples", self.size, Format::R32Uint, STORED);
-            let position = a.position.get(gpu, "position", self.size, Format::Rgba32Float, DRAWN);
-            let surface = a.surface.get(gpu, "surface", self.size, Format::Rgba32Uint, DRAWN);
-            let depth = a.depth.get(gpu, "depth", self.size, Format::Depth32Float, DRAWN);
+        let Some(a) = now.averages.iter_mut().find(|a| a.samples == self.samples) else { return };
+        while left > 0 && now.rows == height && a.whole < a.samples && !recorder.failed() {
+            let mean = a.mean.get(gpu, "mean truth", now.uniform.size, Format::R32Float, STORED);
+            let counts = a.counts.get(gpu, "samples", now.uniform.size, Format::R32Uint, STORED);
+            let position = a.position.get(gpu, "position", now.uniform.size, Format::Rgba32Float, DRAWN);
+            let surface = a.surface.get(gpu, "surface", now.uniform.size, Format::Rgba32Uint, DRAWN);
+            let depth = a.depth.get(gpu, "depth", now.uniform.size, Format::Depth32Float, DRAWN);
             // What is written below holds for what follows; what is recorded was of the sample before.
             recorder.submit();
+            // Another number of samples may have used the buffers since.
+            let uniform = now.uniform.shifted(offset(a.whole, a.samples));
+            gpu.queue.write_buffer(&self.shifted, 0, bytemuck::bytes_of(&uniform));
+            gpu.queue.write_buffer(&self.first, 0, bytemuck::bytes_of(&((a.whole == 0) as u32)));
             if a.rows == 0 {
-                let uniform = self.uniform.shifted(offset(a.whole, a.samples));
-                gpu.queue.write_buffer(&self.shifted, 0, bytemuck::bytes_of(&uniform));
-                gpu.queue.write_buffer(&self.first, 0, bytemuck::bytes_of(&((a.whole == 0) as u32)));
                 recorder.run(gbuffer).named("truth").bind("frame", &self.shifted).draw(
                     &[&position, &surface],
                     Some((&depth, 0.0)),
@@ -249,7 +276,7 @@ impl Tracing {
                     |p| p.draw(0..vertices, 0..1),
                 );
             }
-            let rows = left.min(height - a.rows);
+            let rows = left.min(most).min(height - a.rows);
             gpu.queue.write_buffer(&self.shifted, band, bytemuck::bytes_of(&[a.rows, rows]));
             recorder
                 .run(&self.accumulate)
@@ -261,7 +288,7 @@ impl Tracing {
                 .bind("counts", &counts)
                 .bind("hard", &hard)
                 .bind("visibility_out", &mean)
-                .bind("tally", &self.tally)
+                .bind("tally", &now.tally)
                 .dispatch(width.div_ceil(8), rows.div_ceil(8), 1);
             a.rows += rows;
             left -= rows;
@@ -277,33 +304,74 @@ impl Tracing {
         }
     }
 
-    /// Whether samples of the mean that is asked for are missing.
-    fn missing(&self) -> bool {
-        self.samples > 1 && self.average.whole < self.samples
+    /// Forgets what is traced for pictures of the present size: what was recorded last may not have been done.
+    pub fn forget(&mut self) {
+        self.kept.pop();
+    }
+
+    fn now(&self) -> Option<(&Sized, Option<&Average>)> {
+        let now = self.kept.last()?;
+        Some((now, now.averages.iter().find(|a| self.samples > 1 && a.samples == self.samples)))
     }
 
     /// The truth of as many samples as are asked for, as far as it is known: the hard one until all pixels have a sample
-    /// of the mean.
-    pub fn shown(&self) -> &Slot {
-        if self.samples > 1 && self.average.whole > 0 { &self.average.mean } else { &self.hard }
+    /// of the mean. None before the first frame, as below.
+    pub fn shown(&self) -> Option<&Slot> {
+        let (now, average) = self.now()?;
+        Some(average.filter(|a| a.whole > 0).map_or(&now.hard, |a| &a.mean))
     }
 
     /// The truth of one sample at the pixel's centre.
-    pub fn hard(&self) -> &Slot {
-        &self.hard
+    pub fn hard(&self) -> Option<&Slot> {
+        self.now().map(|(now, _)| &now.hard)
+    }
+
+    /// How many rays gave up.
+    pub fn tally(&self) -> Option<&wgpu::Buffer> {
+        self.now().map(|(now, _)| &now.tally)
+    }
+
+    /// The picture's rows that have a truth, from the top.
+    pub fn rows(&self) -> u32 {
+        self.now().map_or(0, |(now, _)| now.rows)
+    }
+
+    /// Whether each pixel has its hard truth.
+    pub fn covered(&self) -> bool {
+        self.now().is_some_and(|(now, _)| now.rows == now.uniform.size[1])
+    }
+
+    /// Traces what tells the causes of errors apart into `evidence`. `aliasing`: the frame's, if the technique has maps.
+    pub fn explain(
+        &self,
+        recorder: &mut Recorder,
+        visibility: &wgpu::TextureView,
+        aliasing: Option<&wgpu::TextureView>,
+        evidence: &wgpu::TextureView,
+    ) {
+        let Some(hard) = self.hard().and_then(Slot::view) else { return };
+        recorder
+            .run(&self.explain)
+            .bind("params", &self.params)
+            .bind("hard", hard)
+            .bind("visibility", visibility)
+            // Of a texture with one channel the others are 0.
+            .bind("aliasing", aliasing.unwrap_or(hard))
+            .bind("evidence_out", evidence)
+            .per_pixel();
     }
 
     /// How far it is.
     pub fn progress(&self) -> Progress {
-        let [width, height] = self.size.map(u64::from);
-        let a = &self.average;
-        let (rows, all) = match self.samples {
-            1 => (0, 1),
-            n => (a.whole as u64 * height + a.rows as u64, 1 + n as u64),
+        let Some((now, average)) = self.now() else { return Progress::default() };
+        let [width, height] = now.uniform.size.map(u64::from);
+        let (rows, all) = match average {
+            None => (0, 1),
+            Some(a) => (a.whole as u64 * height + a.rows as u64, 1 + a.samples as u64),
         };
-        let rows = rows + self.rows as u64;
+        let rows = rows + now.rows as u64;
         Progress {
-            covered: self.rows as f32 / height as f32,
+            covered: now.rows as f32 / height as f32,
             done: (rows as f64 / (all * height) as f64) as f32,
             samples: rows * width,
         }

@@ -1,6 +1,8 @@
 //! What can be drawn of a frame, and what its colours mean.
 
-use crate::palette::{FALSE_SHADOW, GREY, LABELS, LEAK, Palette, RAMP, Rgb};
+use crate::measure::Errors;
+use crate::measure::causes::CAUSES;
+use crate::palette::{CAUSE_COLORS, FALSE_SHADOW, GREY, LABELS, LEAK, Palette, RAMP, Rgb};
 use crate::params::{self, Kind, Spec};
 use crate::techniques::Info;
 use anyhow::{Result, bail};
@@ -114,7 +116,7 @@ pub struct Class {
     pub color: Rgb,
     pub what: &'static str,
     /// Its share of the pixels that can be wrong, where that is counted.
-    pub share: Option<fn(&crate::measure::metrics::Errors) -> f64>,
+    pub share: Option<fn(&Errors) -> Option<f64>>,
 }
 
 impl Class {
@@ -176,6 +178,14 @@ pub const fn aliasing(id: &'static str, title: &'static str, doc: &'static str, 
     View { group: Group::Aliasing, ..map(id, title, doc, drawn) }
 }
 
+const fn cause(i: usize) -> Class {
+    Class::new(CAUSE_COLORS[i], CAUSES[i].title)
+}
+
+fn caused(errors: &Errors, cause: usize) -> Option<f64> {
+    Some(errors.causes?[cause] as f64 / errors.facing.max(1) as f64)
+}
+
 /// The views that every technique has; a technique's own maps come on top ([`Info::maps`]).
 pub const VIEWS: &[View] = &[
     common("shaded", "Shaded", Group::Look, "The lit picture with the technique's shadow.", false, Legend::None),
@@ -206,12 +216,12 @@ pub const VIEWS: &[View] = &[
             Class {
                 color: LEAK,
                 what: "lit, should be in shadow",
-                share: Some(|e| e.lit_incorrect as f64 / e.facing.max(1) as f64),
+                share: Some(|e| Some(e.lit_incorrect as f64 / e.facing.max(1) as f64)),
             },
             Class {
                 color: FALSE_SHADOW,
                 what: "in shadow, should be lit",
-                share: Some(|e| e.shadow_incorrect as f64 / e.facing.max(1) as f64),
+                share: Some(|e| Some(e.shadow_incorrect as f64 / e.facing.max(1) as f64)),
             },
         ]),
     ),
@@ -228,20 +238,43 @@ pub const VIEWS: &[View] = &[
         ),
     ),
     common(
-        "acne",
-        "Acne",
+        "causes",
+        "Causes",
         Group::Errors,
-        "Only the false shadow, in yellow: what should be lit but is dark. Specks on lit faces are acne.",
+        "What made each wrong pixel: acne, detachment (a gap at a caster's foot), a leak, a missing caster, or stairs at a \
+         shadow's edge.",
         true,
-        Legend::Classes(&[Class::new([1.0, 0.85, 0.1], "in shadow, should be lit")]),
+        Legend::Classes(&[
+            Class { share: Some(|e| caused(e, 0)), ..cause(0) },
+            Class { share: Some(|e| caused(e, 1)), ..cause(1) },
+            Class { share: Some(|e| caused(e, 2)), ..cause(2) },
+            Class { share: Some(|e| caused(e, 3)), ..cause(3) },
+            Class { share: Some(|e| caused(e, 4)), ..cause(4) },
+        ]),
     ),
     common(
-        "detachment",
-        "Detachment",
+        "error-density",
+        "Error density",
         Group::Errors,
-        "Only the missing shadow, in cyan: what should be dark but is lit. A gap at a caster's foot is detachment.",
+        "Share of wrong pixels among those that can be wrong, in a window around each pixel.",
         true,
-        Legend::Classes(&[Class::new([0.2, 0.9, 0.9], "lit, should be in shadow")]),
+        Legend::Scale(RAMP, Values { what: "wrong pixels in the window", unit: "%", range: [0.0, 50.0] }),
+    ),
+    common(
+        "error-size",
+        "Error size",
+        Group::Errors,
+        "How far visibility is off at each pixel: |V − truth|.",
+        true,
+        Legend::Scale(RAMP, Values { what: "|V − truth|", unit: "", range: [0.0, 1.0] }),
+    ),
+    common(
+        "flip",
+        "FLIP",
+        Group::Errors,
+        "How much a viewer notices when the shaded picture and the one with the true shadow alternate.",
+        true,
+        Legend::Scale(RAMP, Values { what: "FLIP difference", unit: "", range: [0.0, 1.0] }),
     ),
     common(
         "facing",
@@ -295,7 +328,7 @@ pub const VIEWS: &[View] = &[
 /// The views' numbers for the shader: constants `view_shaded` and so on, and behind them `view_technique_map`.
 pub const GROUP: params::Group = params::Group {
     name: "Views",
-    specs: &[Spec { name: "view", doc: "", unit: "", kind: Kind::Choice { default: "shaded", options: &IDS } }],
+    specs: &[Spec { name: "view", ..Spec::blank("", Kind::Choice { default: "shaded", options: &IDS }) }],
 };
 
 const IDS: [&str; VIEWS.len() + 1] = {
@@ -323,13 +356,25 @@ pub fn needs_truth(id: &str) -> bool {
     VIEWS.iter().any(|v| v.id == id && v.truth)
 }
 
-/// Whether a map needs the frame's analysis, and nothing else of the technique.
+/// Whether a view needs the frame's analysis, and nothing else of the technique.
 pub fn needs_analysis(id: &str) -> bool {
-    id == "counts" || ALIASING.contains(&id)
+    id == "counts" || id == "causes" || ALIASING.contains(&id)
+}
+
+/// Whether the CPU makes a view's values.
+pub fn is_judged(id: &str) -> bool {
+    ["causes", "error-density", "flip"].contains(&id)
 }
 
 /// The maps that show a channel of the analysis: the aliasing error and its two parts, in that order.
 pub const ALIASING: [&str; 3] = ["aliasing", "perspective-aliasing", "projection-aliasing"];
+/// Maps that count the picture's pixels: at fewer of them they would tell something else.
+const COUNTS: [&str; 6] = ["counts", "counts-before", "counts-between", "histogram", "profiles", "occupancy"];
+
+/// Whether a view is drawn only at the full resolution.
+pub fn waits(id: &str) -> bool {
+    COUNTS.contains(&id)
+}
 
 /// Refuses a view that the technique does not have.
 pub fn check(id: &str, info: &Info) -> Result<()> {

@@ -56,8 +56,8 @@ fn samples(r: &Renderer) -> Vec<u64> {
     sums
 }
 
-fn pssm(lambda: f32, delta_bias: f32) -> PssmParams {
-    PssmParams { lambda, delta_bias, ..PssmParams::read(&Values::new()) }
+fn pssm(lambda: f32, split_bias: f32) -> PssmParams {
+    PssmParams { lambda, split_bias, ..PssmParams::read(&Values::new()) }
 }
 
 /// Zhang 2006: even, logarithmic, and halfway; δ and one's own shares keep the order.

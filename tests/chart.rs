@@ -395,7 +395,7 @@ fn a_report_is_one_page_that_holds_everything() {
     ] {
         setup.select(technique).unwrap();
         setup.set(set, &[technique.into()]).unwrap();
-        let mut r = record(technique, &params_text(setup.values()), ms, error);
+        let mut r = record(technique, &params_text(&setup), ms, error);
         (r.scene, r.width, r.height) = ("cubes".into(), 96, 64);
         r.ratio = Some(ms / 2.0);
         r.cost = Some(ms / 4.0);
@@ -473,11 +473,7 @@ fn a_report_is_one_page_that_holds_everything() {
     let mut more = rows.clone();
     setup.select("pcf").unwrap();
     setup.set("kernel=5", &["pcf".into()]).unwrap();
-    more.push(Record {
-        params: params_text(setup.values()),
-        setup: serde_json::to_string(&setup).unwrap(),
-        ..rows[3].clone()
-    });
+    more.push(Record { params: params_text(&setup), setup: serde_json::to_string(&setup).unwrap(), ..rows[3].clone() });
     report::write(&more, "Part", &folder, &mut renderer).unwrap();
     let part = std::fs::read_to_string(folder.join("index.html")).unwrap();
     assert!(part.contains("not every combination") && part.contains("measures 7 configurations"));

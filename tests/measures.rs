@@ -421,7 +421,7 @@ fn the_pictures_error_is_that_of_the_pictures() {
     s.view = "shaded".into();
     r.render(&s, ask(&s)).unwrap();
     let picture = r.read_picture().unwrap();
-    let exact = r.read_truth_picture().unwrap();
+    let exact = r.read_truth_picture(&s).unwrap();
     s.select("rt-hard").unwrap();
     r.render(&s, ask(&s)).unwrap();
     assert_eq!(r.read_picture().unwrap(), exact, "the truth's picture is the reference's");

@@ -6,7 +6,7 @@ use shadowscope::chart;
 use shadowscope::light::Light;
 use shadowscope::measure::advise::{Advice, Budget, FIGURES, Figure};
 use shadowscope::measure::{self, Record, params_text, stability};
-use shadowscope::params::Value;
+use shadowscope::params::{Kind, Value};
 use shadowscope::scene::geometry::Geometry;
 use shadowscope::setup::{self, Setup};
 use shadowscope::techniques;
@@ -53,6 +53,13 @@ fn open(harness: &mut Harness<'static, State>, section: &str) {
     harness.run_steps(20);
 }
 
+/// Chooses from a combo box of the panel's head.
+fn choose(harness: &mut Harness<'static, State>, what: &str, entry: &str) {
+    harness.get_by_role_and_label(egui::accesskit::Role::ComboBox, what).click();
+    harness.run_steps(3);
+    click(harness, entry);
+}
+
 fn setup(harness: &Harness<'static, State>) -> Setup {
     harness.state().model.setup.clone()
 }
@@ -60,7 +67,9 @@ fn setup(harness: &Harness<'static, State>) -> Setup {
 #[test]
 fn all_sections_are_there_and_the_picture_keeps_its_place() {
     let mut harness = harness("cubes", 2400.0);
-    for section in ["Scene", "Technique", "View", "Parameters", "Light", "Camera", "Timings", "Measure", "Capture"] {
+    for section in
+        ["Scene", "Light", "Camera", "Technique", "View", "Parameters", "Used of held", "Timings", "Measure", "Capture"]
+    {
         harness.get_by_label(section);
     }
     for section in ["Light", "Camera", "Measure", "Capture"] {
@@ -129,34 +138,47 @@ fn dragging_a_slider_changes_the_parameter_and_is_one_step() {
 }
 
 #[test]
-fn undo_leaves_the_camera_where_it_was_flown() {
+fn a_flight_that_comes_to_rest_is_a_step() {
     let mut harness = harness("cubes", 1200.0);
     let before = setup(&harness);
     click(&mut harness, "Percentage-closer filtering");
-    harness.state_mut().model.setup.camera.position.x += 1.0;
-    harness.run_steps(2);
-    let flown = setup(&harness).camera;
-    harness.key_press_modifiers(egui::Modifiers::COMMAND, egui::Key::Z);
-    harness.run_steps(3);
-    assert_eq!(setup(&harness).technique, before.technique);
-    assert_eq!(setup(&harness).camera, flown);
-    harness.key_press_modifiers(egui::Modifiers::COMMAND | egui::Modifiers::SHIFT, egui::Key::Z);
-    harness.run_steps(3);
-    assert_eq!(setup(&harness).technique, "pcf");
+    let flight = |h: &mut Harness<'static, State>| {
+        for _ in 0..3 {
+            h.state_mut().model.setup.camera.position.x += 1.0;
+            h.run_steps(1);
+        }
+        setup(h).camera
+    };
+    let there = flight(&mut harness);
+    std::thread::sleep(std::time::Duration::from_millis(500));
+    harness.run_steps(1);
+    let farther = flight(&mut harness);
+    let mut undo = |redo: bool| {
+        let shift = if redo { egui::Modifiers::SHIFT } else { egui::Modifiers::NONE };
+        harness.key_press_modifiers(egui::Modifiers::COMMAND | shift, egui::Key::Z);
+        harness.run_steps(3);
+        (setup(&harness).technique, setup(&harness).camera, harness.state().model.notes.last().unwrap().text.clone())
+    };
+    assert_eq!(undo(false), ("pcf".into(), there, "Undid: camera".into()));
+    assert_eq!(undo(false), ("pcf".into(), before.camera, "Undid: camera".into()));
+    let technique = "technique shadow-map → pcf";
+    assert_eq!(undo(false), ("shadow-map".into(), before.camera, format!("Undid: {technique}")));
+    assert_eq!(undo(true), ("pcf".into(), before.camera, format!("Redid: {technique}")));
+    undo(true);
+    assert_eq!(undo(true), ("pcf".into(), farther, "Redid: camera".into()));
 }
 
 #[test]
 fn a_camera_preset_is_a_step() {
     let mut harness = harness("cubes", 2400.0);
-    open(&mut harness, "Camera");
     let before = setup(&harness);
-    click(&mut harness, "above");
+    choose(&mut harness, "Camera", "above");
     assert_ne!(setup(&harness).camera, before.camera);
     click(&mut harness, "Undo");
     assert_eq!(setup(&harness), before);
 }
 
-/// The shadow camera stays where it was frozen, says so over the picture, and is released by the same key; each is a step.
+/// The shadow camera stays where it was frozen, and is released by the same key or button; each is a step.
 #[test]
 fn the_shadow_camera_freezes_and_is_released() {
     let mut harness = harness("cubes", 1600.0);
@@ -167,32 +189,28 @@ fn the_shadow_camera_freezes_and_is_released() {
     harness.run_steps(3);
     assert_eq!(setup(&harness).shadow_camera, Some(before.camera));
     assert_eq!(setup(&harness).frozen(), Some(before.camera));
+    click(&mut harness, "Freeze");
+    assert_eq!(setup(&harness).shadow_camera, None);
     harness.key_press_modifiers(egui::Modifiers::COMMAND, egui::Key::Z);
     harness.run_steps(3);
-    assert_eq!(
-        (setup(&harness).shadow_camera, setup(&harness).camera.position.x),
-        (None, before.camera.position.x + 1.0)
-    );
+    assert_eq!(setup(&harness).shadow_camera, Some(before.camera), "releasing is a step");
     open(&mut harness, "Camera");
-    click(&mut harness, "Freeze shadow camera");
-    assert_eq!(setup(&harness).shadow_camera, Some(setup(&harness).camera));
-    harness.key_press(egui::Key::F);
-    harness.run_steps(3);
-    assert_eq!(setup(&harness).shadow_camera, None);
-    click(&mut harness, "Outlines");
-    assert!(setup(&harness).outlines);
+    click(&mut harness, "outlines");
+    setup(&harness).check().unwrap();
 }
 
 /// From the light's own camera all of the scene is in the picture, and what the light reaches of a lamp's cone.
 #[test]
 fn the_lights_own_view_is_a_preset() {
     let mut harness = harness("cubes", 1600.0);
-    open(&mut harness, "Camera");
     let scene = harness.state().model.scene.clone();
     for light in scene.lights.iter().filter(|l| !matches!(l.light, Light::RectArea { .. })) {
         harness.state_mut().model.setup.light = light.light;
         harness.run_steps(2);
-        click(&mut harness, "From the light");
+        harness.get_by_role_and_label(egui::accesskit::Role::ComboBox, "Camera").click();
+        harness.run_steps(3);
+        harness.get_by_label("from the light").click();
+        harness.run_steps(3);
         let s = setup(&harness);
         s.check().unwrap();
         match light.light {
@@ -238,8 +256,7 @@ fn undo_goes_back_to_the_scene_before() {
 #[test]
 fn a_technique_that_does_not_serve_the_light_says_so() {
     let mut harness = harness("cubes", 2400.0);
-    open(&mut harness, "Light");
-    click(&mut harness, "omni");
+    choose(&mut harness, "Light", "omni");
     assert!(matches!(setup(&harness).light, Light::Omni { .. }));
     assert_eq!(setup(&harness).technique, "rt-hard", "the first technique that serves the light");
     let refused = techniques::find("shadow-map").unwrap();
@@ -270,7 +287,7 @@ fn buttons_ask_the_window_for_what_only_it_can_do() {
     open(&mut harness, "Measure");
     open(&mut harness, "Capture");
     harness.state_mut().actions.clear();
-    for label in ["Measure this set-up", "Save picture", "Save set-up", "Browse…"] {
+    for label in ["Measure this set-up", "Save picture", "Save set-up", "Open…"] {
         click(&mut harness, label);
     }
     let expected = [
@@ -300,7 +317,7 @@ fn row(setup: &Setup, technique: &str, resolution: Option<i64>, error: f64, ms: 
     }
     Record {
         technique: technique.into(),
-        params: params_text(setup.values()),
+        params: params_text(&setup),
         scene: setup.scene.clone(),
         width: setup.size[0],
         height: setup.size[1],
@@ -490,18 +507,18 @@ fn measured_again_a_row_takes_the_place_of_the_older() {
 }
 
 #[test]
-fn needs_stand_beside_the_technique_once_measured() {
+fn what_is_used_stands_beside_the_technique_once_measured() {
     let mut harness = harness("cubes", 2400.0);
     let now = setup(&harness);
-    assert!(harness.query_by_label("texels covered").is_none());
+    assert!(harness.query_by_label("texels used").is_none());
     let measured = row(&now, "shadow-map", Some(1024), 0.01, 1.0);
     harness.state_mut().model.adopt([measured]);
     harness.run_steps(3);
-    harness.get_by_label("texels covered");
+    harness.get_by_label("texels used");
     harness.get_by_label("262 144 of 1 048 576 (25.0 %)");
     harness.state_mut().model.setup.camera.position.x += 1.0;
     harness.run_steps(3);
-    assert!(harness.query_by_label("texels covered").is_none(), "measured from elsewhere");
+    assert!(harness.query_by_label("texels used").is_none(), "measured from elsewhere");
 }
 
 #[test]
@@ -658,4 +675,133 @@ fn places_are_shown_in_the_files_coordinates() {
     assert_eq!(after.target, before.target);
     assert!((after.reach() - before.reach()).abs() < 1e-4 && after.position.distance(before.position) > 1.0);
     assert!(after.position.length() < 10.0, "{after:?}");
+}
+
+/// Every text that is painted: where, in what clip rectangle, whether it was shortened, and its colour.
+fn texts(harness: &Harness<'static, State>) -> Vec<(String, egui::Rect, egui::Rect, bool, egui::Color32)> {
+    fn collect(
+        clip: egui::Rect,
+        shape: &egui::Shape,
+        out: &mut Vec<(String, egui::Rect, egui::Rect, bool, egui::Color32)>,
+    ) {
+        match shape {
+            egui::Shape::Vec(all) => all.iter().for_each(|s| collect(clip, s, out)),
+            egui::Shape::Text(t) => {
+                let own = t.galley.job.sections.first().map_or(egui::Color32::PLACEHOLDER, |s| s.format.color);
+                let own = if own == egui::Color32::PLACEHOLDER { t.fallback_color } else { own };
+                let color = t.override_text_color.unwrap_or(own);
+                let rect = t.galley.rect.translate(t.pos.to_vec2());
+                out.push((t.galley.text().to_string(), rect, clip, t.galley.elided, color));
+            }
+            _ => {}
+        }
+    }
+    let mut out = Vec::new();
+    harness.output().shapes.iter().for_each(|s| collect(s.clip_rect, &s.shape, &mut out));
+    out
+}
+
+/// WCAG's contrast of two opaque colours, 1 to 21.
+fn contrast(a: egui::Color32, b: egui::Color32) -> f32 {
+    let luminance = |c: egui::Color32| {
+        let [r, g, b, _] = egui::Rgba::from(c).to_array();
+        0.2126 * r + 0.7152 * g + 0.0722 * b
+    };
+    let [a, b] = [luminance(a), luminance(b)];
+    (a.max(b) + 0.05) / (a.min(b) + 0.05)
+}
+
+/// For every technique, in both themes: no text of the panel is shortened or cut off sideways, all can be read, and names,
+/// sliders and values stand in columns. At 1280 × 800 what is in sight, at 1280 × 2600 all of it, sections that fold too.
+#[test]
+fn the_panel_clips_nothing_and_keeps_its_columns() {
+    use egui::accesskit::Role;
+    let ends = |nodes: Vec<egui::Rect>, what: &str| {
+        let lefts: std::collections::BTreeSet<i32> = nodes.iter().map(|r| r.left().round() as i32).collect();
+        let rights: std::collections::BTreeSet<i32> = nodes.iter().map(|r| r.right().round() as i32).collect();
+        assert!(lefts.len() <= 1 && rights.len() <= 1, "{what}: left {lefts:?}, right {rights:?}");
+    };
+    for (height, theme) in [(800.0, egui::Theme::Dark), (2600.0, egui::Theme::Dark), (2600.0, egui::Theme::Light)] {
+        let mut harness = harness("cubes", height);
+        harness.ctx.set_theme(theme);
+        if height < 1000.0 {
+            // What stands above the parameters is folded away, so that they are in sight.
+            for title in ["Technique", "View"] {
+                open(&mut harness, title);
+            }
+        }
+        let mut opened = height < 1000.0;
+        for info in techniques::ALL {
+            // Every parameter that some value of another shows.
+            let choices: Vec<Option<(&str, &str)>> = info
+                .specs()
+                .filter_map(|s| match s.kind {
+                    Kind::Choice { options, .. } => {
+                        Some(options.iter().map(|o| Some((s.name, *o))).collect::<Vec<_>>())
+                    }
+                    _ => None,
+                })
+                .flatten()
+                .chain([None])
+                .collect();
+            for choice in choices.into_iter().filter(|c| height > 1000.0 || c.is_none()) {
+                let m = &mut harness.state_mut().model;
+                m.select(info);
+                let values = m.setup.params.get_mut(info.id).unwrap();
+                *values = info.specs().map(|s| (s.name.to_string(), s.default())).collect();
+                for s in info.specs() {
+                    match s.kind {
+                        Kind::Flag { .. } => _ = values.insert(s.name.into(), Value::Bool(true)),
+                        // The longest numbers.
+                        Kind::Float { max, .. } if height > 1000.0 => {
+                            _ = values.insert(s.name.into(), Value::Float(max / 1.3))
+                        }
+                        Kind::Int { max, .. } if height > 1000.0 => _ = values.insert(s.name.into(), Value::Int(max)),
+                        _ => {}
+                    }
+                }
+                if let Some((name, option)) = choice {
+                    values.insert(name.into(), Value::Text(option.into()));
+                }
+                harness.run_steps(3);
+                if !opened {
+                    click(&mut harness, "Rasteriser bias");
+                    harness.run_steps(20);
+                    opened = true;
+                }
+                let left = harness.state().picture.right();
+                let panel = harness.ctx.global_style().visuals.panel_fill;
+                let mut seen = 0;
+                for (text, rect, clip, elided, color) in texts(&harness) {
+                    if rect.left() < left || text.trim().is_empty() {
+                        continue;
+                    }
+                    seen += 1;
+                    let at = format!("{} {choice:?}: {text:?} at {rect:?} in {clip:?}", info.id);
+                    assert!(!elided, "shortened: {at}");
+                    assert!(rect.left() >= clip.left() - 0.5 && rect.right() <= clip.right() + 0.5, "cut off: {at}");
+                    let off = ["Undo", "Redo", "Reset", "Clear"].contains(&text.as_str());
+                    assert!(off || contrast(color, panel) > 3.0, "{theme:?}, {:.1}: {at}", contrast(color, panel));
+                }
+                assert!(seen > 20, "{} texts", seen);
+                let rects =
+                    |role| harness.get_all_by_role(role).map(|n| n.rect()).filter(|r| r.left() >= left).collect();
+                ends(rects(Role::SpinButton), &format!("{}: values", info.id));
+                ends(rects(Role::Slider), &format!("{}: sliders", info.id));
+                let mut names = Vec::new();
+                for spec in info.specs().filter(|s| info.applies(s, setup(&harness).values())) {
+                    let name = spec.name.replace('_', " ");
+                    names.extend(
+                        harness
+                            .query_all_by_role_and_label(Role::Label, &name)
+                            .map(|n| n.rect())
+                            .filter(|r| r.left() >= left),
+                    );
+                    assert!(height < 1000.0 || !names.is_empty(), "{}: {name} is missing", info.id);
+                }
+                let lefts: std::collections::BTreeSet<i32> = names.iter().map(|r| r.left().round() as i32).collect();
+                assert_eq!(lefts.len(), 1, "{}: names at {lefts:?}", info.id);
+            }
+        }
+    }
 }

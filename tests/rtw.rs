@@ -213,15 +213,33 @@ fn tables_follow_the_reference() {
         s.light = light;
         for (sets, bins, sigma, floor) in [
             (vec![], 256, 4.0, 0.02),
-            (vec!["importance_resolution=64", "sigma=0", "e=0", "p=3", "distance_to_eye=false"], 64, 0.0, 0.0),
+            (vec!["importance_bins=64", "profile_blur=0", "floor=0", "power=3", "distance_to_eye=false"], 64, 0.0, 0.0),
             (
-                vec!["importance_resolution=100", "sigma=9.5", "e=0.1", "surface_normal=true", "k_n=4", "combine=sum"],
+                vec![
+                    "importance_bins=100",
+                    "profile_blur=9.5",
+                    "floor=0.1",
+                    "surface_normal=true",
+                    "normal_weight=4",
+                    "combine=sum",
+                ],
                 100,
                 9.5,
                 0.1,
             ),
-            (vec!["importance_resolution=64", "shadow_edge=true", "k_e=3", "tau=0.02", "sigma=2"], 64, 2.0, 0.02),
-            (vec!["combine=max", "falloff=inverse", "desired_view=false", "sigma=1"], 256, 1.0, 0.02),
+            (
+                vec![
+                    "importance_bins=64",
+                    "shadow_edge=true",
+                    "edge_weight=3",
+                    "edge_threshold=0.02",
+                    "profile_blur=2",
+                ],
+                64,
+                2.0,
+                0.02,
+            ),
+            (vec!["combine=max", "falloff=inverse", "desired_view=false", "profile_blur=1"], 256, 1.0, 0.02),
         ] {
             let what = format!("{} {sets:?}", light.kind());
             let on = |set: &str, default: bool| {
@@ -231,7 +249,7 @@ fn tables_follow_the_reference() {
             let found = counts(&mut r, &s, 256);
             let bounds = r.geometry().bounds;
             let view = LightView::whole(&light, bounds, 256, 1.0).unwrap();
-            let (eye, p) = (s.camera.position.as_dvec3(), if sets.contains(&"p=3") { 3 } else { 1 });
+            let (eye, p) = (s.camera.position.as_dvec3(), if sets.contains(&"power=3") { 3 } else { 1 });
             let [low, high] = bounds.map(|b| (b.as_dvec3() - eye).abs());
             let corner = DVec2::new(160.0 / 120.0, 1.0) * (s.camera.fov as f64 / 2.0).to_radians().tan();
             let farthest = low.max(high).length().min(corner.extend(1.0).length() * s.camera.far as f64);
@@ -292,7 +310,8 @@ fn light_side_analysis_follows_the_reference() {
     ] {
         let (mut r, mut s) =
             start(scene(vec![mesh(&triangles, 0)], vec![material(Vec3::ONE)], above(height), light), [200, 200]);
-        let common = ["resolution=256", "importance_resolution=64", "sigma=0", "k_e=8", "k_n=2", "p=1"];
+        let common =
+            ["resolution=256", "importance_bins=64", "profile_blur=0", "edge_weight=8", "normal_weight=2", "power=1"];
         select(&mut s, "rtw", &[&common[..], sets.as_slice()].concat());
         let found = counts(&mut r, &s, 256);
         let view = LightView::whole(&light, r.geometry().bounds, 256, 1.0).unwrap();
@@ -359,7 +378,7 @@ fn it_pays_and_its_inverse_is_one() {
     for name in ["bench", "terrain"] {
         let (mut r, mut s) = built_in(name, [160, 160]);
         let whole = errors(&mut r, &mut s, "shadow-map", &["resolution=256", "fit=scene"]).share();
-        for sets in [["analysis=backward", "e=0.02"], ["analysis=forward", "shadow_edge=true"]] {
+        for sets in [["analysis=backward", "floor=0.02"], ["analysis=forward", "shadow_edge=true"]] {
             let e = errors(&mut r, &mut s, "rtw", &[&["resolution=256"], &sets[..]].concat());
             assert!(e.share() < 0.9 * whole, "{name} {sets:?}: {} against {whole}", e.share());
         }
@@ -380,7 +399,7 @@ fn it_pays_and_its_inverse_is_one() {
 fn exact_casters_err_least_where_triangles_are_long() {
     let (mut r, mut s) = built_in("st-longtri", [128, 128]);
     let share = |r: &mut Renderer, s: &mut Setup, raster: &str| {
-        errors(r, s, "rtw", &["resolution=256", "importance_resolution=128", raster]).share()
+        errors(r, s, "rtw", &["resolution=256", "importance_bins=128", raster]).share()
     };
     let linear = share(&mut r, &mut s, "raster=linear");
     let split = share(&mut r, &mut s, "raster=subdivide");
@@ -439,7 +458,14 @@ fn nothing_breaks() {
         for t in [0.0, 0.5, 1.0] {
             (case.place)(&mut s, t);
             for analysis in &all {
-                let sets = ["resolution=128", "shadow_edge=true", "surface_normal=true", "e=0", "sigma=0", analysis];
+                let sets = [
+                    "resolution=128",
+                    "shadow_edge=true",
+                    "surface_normal=true",
+                    "floor=0",
+                    "profile_blur=0",
+                    analysis,
+                ];
                 let e = errors(&mut r, &mut s, "rtw", &sets);
                 assert!(e.rmse.is_finite(), "{id} at {t} {analysis}");
                 assert!(r.read_visibility().unwrap().iter().all(|v| (0.0..=1.0).contains(v)), "{id} at {t} {analysis}");

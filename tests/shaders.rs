@@ -86,7 +86,8 @@ fn shared_structs_agree() {
         shadow_forward "shadow_forward", shadow_far "shadow_far", shadow_up "shadow_up", spare "spare");
     same!("lines.wgsl", "Segment", Segment, start "start", color "color", end "end", weight "weight");
     same!("lines.wgsl", "Style", Style, half "half", labels "labels", inset "inset", padding "padding");
-    same!("shade.wgsl", "View", ViewUniform, range "range", channel "channel", opacity "opacity");
+    same!("shade.wgsl", "View", ViewUniform, range "range", channel "channel", rows "rows", opacity "opacity",
+        dilation "dilation", light_base "light_base");
     same!("counts.wgsl", "Counting", Counting,
         size "size", layers "layers", first "first", count "count", padding "padding", spare "spare", sides "sides");
     same!("cascades.wgsl", "Fitting", Fitting,

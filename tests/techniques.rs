@@ -9,10 +9,12 @@ use shadowscope::light::Light;
 use shadowscope::measure;
 use shadowscope::measure::Step;
 use shadowscope::measure::metrics::{Errors, FACING};
+use shadowscope::params::{Condition, Kind, Spec, Test, Value, Values};
 use shadowscope::scene::{
     Animation, Camera, Channel, Interpolation, Local, Material, Node, Property, Scene, Texture, builtin,
 };
 use shadowscope::setup::{Setup, scene_camera};
+use shadowscope::techniques::{self, Info};
 
 /// A built-in scene at a size.
 fn built_in(name: &str, camera: &str, size: [u32; 2]) -> (Renderer, Setup) {
@@ -686,5 +688,88 @@ fn outlines_lie_where_maps_end() {
         // Yellow takes the blue out of the sky.
         let [front, _] = seen(&with, corner(x, y, 0), corner(x, y, 1), 2);
         assert!(front.is_none_or(|c| c > 12.0), "an edge of the box: {front:?}");
+    }
+}
+
+/// All settings of the parameters that decide whether a parameter means anything, each with values on both sides.
+fn deciding(info: &Info, spec: &Spec) -> Vec<Vec<(&'static str, Value)>> {
+    let mut all = vec![vec![]];
+    let mut open: Vec<&Condition> = spec.when.iter().copied().flatten().collect();
+    while let Some(c) = open.pop() {
+        let of = info.specs().find(|s| s.name == c.of).unwrap_or_else(|| panic!("{}: no {}", info.id, c.of));
+        open.extend(of.when.iter().copied().flatten());
+        if all[0].iter().any(|(name, _)| *name == of.name) {
+            continue;
+        }
+        let values = match (of.kind, c.test) {
+            (Kind::Flag { .. }, Test::Flag(_)) => vec![Value::Bool(false), Value::Bool(true)],
+            (Kind::Choice { options, .. }, Test::Among(wanted)) => {
+                assert!(wanted.iter().all(|w| options.contains(w)), "{}.{}: {wanted:?}", info.id, spec.name);
+                options.iter().map(|o| Value::Text((*o).into())).collect()
+            }
+            (Kind::Int { min, .. }, Test::Above(least)) => {
+                vec![Value::Int(min), Value::Int(least as i64), Value::Int(least as i64 + 1)]
+            }
+            (Kind::Float { max, .. }, Test::Above(least)) => {
+                vec![Value::Float(least), Value::Float(least.max(max / 2.0))]
+            }
+            _ => panic!("{}.{}: the condition on {} cannot hold", info.id, spec.name, c.of),
+        };
+        let with = |v: &Value, rest: &Vec<_>| rest.iter().cloned().chain([(of.name, v.clone())]).collect();
+        all = all.iter().flat_map(|rest| values.iter().map(|v| with(v, rest)).collect::<Vec<_>>()).collect();
+    }
+    all
+}
+
+/// Another value than the default, that turns on what it can.
+fn other(spec: &Spec) -> Value {
+    match (spec.kind, spec.default()) {
+        (Kind::Flag { default }, _) => Value::Bool(!default),
+        (Kind::Choice { default, options }, _) => {
+            let next = options.iter().position(|o| *o == default).map_or(0, |i| (i + 1) % options.len());
+            Value::Text(options[next].into())
+        }
+        (Kind::Float { max, .. }, Value::Float(0.0)) => Value::Float(max / 4.0),
+        (Kind::Int { max, step, .. }, Value::Int(0)) => Value::Int(max.min(8 * step)),
+        (_, default) => default,
+    }
+}
+
+/// What the panel hides changes nothing, whatever else is set.
+#[test]
+fn parameters_that_do_not_apply_change_nothing() {
+    let (mut r, mut s) = built_in("cubes", "near", [48, 30]);
+    for info in techniques::ALL {
+        for spec in info.specs().filter(|s| !s.when.is_empty()) {
+            let ends = match spec.kind {
+                Kind::Flag { .. } => vec![Value::Bool(false), Value::Bool(true)],
+                Kind::Int { min, max, .. } => vec![Value::Int(min), Value::Int(max.min(2048))],
+                Kind::Float { min, max, .. } => vec![Value::Float(min), Value::Float(max)],
+                Kind::Choice { options, .. } => options.iter().map(|o| Value::Text((*o).into())).collect(),
+            };
+            let mut applied = false;
+            for (setting, around) in
+                deciding(info, spec).iter().flat_map(|s| [(s, Spec::default as fn(&Spec) -> Value), (s, other)])
+            {
+                s.select(info.id).unwrap();
+                let mut values: Values = info.specs().map(|s| (s.name.to_string(), around(s))).collect();
+                values.extend(setting.iter().map(|(name, v)| (name.to_string(), v.clone())));
+                if values.contains_key("resolution") {
+                    values.insert("resolution".into(), Value::Int(128));
+                }
+                if info.applies(spec, &values) {
+                    applied = true;
+                    continue;
+                }
+                let mut seen = ends.iter().map(|end| {
+                    values.insert(spec.name.into(), end.clone());
+                    s.params.insert(info.id.into(), values.clone());
+                    visible(&mut r, &s)
+                });
+                let first = seen.next();
+                assert!(seen.all(|v| Some(v) == first), "{}.{} matters with {setting:?}", info.id, spec.name);
+            }
+            assert!(applied, "{}.{} never applies", info.id, spec.name);
+        }
     }
 }

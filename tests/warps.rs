@@ -381,7 +381,7 @@ fn nothing_breaks() {
                 ("lispsm", "focus=false"),
                 ("tsm", "p=0.95"),
                 ("psm", "push=false"),
-                ("psm", "delta_mode=fixed"),
+                ("psm", "slide=fixed"),
                 ("shadow-map", "fit=msf"),
             ] {
                 let e = errors(&mut r, &mut s, technique, &["resolution=256", sets]);
@@ -497,7 +497,7 @@ fn every_sample_in_a_cone_has_a_texel() {
             ("tsm", vec![]),
             ("tsm", vec!["p=0.95", "focus=0.05"]),
             ("psm", vec![]),
-            ("psm", vec!["push=false", "delta_mode=fixed"]),
+            ("psm", vec!["push=false", "slide=fixed"]),
             ("shadow-map", vec!["fit=msf"]),
         ] {
             let e = errors(&mut r, &mut s, technique, &[&sets[..], &["resolution=1024"]].concat());

@@ -17,6 +17,10 @@ struct Place {
 
 // Aliasing error m, its perspective and projection parts, and a texel's area in pixels; -1 where there is none.
 @group(1) @binding(22) var aliasing_out: texture_storage_2d<rgba32float, write>;
+// Place in the maps, texels, and which map; -1 where there is none.
+@group(1) @binding(23) var places_out: texture_storage_2d<rgba32float, write>;
+
+var<private> placed: vec4f = vec4f(-1.0);
 
 // A texel's footprint in the image, A = J⁻¹ with J's columns p.along_x and p.along_y: its longest extent σmax(A) and
 // its area |det A|. For a 2 × 2 matrix σmax(J⁻¹) = σmax(J) / |det J|.
@@ -64,6 +68,7 @@ fn analysed(s: Surface) -> vec4f {
     if !counted(p) {
         return vec4f(-1.0);
     }
+    placed = vec4f(p.texel, f32(p.layer), 0.0);
     // The same for a surface that faces both the light and the camera: what only distances decide.
     let to_light = normalize(light.to_light);
     let other = select(vec3f(1.0, 0.0, 0.0), vec3f(0.0, 1.0, 0.0), abs(to_light.x) > 0.5);
@@ -79,5 +84,6 @@ fn analysed(s: Surface) -> vec4f {
 fn analyse(@builtin(global_invocation_id) id: vec3u) {
     if id.x < frame.size.x && id.y < frame.size.y {
         textureStore(aliasing_out, id.xy, analysed(load_surface(id.xy)));
+        textureStore(places_out, id.xy, placed);
     }
 }

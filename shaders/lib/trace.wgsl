@@ -43,6 +43,9 @@ struct Hit {
     gave_up: bool,
     // Nodes visited.
     visits: u32,
+    // What blocks it: a parameter of the ray, and the triangle. Not the first thing that does.
+    t: f32,
+    triangle: u32,
 }
 
 // Adds a shadow ray that decides visibility to the frame's tally.
@@ -98,6 +101,8 @@ struct Candidate {
     triangle: u32,
     // Barycentric.
     weights: vec3f,
+    // A parameter of the ray.
+    t: f32,
 }
 
 // Meets triangle `i` in BVH order.
@@ -120,7 +125,7 @@ fn meets(ray: Ray, h: Shear, i: u32) -> Candidate {
     let between = distance > ray.t_min && distance < ray.t_max;
     let faces = ray.two_sided || dot(cross(pb - pa, pc - pa), ray.direction) > 0.0;
     let found = ta.w != ray.own && !outside && determinant != 0.0 && between && faces;
-    return Candidate(found, tb.w, tc.w, vec3f(u, v, w) / determinant);
+    return Candidate(found, tb.w, tc.w, vec3f(u, v, w) / determinant, distance);
 }
 
 // Whether the material has a hole where the ray passes.
@@ -171,7 +176,7 @@ fn trace(ray: Ray) -> Hit {
     var leaves = 0u;
     var visits = 0u;
     loop {
-        var candidate = Candidate(false, 0u, 0u, vec3f(0.0));
+        var candidate = Candidate(false, 0u, 0u, vec3f(0.0), 0.0);
         loop {
             while leaves == 0u && visits <= ray.max_visits {
                 if (inner & 15u) == 0u {
@@ -212,14 +217,14 @@ fn trace(ray: Ray) -> Hit {
             }
         }
         if visits > ray.max_visits {
-            return Hit(false, true, visits);
+            return Hit(false, true, visits, 0.0, 0u);
         }
         if !candidate.found {
-            return Hit(false, false, visits);
+            return Hit(false, false, visits, 0.0, 0u);
         }
         if !passes(candidate) {
-            return Hit(true, false, visits);
+            return Hit(true, false, visits, candidate.t, candidate.triangle);
         }
     }
-    return Hit(false, false, visits);
+    return Hit(false, false, visits, 0.0, 0u);
 }

@@ -22,11 +22,11 @@ fn shadow_ray(s: Surface, light: LightSample) -> Ray {
 fn visible(pixel: vec2u) -> Hit {
     let s = load_surface(pixel);
     if !s.valid {
-        return Hit(false, false, 0u);
+        return Hit(false, false, 0u, 0.0, 0u);
     }
     let light = light_at(s.position);
     if !light.reached || dot(s.normal, light.to_light) <= 0.0 {
-        return Hit(true, false, 0u);
+        return Hit(true, false, 0u, 0.0, 0u);
     }
     return trace(shadow_ray(s, light));
 }
@@ -94,6 +94,93 @@ fn accumulate(@builtin(global_invocation_id) id: vec3u) {
         mean = f32(count & 0xffffu) / f32(count >> 16u);
     }
     textureStore(visibility_out, pixel, vec4f(mean));
+}
+
+// What tells the causes of errors apart (src/measure/causes.rs).
+
+@group(1) @binding(6) var visibility: texture_2d<f32>;
+// As `aliasing_out` in lib/analysis.wgsl; its second channel is 0 for techniques without maps.
+@group(1) @binding(7) var aliasing: texture_2d<f32>;
+// Of pixels in true shadow the metres to what blocks the light nearest to them (bits of a float) and its triangle; of wrong
+// lit ones their own triangle and one that stands beside them, or their own again. Of wrong ones 1 if a true edge lies within
+// two texels, and the metres below which a blocker is near.
+@group(1) @binding(8) var evidence_out: texture_storage_2d<rgba32uint, write>;
+
+// The blocker nearest to the ray's origin.
+fn nearest_blocker(ray: Ray) -> Hit {
+    var shorter = ray;
+    var nearest = Hit(false, false, 0u, 0.0, 0u);
+    loop {
+        let next = trace(shorter);
+        if !next.blocked {
+            return nearest;
+        }
+        nearest = next;
+        shorter.t_max = next.t;
+    }
+    return nearest;
+}
+
+// Whether the hard truth changes within two texels of the light's image, `texel` metres wide at the surface, whatever the
+// camera sees of that; 1 if so. Beside a lit surface something may stand that is no farther away than a texel: perhaps only
+// the next facet of the same caster. Then its triangle.
+fn edge_nearby(s: Surface, lit: bool, texel: f32) -> vec2u {
+    let to_light = normalize(light_at(s.position).to_light);
+    let other = select(vec3f(1.0, 0.0, 0.0), vec3f(0.0, 1.0, 0.0), abs(to_light.x) > 0.5);
+    let u = normalize(cross(to_light, other));
+    let v = cross(to_light, u);
+    for (var i = 0u; i < select(16u, 32u, lit); i++) {
+        let angle = 0.7853982 * f32(i);
+        let across = texel * f32(1u + i / 8u % 2u) * (cos(angle) * u + sin(angle) * v);
+        // Along the light onto the surface's plane.
+        let slide = -dot(s.normal, across) / dot(s.normal, to_light);
+        var beside = s;
+        beside.position += across + slide * to_light;
+        let light = light_at(beside.position);
+        var ray = shadow_ray(beside, light);
+        if lit && i < 16u {
+            ray.t_min = max(ray.t_min, (texel + abs(slide)) / length(light.to_light));
+        }
+        let hit = trace(ray);
+        if hit.blocked == lit {
+            return vec2u(select(1u, 0u, i >= 16u), select(s.triangle, hit.triangle, lit));
+        }
+    }
+    return vec2u(0u, s.triangle);
+}
+
+@compute @workgroup_size(8, 8)
+fn explain(@builtin(global_invocation_id) id: vec3u) {
+    if id.x >= frame.size.x || id.y >= frame.size.y {
+        return;
+    }
+    let pixel = id.xy;
+    let s = load_surface(pixel);
+    let light = light_at(s.position);
+    var evidence = vec4u(0u);
+    if s.valid && light.reached && dot(s.normal, light.to_light) > 0.0 {
+        let lit = textureLoad(hard, pixel, 0).x >= 0.5;
+        if !lit {
+            let hit = nearest_blocker(shadow_ray(s, light));
+            evidence.x = bitcast<u32>(hit.t * length(light.to_light));
+            evidence.y = hit.triangle;
+        }
+        if (textureLoad(visibility, pixel, 0).x >= 0.5) != lit {
+            let side = s.depth * length(frame.rays[1]);
+            let slope = abs(dot(s.normal, normalize(frame.eye - s.position)));
+            let texel = side * max(textureLoad(aliasing, pixel, 0).y, 0.0);
+            evidence.w = bitcast<u32>(2.0 * max(texel, side / max(slope, 0.1)));
+            if texel > 0.0 {
+                let found = edge_nearby(s, lit, texel);
+                evidence.z = found.x;
+                if lit {
+                    evidence.x = s.triangle;
+                    evidence.y = found.y;
+                }
+            }
+        }
+    }
+    textureStore(evidence_out, pixel, evidence);
 }
 
 // Map: nodes visited by each pixel's ray.

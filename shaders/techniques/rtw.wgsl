@@ -59,7 +59,7 @@ fn unwarp(at: vec2f) -> vec2f {
 
 // Bins a side, as in Rust.
 fn bins() -> u32 {
-    return min(rtw.importance_resolution, map.resolution);
+    return min(rtw.importance_bins, map.resolution);
 }
 
 // Importance, as the bits of floats that are never negative: rows from the top.
@@ -108,7 +108,7 @@ fn nearness(position: vec3f) -> f32 {
     if rtw.falloff == falloff_inverse {
         return min(frame.near / max(d, 1e-6), 1.0);
     }
-    return 1.0 - pow(min(d / farthest(), 1.0), rtw.p);
+    return 1.0 - pow(min(d / farthest(), 1.0), rtw.power);
 }
 
 // The terms that the camera decides; `seen`: the desired view holds the position.
@@ -116,11 +116,11 @@ fn camera_terms(position: vec3f, normal: vec3f, seen: bool) -> f32 {
     let facing = max(dot(normal, normalize(frame.eye - position)), 0.0);
     var sum = with_term(nothing_yet(), rtw.desired_view != 0u, select(0.0, 1.0, seen));
     sum = with_term(sum, rtw.distance_to_eye != 0u, nearness(position));
-    return with_term(sum, rtw.surface_normal != 0u, 1.0 + rtw.k_n * facing);
+    return with_term(sum, rtw.surface_normal != 0u, 1.0 + rtw.normal_weight * facing);
 }
 
 fn edge_term(edge: bool) -> f32 {
-    return 1.0 + select(0.0, rtw.k_e, edge);
+    return 1.0 + select(0.0, rtw.edge_weight, edge);
 }
 
 // The cosine from which two neighbouring pixels' normals make an edge.
@@ -136,7 +136,7 @@ fn pixel_edge(s: Surface) -> bool {
         }
         let other = load_surface(vec2u(pixel));
         // A plane's depth changes fast where the camera grazes it: what counts is how far a pixel is off it.
-        if !other.valid || abs(dot(s.normal, other.position - s.position)) > rtw.tau * s.depth || dot(s.normal, other.normal) < bent {
+        if !other.valid || abs(dot(s.normal, other.position - s.position)) > rtw.edge_threshold * s.depth || dot(s.normal, other.normal) < bent {
             return true;
         }
     }
@@ -203,7 +203,7 @@ fn bin_edge(bin: vec2i, z: f32) -> bool {
         let other = clamp(bin + vec2i(i % 3 - 1, i / 3 - 1), vec2i(0), vec2i(i32(bins()) - 1));
         most = max(most, abs(depth_of(other) - z));
     }
-    return most > rtw.tau * whole;
+    return most > rtw.edge_threshold * whole;
 }
 
 fn in_view(position: vec3f) -> bool {
@@ -288,8 +288,8 @@ fn blur(@builtin(global_invocation_id) id: vec3u) {
         return;
     }
     let first = i32(id.y) * n;
-    let reach = i32(ceil(3.0 * rtw.sigma));
-    let falloff = -0.5 / max(rtw.sigma * rtw.sigma, 1e-12);
+    let reach = i32(ceil(3.0 * rtw.profile_blur));
+    let falloff = -0.5 / max(rtw.profile_blur * rtw.profile_blur, 1e-12);
     var sum = 0.0;
     var all = 0.0;
     for (var i = max(own - reach, 0); i <= min(own + reach, n - 1); i++) {
@@ -311,7 +311,7 @@ var<workgroup> peaks: array<f32, 256>;
 fn parts(value: f32, peak: f32) -> u32 {
     let n = f32(bins());
     // A flatter warp would not survive the 24 bits of a place.
-    let least = max(rtw.e, 1e-6 * n);
+    let least = max(rtw.floor, 1e-6 * n);
     return max(u32((value / peak + least) / (1.0 + least) * (2147483648.0 / n)), 1u);
 }
 

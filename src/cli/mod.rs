@@ -10,7 +10,7 @@ mod sweep;
 use crate::frame::Renderer;
 use crate::gpu::Gpu;
 use crate::measure::{Axis, reproduce};
-use crate::scene::Scene;
+use crate::scene::{Scene, builtin};
 use crate::setup::{self, Arrange, Overlay, Setup, Side};
 use crate::truth::Samples;
 use crate::{capture, techniques, tour, ui};
@@ -143,6 +143,15 @@ struct Figure {
     /// Show this view small in a corner of the shaded picture.
     #[arg(long, value_name = "VIEW", conflicts_with = "overlay")]
     inset: Option<String>,
+    /// Pixels by which wrong ones grow in views of errors: 0, 1 or 2.
+    #[arg(long, value_name = "PIXELS")]
+    error_dilation: Option<u32>,
+    /// What lies under marked errors.
+    #[arg(long, value_name = "BASE")]
+    error_base: Option<setup::Base>,
+    /// Width of the window of the view error-density: an odd number of pixels.
+    #[arg(long, value_name = "PIXELS")]
+    error_window: Option<u32>,
     /// Put the view's legend below the picture.
     #[arg(long)]
     legend: bool,
@@ -170,6 +179,9 @@ impl Figure {
         }
         setup.split = self.split.unwrap_or(setup.split);
         setup.legend |= self.legend;
+        setup.error_dilation = self.error_dilation.unwrap_or(setup.error_dilation);
+        setup.error_base = self.error_base.unwrap_or(setup.error_base);
+        setup.error_window = self.error_window.unwrap_or(setup.error_window);
         if let Some(overlay) = &self.overlay {
             let (view, opacity) = match overlay.split_once(':') {
                 Some((view, opacity)) => {
@@ -309,6 +321,10 @@ impl Wanted {
 
 /// Opens the window, or where there is no display writes the tour.
 fn open(what: Option<&str>, adapter: Option<&str>) -> Result<()> {
+    // What is not there is said before a window opens.
+    if let Some(what) = what.filter(|w| !builtin::is_builtin(w) && !Path::new(w).exists()) {
+        Setup::open(what)?;
+    }
     match ui::run(what, adapter)? {
         ui::Ended::Closed => Ok(()),
         ui::Ended::NoDisplay(reason) => match what {

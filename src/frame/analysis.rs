@@ -1,9 +1,8 @@
 //! The analysis of a frame: aliasing error of every pixel, view samples of every texel, triangles and rays counted.
 //! It runs, and holds memory, only in frames that ask for it.
 
-use super::{Frame, STORED, Source};
+use super::{Frame, STORED};
 use crate::gpu::{DrawCount, Draws, Gpu, Pass, Resource, Slot};
-use crate::view;
 use anyhow::Result;
 use bytemuck::{Pod, Zeroable};
 
@@ -69,7 +68,8 @@ struct Band {
 
 /// What the last frame's analysis found.
 pub struct Analysis {
-    aliasing: Slot,
+    pub(super) aliasing: Slot,
+    places: Slot,
     maps: Option<Maps>,
     bands: Vec<Band>,
     pub(super) draws: Option<DrawCount>,
@@ -103,6 +103,7 @@ impl Analysis {
     pub(super) fn new(gpu: &Gpu) -> Result<Analysis> {
         Ok(Analysis {
             aliasing: Slot::default(),
+            places: Slot::default(),
             maps: None,
             bands: Vec::new(),
             draws: None,
@@ -119,6 +120,7 @@ impl Analysis {
         self.tables.clear();
         if !wanted {
             self.aliasing = Slot::default();
+            self.places = Slot::default();
             self.bands.clear();
             self.draws = None;
         } else if self.draws.is_none() {
@@ -165,6 +167,19 @@ impl Analysis {
             (Some(_), Some(texture)) => Ok(Some(bytemuck::pod_collect_to_vec(&gpu.read_texture(texture)?))),
             _ => Ok(None),
         }
+    }
+
+    /// Of each pixel its place in the maps, texels, and which map; None: in none.
+    pub(super) fn places(&self, gpu: &Gpu) -> Result<Vec<Option<([f32; 2], u32)>>> {
+        let Some(texture) = self.places.texture() else { return Ok(Vec::new()) };
+        let bytes = gpu.read_texture(texture)?;
+        let place = |p: [f32; 4]| (p[2] >= 0.0).then(|| ([p[0], p[1]], p[2] as u32));
+        Ok(bytes.chunks_exact(16).map(|p| place(bytemuck::pod_read_unaligned(p))).collect())
+    }
+
+    /// The aliasing error and its parts as a texture.
+    pub(super) fn aliasing_view(&self) -> Option<&wgpu::TextureView> {
+        self.maps.and_then(|_| self.aliasing.view())
     }
 
     /// The same four numbers at one pixel.
@@ -271,6 +286,7 @@ impl Frame<'_> {
         let recorder = &mut self.recorder;
         let aliasing =
             analysis.aliasing.get(recorder.gpu, "aliasing", self.size, wgpu::TextureFormat::Rgba32Float, STORED);
+        let places = analysis.places.get(recorder.gpu, "places", self.size, wgpu::TextureFormat::Rgba32Float, STORED);
         analysis.hold(recorder.gpu, maps);
         for band in &analysis.bands {
             recorder.clear(&band.counts);
@@ -279,18 +295,16 @@ impl Frame<'_> {
                 run = run.bind(name, resource.clone());
             }
             run.bind("aliasing_out", &aliasing)
+                .bind("places_out", &places)
                 .bind("counting", &band.uniform)
                 .bind("counts", &band.counts)
                 .per_pixel();
         }
-        let view = self.setup.view.as_str();
-        if view == "counts" {
+        if self.setup.view == "counts" {
             for band in &analysis.bands {
                 let run = recorder.run(&analysis.draw_counts);
                 run.bind("counting", &band.uniform).bind("counts", &band.counts).per_pixel();
             }
-        } else if view::ALIASING.contains(&view) {
-            self.source = Some(Source::Aliasing(aliasing));
         }
     }
 }

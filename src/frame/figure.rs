@@ -1,10 +1,11 @@
 //! A figure: the picture of one technique with an overlay, or of several techniques side by side.
 
-use super::{Ask, Layer, Made, Renderer, STORED, Targets, Told, ViewUniform};
-use crate::gpu::{Recorder, Slot};
+use super::{Ask, Drawing, Layer, Made, NO_FRAME, Renderer, STORED, Targets, Told};
+use crate::gpu::{Gpu, Recorder, Slot};
 use crate::setup::{Arrange, Setup};
-use crate::view::{Drawn, Legend};
-use crate::{techniques, view};
+use crate::techniques;
+use crate::truth::Tracing;
+use crate::view::{self, Drawn, Legend};
 use anyhow::{Context, Result};
 use wgpu::TextureFormat as Format;
 
@@ -56,8 +57,11 @@ pub(super) struct Figure {
     pub(super) layer: Layer,
     /// The last frame was composed into `picture`.
     composed: bool,
-    /// The parts of the last frame.
+    /// The parts of the last frame, and pixels of the whole.
     panes: Vec<Pane>,
+    size: [u32; 2],
+    /// The picture of the first side.
+    first: Slot,
     /// The second side and those behind it.
     beside: Vec<Beside>,
 }
@@ -67,6 +71,7 @@ pub(super) struct Figure {
 struct Beside {
     made: Option<Made>,
     visibility: Slot,
+    picture: Slot,
 }
 
 impl Figure {
@@ -85,6 +90,12 @@ impl Figure {
         self.beside.first().and_then(|b| b.visibility.view())
     }
 
+    /// The picture's rows, from the top, that have what a set-up's view needs.
+    pub(super) fn rows(&self, setup: &Setup, truth: &Tracing) -> u32 {
+        let other = setup.view == "difference" && self.other().is_some();
+        if setup.needs_truth() && !other { truth.rows() } else { u32::MAX }
+    }
+
     /// Where a pixel of the figure lies in the first side's frame; None: another side is there.
     pub(super) fn pixel(&self, [x, y]: [u32; 2]) -> Option<[u32; 2]> {
         if self.panes.is_empty() {
@@ -97,6 +108,11 @@ impl Figure {
         let p = self.panes.iter().find(inside)?;
         Some([x - p.at[0] + p.part[0], y - p.at[1] + p.part[1]])
     }
+}
+
+/// The shaded view.
+pub(super) fn shaded(setup: &Setup) -> Drawing {
+    Drawing::new(setup, view::index("shaded").unwrap_or_default() as u32, Drawn::Common(Legend::None))
 }
 
 const COPIED: wgpu::TextureUsages = STORED.union(wgpu::TextureUsages::COPY_DST);
@@ -115,14 +131,16 @@ impl Renderer {
             return self.render_over(setup, ask);
         }
         let panes = panes(setup, ask.size);
-        // All parts have one size; a side that is not seen is rendered for its figures.
-        let of = |side: usize| panes.iter().find(|p| p.side == side);
+        // All parts have one size.
+        // A side that another arrangement would show at this size is drawn too: the line can then be moved at once.
+        let alone = setup.view == "difference";
+        let seen = |side: usize| !alone || side == 0;
         let size = panes[0].size;
         let mut sides = vec![Vec::new(); setup.sides()];
         let mut told = Told::default();
         // The first one last, so that what is read back is its.
         for i in (0..setup.sides()).rev().filter(|i| !setup.is_truth(*i)) {
-            let ask_side = Ask { size, picture: ask.picture && of(i).is_some(), ..ask };
+            let ask_side = Ask { size, picture: ask.picture && seen(i), ..ask };
             let mut side = setup.side(i);
             if view::check(&side.view, techniques::find_or_say(&side.technique)?).is_err() {
                 side.view = "shaded".into();
@@ -138,18 +156,20 @@ impl Renderer {
             if i > 0 {
                 self.keep_visibility(i)?;
             }
-            if let Some(pane) = of(i).filter(|_| ask.picture) {
-                self.place(pane, ask.size)?;
+            if ask_side.picture {
+                self.keep_picture(i)?;
             }
         }
         for i in (1..setup.sides()).filter(|i| setup.is_truth(*i)) {
-            if let Some(pane) = of(i).filter(|_| ask.picture) {
-                self.shade_again(true, None)?;
-                self.place(pane, ask.size)?;
+            if ask.picture && seen(i) {
+                self.shade_truth(setup)?;
+                self.keep_picture(i)?;
             }
         }
-        self.figure.composed = ask.picture;
-        self.figure.panes = panes;
+        self.figure.size = ask.size;
+        if ask.picture {
+            self.compose(setup)?;
+        }
         told.sides = sides;
         Ok(told)
     }
@@ -176,33 +196,48 @@ impl Renderer {
 
     /// Copies the visibility of the frame just rendered.
     fn keep_visibility(&mut self, side: usize) -> Result<()> {
-        let from = self.targets.visibility.texture().context(super::NO_FRAME)?;
+        let from = self.targets.visibility.texture().context(NO_FRAME)?;
         let size = [from.width(), from.height()];
         self.figure.beside[side - 1].visibility.get(&self.gpu, "visibility of a side", size, Format::R32Float, COPIED);
-        let to = self.figure.beside[side - 1].visibility.texture().context(super::NO_FRAME)?;
-        self.copy(from, [0, 0], to, [0, 0], size);
+        let to = self.figure.beside[side - 1].visibility.texture().context(NO_FRAME)?;
+        copy(&self.gpu, from, [0, 0], to, [0, 0], size);
         Ok(())
     }
 
-    /// Copies the picture just drawn to its place in the figure.
-    fn place(&mut self, pane: &Pane, size: [u32; 2]) -> Result<()> {
+    /// Copies the picture of the side just drawn.
+    fn keep_picture(&mut self, side: usize) -> Result<()> {
+        let slot = match side.checked_sub(1) {
+            Some(i) => &mut self.figure.beside[i].picture,
+            None => &mut self.figure.first,
+        };
+        let from = self.targets.output.texture().context(NO_FRAME)?;
+        let size = [from.width(), from.height()];
+        slot.get(&self.gpu, "picture of a side", size, Format::Rgba8Unorm, COPIED);
+        let to = slot.texture().context(NO_FRAME)?;
+        copy(&self.gpu, from, [0, 0], to, [0, 0], size);
+        Ok(())
+    }
+
+    /// Puts the pictures of the sides together.
+    pub(super) fn compose(&mut self, setup: &Setup) -> Result<()> {
+        let size = self.figure.size;
         self.figure.picture.get(&self.gpu, "figure", size, Format::Rgba8Unorm, COPIED);
-        let from = self.targets.output.texture().context(super::NO_FRAME)?;
-        let to = self.figure.picture.texture().context(super::NO_FRAME)?;
-        let [x, y, w, h] = pane.part;
-        self.copy(from, [x, y], to, pane.at, [w, h]);
-        Ok(())
-    }
-
-    fn copy(&self, from: &wgpu::Texture, at: [u32; 2], to: &wgpu::Texture, goes: [u32; 2], size: [u32; 2]) {
+        let to = self.figure.picture.texture().context(NO_FRAME)?;
+        let panes = panes(setup, size);
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
-        let place = |[x, y]: [u32; 2]| wgpu::Origin3d { x, y, z: 0 };
-        encoder.copy_texture_to_texture(
-            wgpu::TexelCopyTextureInfo { origin: place(at), ..from.as_image_copy() },
-            wgpu::TexelCopyTextureInfo { origin: place(goes), ..to.as_image_copy() },
-            wgpu::Extent3d { width: size[0], height: size[1], depth_or_array_layers: 1 },
-        );
+        // Parts need not fill the whole.
+        encoder.clear_texture(to, &Default::default());
         self.gpu.queue.submit([encoder.finish()]);
+        for pane in &panes {
+            let from = match pane.side.checked_sub(1) {
+                Some(i) => self.figure.beside[i].picture.texture(),
+                None => self.figure.first.texture(),
+            };
+            let [x, y, w, h] = pane.part;
+            copy(&self.gpu, from.context(NO_FRAME)?, [x, y], to, pane.at, [w, h]);
+        }
+        (self.figure.composed, self.figure.panes) = (true, panes);
+        Ok(())
     }
 
     /// Renders one technique's picture, with the set-up's overlay over it.
@@ -214,42 +249,53 @@ impl Renderer {
         let told = rendered?;
         self.figure.over.get(&self.gpu, "overlay", ask.size, Format::Rgba8Unorm, COPIED);
         let (from, to) = (self.targets.output.texture(), self.figure.over.texture());
-        self.copy(from.context(super::NO_FRAME)?, [0, 0], to.context(super::NO_FRAME)?, [0, 0], ask.size);
-        self.shade_again(false, Some(if overlay.inset { 1.0 } else { overlay.opacity.min(0.999) }))?;
+        copy(&self.gpu, from.context(NO_FRAME)?, [0, 0], to.context(NO_FRAME)?, [0, 0], ask.size);
+        let opacity = if overlay.inset { 1.0 } else { overlay.opacity.min(0.999) };
+        self.shade_again(Drawing { layer: Layer::Below, opacity, ..shaded(setup) }, false)?;
         Ok(told)
     }
 
-    /// Draws the last frame's shaded picture again: with the truth, or below the overlay.
-    fn shade_again(&mut self, truth: bool, overlay: Option<f32>) -> Result<()> {
-        let shaded = view::index("shaded").unwrap_or_default() as u32;
-        let layer = if overlay.is_some() { Layer::Below } else { Layer::Alone };
-        let pass = self.shading.pass(&self.gpu, shaded, 0, layer)?;
+    /// Draws the last frame's picture shaded, with the truth in place of the visibility.
+    pub(super) fn shade_truth(&mut self, setup: &Setup) -> Result<()> {
+        self.shade_again(Drawing { rows: self.truth.rows(), ..shaded(setup) }, true)
+    }
+
+    /// Draws the last frame's picture again; `truth`: in place of the visibility.
+    pub(super) fn shade_again(&mut self, picture: Drawing, truth: bool) -> Result<()> {
         let (t, size) = (&self.targets, self.targets.size()?);
-        let exact = Targets::view(self.truth.shown())?;
-        let visibility = if truth { exact } else { Targets::view(&t.visibility)? };
-        let view = ViewUniform { range: [0.0, 1.0], channel: 0, opacity: overlay.unwrap_or(0.0) };
-        self.gpu.queue.write_buffer(&self.view_buffer, 0, bytemuck::bytes_of(&view));
-        let mut recorder = Recorder::new(&self.gpu, &mut self.timer, false, size);
+        let exact = Targets::view(self.truth.shown().context(NO_FRAME)?)?;
+        let map = Targets::view(&t.map)?;
         let over = self.figure.over.get(&self.gpu, "overlay", size, Format::Rgba8Unorm, COPIED);
-        let run = recorder.run(pass).bind("visibility", visibility).bind("truth", exact).bind("other", exact);
-        run.bind("frame", &self.frame_buffer)
-            .bind("g_position", Targets::view(&t.position)?)
-            .bind("g_surface", Targets::view(&t.surface)?)
-            .bind("map", Targets::view(&t.map)?)
-            .bind("shown", Targets::view(&t.map)?)
-            .bind("view", &self.view_buffer)
-            .bind("light_view", &self.no_light_view)
-            .bind("over", &over)
-            .bind("output", Targets::view(&t.output)?)
-            .per_pixel();
-        let bound = [
-            ("frame", (&self.frame_buffer).into()),
-            ("g_position", Targets::view(&t.position)?.into()),
-            ("map", Targets::view(&t.map)?.into()),
-        ];
-        let drawn = Drawn::Common(Legend::None);
-        self.lines.draw(&mut recorder, "shaded", &drawn, view.opacity >= 1.0, &bound, Targets::view(&t.output)?);
+        let mut recorder = Recorder::new(&self.gpu, &mut self.timer, false, size);
+        recorder.set("frame", &self.frame_buffer);
+        recorder.set("visibility", if truth { exact } else { Targets::view(&t.visibility)? });
+        let output = Targets::view(&t.output)?;
+        for (name, view) in [
+            ("g_position", Targets::view(&t.position)?),
+            ("g_surface", Targets::view(&t.surface)?),
+            ("map", map),
+            ("output", output),
+            ("truth", exact),
+            ("other", exact),
+            ("over", &over),
+        ] {
+            recorder.set(name, view);
+        }
+        self.shading.record(&mut recorder, picture, map, (self.offered.as_ref(), self.analysis.aliasing_view()))?;
+        let id = self.seen.map_or("", |v| v.id);
+        self.lines.draw(&mut recorder, id, &picture.drawn, picture.opacity >= 1.0, &[], output);
         recorder.finish()?;
         self.gpu.check()
     }
+}
+
+fn copy(gpu: &Gpu, from: &wgpu::Texture, at: [u32; 2], to: &wgpu::Texture, goes: [u32; 2], size: [u32; 2]) {
+    let mut encoder = gpu.device.create_command_encoder(&Default::default());
+    let place = |[x, y]: [u32; 2]| wgpu::Origin3d { x, y, z: 0 };
+    encoder.copy_texture_to_texture(
+        wgpu::TexelCopyTextureInfo { origin: place(at), ..from.as_image_copy() },
+        wgpu::TexelCopyTextureInfo { origin: place(goes), ..to.as_image_copy() },
+        wgpu::Extent3d { width: size[0], height: size[1], depth_or_array_layers: 1 },
+    );
+    gpu.queue.submit([encoder.finish()]);
 }

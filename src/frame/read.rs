@@ -1,13 +1,14 @@
 //! Reading the last frame back: whole buffers, and the value at one pixel.
 
-use super::{Analysis, Layer, NO_FRAME, Renderer, STORED, Targets};
-use crate::gpu::{Recorder, Slot};
+use super::{Analysis, NO_FRAME, Renderer};
+use crate::gpu::Slot;
 use crate::legend::Known;
 use crate::light::LightView;
-use crate::view::{self, Drawn};
+use crate::measure::causes::CAUSES;
+use crate::setup::Setup;
+use crate::view::Drawn;
 use anyhow::{Context, Result};
 use glam::Vec3;
-use wgpu::TextureFormat as Format;
 
 const PIXEL: wgpu::Extent3d = wgpu::Extent3d { width: 1, height: 1, depth_or_array_layers: 1 };
 
@@ -30,12 +31,12 @@ impl Renderer {
     /// Reads the truth back, a number a pixel: the mean over as many samples as the last frame's set-up names
     /// ([`crate::truth::Samples::shown`]), which with one is the hard truth.
     pub fn read_truth(&self) -> Result<Vec<f32>> {
-        Ok(bytemuck::pod_collect_to_vec(&self.read(self.truth.shown())?))
+        Ok(bytemuck::pod_collect_to_vec(&self.read(self.truth.shown().context(NO_FRAME)?)?))
     }
 
     /// Reads the truth of the one sample at each pixel's centre back, 0 or 1 a pixel.
     pub fn read_hard_truth(&self) -> Result<Vec<f32>> {
-        Ok(bytemuck::pod_collect_to_vec(&self.read(self.truth.hard())?))
+        Ok(bytemuck::pod_collect_to_vec(&self.read(self.truth.hard().context(NO_FRAME)?)?))
     }
 
     /// Reads the technique's own map back, if the last frame's view was one of those: a number a pixel, which the view's
@@ -44,36 +45,17 @@ impl Renderer {
         Ok(bytemuck::pod_collect_to_vec(&self.read(&self.targets.map)?))
     }
 
-    /// The last frame's picture with the truth in place of the technique's visibility, as [`Renderer::read_picture`]
-    /// gives it. That frame must have drawn the view `shaded` and traced the truth.
-    pub fn read_truth_picture(&mut self) -> Result<Vec<u8>> {
-        let shaded = view::index("shaded").unwrap_or_default() as u32;
-        let pass = self.shading.pass(&self.gpu, shaded, 0, Layer::Alone)?;
-        let (t, size) = (&self.targets, self.targets.size()?);
-        let (truth, map) = (Targets::view(self.truth.shown())?, Targets::view(&t.map)?);
-        let mut picture = Slot::default();
-        let output = picture.get(&self.gpu, "picture of the truth", size, Format::Rgba8Unorm, STORED);
-        let mut recorder = Recorder::new(&self.gpu, &mut self.timer, false, size);
-        recorder
-            .run(pass)
-            .bind("frame", &self.frame_buffer)
-            .bind("view", &self.view_buffer)
-            .bind("g_position", Targets::view(&t.position)?)
-            .bind("g_surface", Targets::view(&t.surface)?)
-            .bind("visibility", truth)
-            .bind("truth", truth)
-            .bind("map", map)
-            .bind("shown", map)
-            .bind("light_view", &self.no_light_view)
-            .bind("output", &output)
-            .per_pixel();
-        recorder.finish()?;
-        self.read(&picture)
+    /// Draws the last frame's picture shaded with the truth in place of the technique's visibility, and reads it back as
+    /// [`Renderer::read_picture`] would. That frame must have traced the truth.
+    pub fn read_truth_picture(&mut self, setup: &Setup) -> Result<Vec<u8>> {
+        self.shade_truth(setup)?;
+        self.read(&self.targets.output)
     }
 
     /// How many of the technique's and of the truth's rays gave up before they knew (`max_visits`).
     pub fn read_gave_up(&self) -> Result<[u32; 2]> {
-        Ok([self.read_tally(&self.tally)?[0], self.read_tally(&self.truth.tally)?[0]])
+        let truth = self.truth.tally().context(NO_FRAME)?;
+        Ok([self.read_tally(&self.tally)?[0], self.read_tally(truth)?[0]])
     }
 
     /// What the last frame did not do as it should, a sentence each.
@@ -100,9 +82,11 @@ impl Renderer {
             let bytes = self.gpu.read_range(splits, 0, (u64::from(*cascades) + 1) * 4)?;
             known.splits = bytemuck::pod_collect_to_vec(&bytes);
         }
-        if let Some(light_view) = &self.seen_light {
-            let view: LightView =
-                bytemuck::pod_read_unaligned(&self.gpu.read_buffer(light_view)?[..size_of::<LightView>()]);
+        if self.seen.is_some_and(|v| matches!(v.drawn, Drawn::Depth))
+            && let Some(maps) = &self.offered
+        {
+            let bytes = self.gpu.read_range(&maps.light_views, 0, size_of::<LightView>() as u64)?;
+            let view: LightView = bytemuck::pod_read_unaligned(&bytes);
             known.depth = Some([view.near, view.far]);
         }
         Ok(known)
@@ -120,22 +104,6 @@ impl Renderer {
     /// What the last frame's analysis found; empty unless that frame was analysed.
     pub fn analysis(&self) -> &Analysis {
         &self.analysis
-    }
-
-    /// Classes of the last frame's pixels, as [`crate::measure::metrics`] names them.
-    pub fn read_mask(&mut self) -> Result<Vec<u32>> {
-        let size = self.targets.size()?;
-        let mask = self.targets.mask.get(&self.gpu, "mask", size, Format::R32Uint, STORED);
-        let mut recorder = Recorder::new(&self.gpu, &mut self.timer, false, size);
-        recorder
-            .run(&self.classify)
-            .bind("frame", &self.frame_buffer)
-            .bind("g_position", Targets::view(&self.targets.position)?)
-            .bind("g_surface", Targets::view(&self.targets.surface)?)
-            .bind("mask", &mask)
-            .per_pixel();
-        recorder.finish()?;
-        Ok(bytemuck::pod_collect_to_vec(&self.read(&self.targets.mask)?))
     }
 
     /// Reads world positions back; w is the depth along the camera's axis, 0 for background.
@@ -196,8 +164,17 @@ impl Renderer {
         let visibility = self.value(&self.targets.visibility, pixel)?;
         Ok(match view.id {
             "visibility" => Some(format!("visibility {}", short(visibility))),
-            "truth" | "error" | "acne" | "detachment" => {
-                let truth = self.value(self.truth.shown(), pixel)?;
+            "causes" => {
+                let class = self.value(&self.targets.map, pixel)? as usize;
+                CAUSES.get(class.wrapping_sub(1)).map(|c| c.title.into())
+            }
+            "error-density" => {
+                let share = self.value(&self.targets.map, pixel)?;
+                (share >= 0.0).then(|| format!("{} % of the pixels around are wrong", short(100.0 * share)))
+            }
+            "flip" => Some(format!("FLIP {}", short(self.value(&self.targets.map, pixel)?))),
+            "truth" | "error" | "error-size" | "difference" => {
+                let truth = self.value(self.truth.shown().context(NO_FRAME)?, pixel)?;
                 Some(format!("visibility {}, truth {}", short(visibility), short(truth)))
             }
             _ => None,

@@ -42,7 +42,21 @@ pub struct Gpu {
     error: Arc<Mutex<Option<String>>>,
     /// Frames recorded so far.
     frames: AtomicU64,
+    /// Whether the frame that is being rendered is no longer wanted.
+    unwanted: Mutex<Option<Box<dyn Fn() -> bool + Send + Sync>>>,
 }
+
+/// What a frame fails with that was given up because it was no longer wanted ([`Gpu::give_up_when`]).
+#[derive(Debug)]
+pub struct GivenUp;
+
+impl std::fmt::Display for GivenUp {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        f.write_str("the frame was given up")
+    }
+}
+
+impl std::error::Error for GivenUp {}
 
 /// What we use where an adapter has it; nothing of it is required.
 const WANTED: wgpu::Features = wgpu::Features::TIMESTAMP_QUERY
@@ -128,7 +142,21 @@ impl Gpu {
             shaders: Shaders::default(),
             error,
             frames: AtomicU64::new(0),
+            unwanted: Mutex::new(None),
         })
+    }
+
+    /// From here on frames ask `unwanted` between their passes, and fail with [`GivenUp`] where it says yes. Where passes
+    /// are not waited for it is asked as they are recorded.
+    pub fn give_up_when(&self, unwanted: impl Fn() -> bool + Send + Sync + 'static) {
+        if let Ok(mut slot) = self.unwanted.lock() {
+            *slot = Some(Box::new(unwanted));
+        }
+    }
+
+    /// Whether the frame that is being rendered is to be given up.
+    fn unwanted(&self) -> bool {
+        self.unwanted.lock().is_ok_and(|slot| slot.as_ref().is_some_and(|ask| ask()))
     }
 
     /// Most bytes that a storage buffer may have and be bound with.
@@ -180,6 +208,14 @@ impl Gpu {
         encoder.copy_buffer_to_buffer(buffer, offset, &staging, 0, size);
         self.queue.submit([encoder.finish()]);
         self.read_staging(&staging)
+    }
+
+    /// Writes a whole 2D texture, rows from the top without padding. It needs the usage `COPY_DST`.
+    pub fn write_texture(&self, texture: &wgpu::Texture, texels: &[u8]) {
+        let size = texture.size();
+        let bytes_per_row = Some((texels.len() / size.height as usize) as u32);
+        let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row, rows_per_image: None };
+        self.queue.write_texture(texture.as_image_copy(), texels, layout, size);
     }
 
     /// Reads a 2D texture back, rows from the top without padding. It needs the usage `COPY_SRC`.

@@ -1,8 +1,8 @@
 //! Passes: a pipeline whose resources are bound by their WGSL names, recorded and timed.
 
-use super::Gpu;
 use super::shader::Binding;
 use super::timer::{DrawCount, MAX_DRAWS, MAX_PASSES, Pending, Timer, TimerMode};
+use super::{GivenUp, Gpu};
 use crate::params::Group;
 use anyhow::{Context, Result};
 use std::cell::RefCell;
@@ -331,6 +331,16 @@ impl<'a> Recorder<'a> {
         }
     }
 
+    /// Whether each pass is waited for, so that a frame can be given up between two of them.
+    pub fn waits(&self) -> bool {
+        self.timer.mode == TimerMode::Wall
+    }
+
+    /// Whether something went wrong, and nothing more is recorded.
+    pub fn failed(&self) -> bool {
+        self.error.is_some()
+    }
+
     /// Milliseconds spent so far in waiting for passes (wall-clock timing only).
     pub fn waited(&self) -> f64 {
         self.timer.wall.iter().sum()
@@ -506,6 +516,9 @@ impl Run<'_, '_> {
         write: impl FnOnce(&mut wgpu::CommandEncoder, &Pass, &[wgpu::BindGroup], Option<(&wgpu::QuerySet, u32)>),
     ) {
         let Run { recorder, pass, name, extra, .. } = self;
+        if recorder.error.is_none() && recorder.gpu.unwanted() {
+            recorder.error = Some(GivenUp.into());
+        }
         if recorder.error.is_some() {
             return;
         }
@@ -529,12 +542,11 @@ impl Run<'_, '_> {
             Some((set, _)) if timed => Some((set, timer.names.len() as u32 * 2)),
             _ => None,
         };
-        let wall = timed && timer.mode == TimerMode::Wall;
         write(&mut recorder.encoder, pass, &groups, first);
         if timed {
             timer.names.push(name);
         }
-        if wall {
+        if recorder.waits() {
             let start = Instant::now();
             recorder.submit();
             if let Err(e) = recorder.gpu.wait() {

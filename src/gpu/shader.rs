@@ -223,6 +223,7 @@ fn storage_format(format: naga::StorageFormat) -> Result<wgpu::TextureFormat> {
     Ok(match format {
         naga::StorageFormat::R32Float => wgpu::TextureFormat::R32Float,
         naga::StorageFormat::R32Uint => wgpu::TextureFormat::R32Uint,
+        naga::StorageFormat::Rgba32Uint => wgpu::TextureFormat::Rgba32Uint,
         naga::StorageFormat::Rgba8Unorm => wgpu::TextureFormat::Rgba8Unorm,
         naga::StorageFormat::Rgba16Float => wgpu::TextureFormat::Rgba16Float,
         naga::StorageFormat::Rgba32Float => wgpu::TextureFormat::Rgba32Float,

@@ -15,7 +15,7 @@ use anyhow::{Context, Result};
 /// # Errors
 /// A light that the technique or the truth does not serve, or what the device reports.
 pub fn errors(renderer: &mut Renderer, setup: &Setup) -> Result<Errors> {
-    Ok(compare(renderer, &Setup { truth_samples: Samples::Fixed(1), ..setup.alone() }, false)?.0)
+    Ok(compare(renderer, &Setup { truth_samples: Samples::Fixed(1), ..setup.clone() }, false)?.0)
 }
 
 /// Renders technique and truth and counts the errors; with `all` also the shaded picture, the analysis, and how far the
@@ -38,13 +38,14 @@ fn compare(renderer: &mut Renderer, setup: &Setup, all: bool) -> Result<(Errors,
 /// # Errors
 /// As [`errors`].
 pub fn accuracy(renderer: &mut Renderer, setup: &Setup, index: u64) -> Result<Record> {
-    let setup = &setup.alone();
     let samples = setup.truth_samples.measured();
     // Another view would change the picture, and a technique's own trace rays of its own.
-    let shaded = Setup { view: "shaded".into(), truth_samples: Samples::Fixed(samples), ..setup.clone() };
+    let shaded = Setup { truth_samples: Samples::Fixed(samples), ..setup.measured() };
     let (e, contour, told) = compare(renderer, &shaded, true)?;
     let picture = renderer.read_picture()?;
-    let exact = renderer.read_truth_picture()?;
+    let exact = renderer.read_truth_picture(&shaded)?;
+    let [acne_share, detachment_share, leak_share, missing_caster_share, stairs_share] =
+        renderer.read_causes()?.shares();
     let (gpu, analysis) = (&renderer.gpu, renderer.analysis());
     let maps = analysis.maps();
     let m = analysis.aliasing(gpu)?.and_then(|pixels| Aliasing::of(&pixels));
@@ -70,7 +71,7 @@ pub fn accuracy(renderer: &mut Renderer, setup: &Setup, index: u64) -> Result<Re
     Ok(Record {
         index,
         technique: setup.technique.clone(),
-        params: params_text(setup.values()),
+        params: params_text(setup),
         scene: setup.scene.clone(),
         width: setup.size[0],
         height: setup.size[1],
@@ -83,6 +84,11 @@ pub fn accuracy(renderer: &mut Renderer, setup: &Setup, index: u64) -> Result<Re
         outside: e.outside,
         background: e.background,
         error_share: e.share(),
+        acne_share,
+        detachment_share,
+        leak_share,
+        missing_caster_share,
+        stairs_share,
         truth_samples: samples,
         rmse: e.rmse,
         mae: e.mae,
@@ -136,7 +142,9 @@ pub fn accuracy(renderer: &mut Renderer, setup: &Setup, index: u64) -> Result<Re
         driver: renderer.gpu.info.driver_info.clone(),
         software: renderer.gpu.software(),
         notes: notes.join(" "),
-        setup: serde_json::to_string(setup).context("the set-up cannot be written as JSON")?,
+        // A shadow camera had no part in it.
+        setup: serde_json::to_string(&Setup { shadow_camera: None, outlines: false, ..setup.clone() })
+            .context("the set-up cannot be written as JSON")?,
         ..Record::default()
     })
 }

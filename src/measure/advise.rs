@@ -276,7 +276,8 @@ fn alike(rows: &[Record], answer: usize, meets: impl Fn(usize) -> bool) -> Vec<u
 /// The values of the technique's main parameters, `resolution=1024 kernel=3`.
 pub fn brief(setup: &Setup) -> String {
     let main = techniques::find(&setup.technique).map_or(&[][..], |i| i.main);
-    let one = |(name, _): &(&str, &str)| setup.values().get(*name).map(|v| format!("{name}={v}"));
+    let values = setup.meaningful();
+    let one = |(name, _): &(&str, &str)| values.get(*name).map(|v| format!("{name}={v}"));
     main.iter().filter_map(one).collect::<Vec<_>>().join(" ")
 }
 
@@ -288,7 +289,7 @@ fn lines(setup: &Setup, techniques: &[String], axes: &[Axis]) -> Result<(Vec<Set
     let mut keys: Vec<(usize, Values)> = Vec::new();
     for (i, configuration) in all.iter().enumerate() {
         let family = techniques.iter().position(|t| *t == configuration.technique).unwrap_or(0);
-        let mut key = configuration.values().clone();
+        let mut key = configuration.meaningful();
         chart::main_parameter(&configuration.technique).map(|name| key.remove(name));
         let key = (family, key);
         let line = keys.iter().position(|k| *k == key).unwrap_or_else(|| {

@@ -50,6 +50,8 @@ pub struct Errors {
     pub rmse_penumbra: Option<f64>,
     /// None: no wrong pixel, or no true boundary in the picture.
     pub boundary: Option<Boundary>,
+    /// The wrong pixels by cause ([`super::causes::CAUSES`]), where they were told apart.
+    pub causes: Option<[usize; 5]>,
 }
 
 impl Errors {
@@ -116,6 +118,36 @@ pub fn errors(visibility: &[f32], hard: &[f32], mean: &[f32], mask: &[u32], widt
     e
 }
 
+/// Share of wrong labels among the pixels that can be wrong in a square of `window` pixels around each, 0 to 1; -1 where none
+/// can, and around pixels that cannot. Arguments as for [`errors`].
+pub fn density(visibility: &[f32], hard: &[f32], mask: &[u32], width: usize, window: usize) -> Vec<f32> {
+    let height = mask.len() / width;
+    // Sums over all pixels above and to the left.
+    let mut sums = vec![[0u32; 2]; (width + 1) * (height + 1)];
+    for y in 0..height {
+        let mut row = [0; 2];
+        for x in 0..width {
+            let i = y * width + x;
+            let facing = mask[i] == FACING;
+            row[0] += facing as u32;
+            row[1] += (facing && (visibility[i] >= 0.5) != (hard[i] >= 0.5)) as u32;
+            let above = sums[y * (width + 1) + x + 1];
+            sums[(y + 1) * (width + 1) + x + 1] = [above[0] + row[0], above[1] + row[1]];
+        }
+    }
+    let half = window / 2;
+    let share = |i: usize| {
+        let (x, y) = (i % width, i / width);
+        let [left, right] = [x.saturating_sub(half), (x + half + 1).min(width)];
+        let [top, bottom] = [y.saturating_sub(half), (y + half + 1).min(height)];
+        let at = |x: usize, y: usize| sums[y * (width + 1) + x];
+        let (a, b, c, d) = (at(left, top), at(right, top), at(left, bottom), at(right, bottom));
+        let [facing, wrong] = [0, 1].map(|k| a[k] + d[k] - b[k] - c[k]);
+        if mask[i] == FACING { wrong as f32 / facing as f32 } else { -1.0 }
+    };
+    (0..mask.len()).into_par_iter().map(share).collect()
+}
+
 /// Root mean square difference of two pictures of four bytes a pixel over red, green and blue, each 0 to 1 as encoded.
 pub fn rmse_image(a: &[u8], b: &[u8]) -> f64 {
     let square = |(a, b): (&u8, &u8)| (*a as f64 - *b as f64).powi(2);
@@ -127,10 +159,15 @@ pub fn rmse_image(a: &[u8], b: &[u8]) -> f64 {
 /// Mean FLIP difference of two sRGB pictures of four bytes a pixel and equal size (Andersson et al. 2020), 0 to 1, seen
 /// from where 67 pixels span a degree: a 0.7 m wide monitor of 3840 pixels from 0.7 m.
 pub fn flip(reference: &[u8], test: &[u8], size: [u32; 2]) -> f64 {
+    let map = flip_map(reference, test, size);
+    map.iter().map(|x| *x as f64).sum::<f64>() / map.len().max(1) as f64
+}
+
+/// The same difference of each pixel.
+pub fn flip_map(reference: &[u8], test: &[u8], size: [u32; 2]) -> Vec<f32> {
     let rgb = |bytes: &[u8]| bytes.chunks_exact(4).flat_map(|p| [p[0], p[1], p[2]]).collect::<Vec<u8>>();
     let image = |bytes: &[u8]| nv_flip::FlipImageRgb8::with_data(size[0], size[1], &rgb(bytes));
-    let map = nv_flip::flip(image(reference), image(test), nv_flip::DEFAULT_PIXELS_PER_DEGREE).to_vec();
-    map.iter().map(|x| *x as f64).sum::<f64>() / map.len().max(1) as f64
+    nv_flip::flip(image(reference), image(test), nv_flip::DEFAULT_PIXELS_PER_DEGREE).to_vec()
 }
 
 /// A quantile of ascending values, by the nearest rank.

@@ -3,6 +3,7 @@
 mod accuracy;
 pub mod advise;
 pub mod analysis;
+pub mod causes;
 pub mod contour;
 pub mod metrics;
 mod record;

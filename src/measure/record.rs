@@ -1,7 +1,7 @@
 //! One measured configuration as one flat row: the same names in CSV, JSON, charts and docs/measures.md.
 
 use crate::capture;
-use crate::params::{Value, Values};
+use crate::params::Value;
 use crate::setup::Setup;
 use anyhow::{Context, Result, ensure};
 use serde::{Deserialize, Serialize};
@@ -16,7 +16,7 @@ pub struct Record {
     /// Configurations that the whole sweep has.
     pub configurations: u64,
     pub technique: String,
-    /// All of the technique's parameters, `name=value` separated by semicolons.
+    /// The technique's parameters that mean something beside each other, `name=value` separated by semicolons.
     pub params: String,
     pub scene: String,
     /// Width and height of the picture, pixels.
@@ -35,6 +35,12 @@ pub struct Record {
     pub background: usize,
     /// Wrong pixels as a share of those that can be wrong, 0 to 1.
     pub error_share: f64,
+    /// The same by what caused it ([`super::causes::CAUSES`]): they add up to `error_share`.
+    pub acne_share: f64,
+    pub detachment_share: f64,
+    pub leak_share: f64,
+    pub missing_caster_share: f64,
+    pub stairs_share: f64,
     /// Samples a pixel of the truth that the sizes of errors below are against; the counts above are against one.
     pub truth_samples: u32,
     /// Visibility minus truth over the pixels that can be wrong: root mean square, mean of the absolute value, its largest,
@@ -164,9 +170,9 @@ impl Record {
     }
 }
 
-/// Parameters as [`Record::params`] holds them.
-pub fn params_text(values: &Values) -> String {
-    values.iter().map(|(k, v): (&String, &Value)| format!("{k}={v}")).collect::<Vec<_>>().join(";")
+/// The selected technique's parameters as [`Record::params`] holds them.
+pub fn params_text(setup: &Setup) -> String {
+    setup.meaningful().iter().map(|(k, v): (&String, &Value)| format!("{k}={v}")).collect::<Vec<_>>().join(";")
 }
 
 /// Writes rows as CSV with a line of names.

@@ -162,7 +162,7 @@ fn command(records: &[Record], base: &Setup) -> Result<(String, usize)> {
     let there = expand(base, &techniques, &axes, false)?;
     let config = |technique: &str, params: &str| (technique.to_string(), params.to_string());
     let wanted: BTreeSet<_> = records.iter().map(|r| config(&r.technique, &r.params)).collect();
-    let swept: BTreeSet<_> = there.iter().map(|s| config(&s.technique, &params_text(s.values()))).collect();
+    let swept: BTreeSet<_> = there.iter().map(|s| config(&s.technique, &params_text(s))).collect();
     ensure!(wanted.is_subset(&swept), "the rows' parameters are not those of their set-ups");
     // The same configuration measured twice is no more of the sweep.
     let again = records.len() - wanted.len();

@@ -1,5 +1,6 @@
 //! The configurations of a sweep: techniques × parameter values.
 
+use super::params_text;
 use crate::params::{Kind, Value};
 use crate::setup::Setup;
 use crate::techniques;
@@ -107,7 +108,7 @@ fn numbers(from: &str, to: &str, step: Option<(&str, &str)>) -> Result<Vec<Strin
 
 /// Every configuration of the techniques over the axes, in the order of both; the first axis changes slowest. Of
 /// techniques that share no axis each has only the combinations of its own. `main`: each technique's main parameters
-/// that no axis names are varied too.
+/// that no axis names are varied too. Of configurations that differ only where it means nothing the first stays.
 ///
 /// # Errors
 /// A value that is not allowed, or a parameter that no technique has.
@@ -155,6 +156,8 @@ pub fn expand(setup: &Setup, techniques: &[String], axes: &[Axis], main: bool) -
             ensure!(out.len() + next.len() <= MOST, "the sweep has more than {MOST} configurations");
             these = next;
         }
+        let mut seen = BTreeSet::new();
+        these.retain(|s| seen.insert(params_text(s)));
         out.append(&mut these);
     }
     Ok(out)

@@ -17,6 +17,8 @@ pub use crate::scene::builtin::CASES;
 pub struct Case {
     /// Also the name of its scene.
     pub id: &'static str,
+    /// What it is about: `Contact: peter-panning`.
+    pub title: &'static str,
     /// What it provokes and in which techniques, a sentence.
     pub doc: &'static str,
     /// What runs along the path, with its unit: `sun elevation, °`.
@@ -133,7 +135,7 @@ pub fn run(
     watch: &mut dyn FnMut(f32) -> bool,
 ) -> Result<Stability> {
     // A technique's own map would need that technique.
-    let mut start = Setup { view: "shaded".into(), ..setup.alone() };
+    let mut start = setup.measured();
     (case.place)(&mut start, 0.0);
     let [width, height] = setup.size;
     let mut found = Stability { case: case.id.into(), axis: case.axis.into(), width, height, ..Stability::default() };
@@ -147,7 +149,7 @@ pub fn run(
         } else {
             let mut setup = start.clone();
             setup.select(id)?;
-            let track = Track { technique: id.clone(), params: params_text(setup.values()), points: Vec::new() };
+            let track = Track { technique: id.clone(), params: params_text(&setup), points: Vec::new() };
             lanes.push(Lane { setup, made: None, last: Shadow::default(), track });
         }
     }

@@ -155,7 +155,7 @@ fn with_baselines(setups: &[Setup]) -> Result<(Vec<Setup>, Baselines)> {
 
 /// The place of a baseline among set-ups, added if it is not there.
 fn lane_of(lanes: &mut Vec<Setup>, base: &Setup) -> usize {
-    let same = |s: &Setup| s.technique == base.technique && s.values() == base.values() && s.size == base.size;
+    let same = |s: &Setup| s.technique == base.technique && s.meaningful() == base.meaningful() && s.size == base.size;
     lanes.iter().position(same).unwrap_or_else(|| {
         lanes.push(base.clone());
         lanes.len() - 1

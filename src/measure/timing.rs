@@ -74,7 +74,7 @@ struct Lane<'a> {
 /// What the device reports, or that it was stopped.
 pub fn time(renderer: &mut Renderer, setups: &[Setup], tick: &mut dyn FnMut(f32) -> bool) -> Result<Vec<Times>> {
     // A technique's own map would add passes that are not part of it.
-    let setups: Vec<Setup> = setups.iter().map(|s| Setup { view: "shaded".into(), ..s.alone() }).collect();
+    let setups: Vec<Setup> = setups.iter().map(|s| s.measured()).collect();
     let lane = |setup| Lane { setup, made: None, totals: Vec::new(), cpu: Vec::new(), passes: Vec::new() };
     let mut lanes: Vec<Lane> = setups.iter().map(lane).collect();
     let software = renderer.gpu.software();

@@ -78,6 +78,7 @@ pub struct Geometry {
     /// Of the triangles without those that would stop no ray beside their exact duplicates.
     pub bvh: Bvh,
     hull: OnceLock<Polyhedron>,
+    casters: OnceLock<Vec<u32>>,
 }
 
 impl Geometry {
@@ -115,7 +116,15 @@ impl Geometry {
             distinct.iter().map(|i| Triangle { v0: corner(*i, 0), v1: corner(*i, 1), v2: corner(*i, 2) }).collect();
         let mut bvh = Bvh::new(&tris);
         bvh.order.iter_mut().for_each(|i| *i = distinct[*i as usize]);
-        Ok(Geometry { bounds: bvh.bounds, vertices, triangles, opaque, bvh, hull: OnceLock::new() })
+        Ok(Geometry {
+            bounds: bvh.bounds,
+            vertices,
+            triangles,
+            opaque,
+            bvh,
+            hull: OnceLock::new(),
+            casters: OnceLock::new(),
+        })
     }
 
     /// The three corners of a triangle.
@@ -131,6 +140,38 @@ impl Geometry {
             self.triangles.iter().flat_map(|t| &t[..3]).for_each(|i| used[*i as usize] = true);
             let corners = self.vertices.iter().zip(used).filter(|(_, used)| *used);
             convex_hull(corners.map(|(v, _)| v.position.as_dvec3()))
+        })
+    }
+
+    /// For each triangle a number that those which hang together share, corner by corner; made when it is first asked for.
+    pub fn casters(&self) -> &[u32] {
+        self.casters.get_or_init(|| {
+            // The first vertex at each place, and of each such vertex one that hangs together with it.
+            let mut places = HashMap::new();
+            let first: Vec<u32> = (self.vertices.iter().zip(0..))
+                .map(|(v, i)| *places.entry(v.position.to_array().map(|x| (x + 0.0).to_bits())).or_insert(i))
+                .collect();
+            let mut parent: Vec<u32> = (0..self.vertices.len() as u32).collect();
+            let root = |parent: &mut [u32], mut i: u32| {
+                while parent[i as usize] != i {
+                    parent[i as usize] = parent[parent[i as usize] as usize];
+                    i = parent[i as usize];
+                }
+                i
+            };
+            for t in &self.triangles {
+                let [a, b, c] = [t[0], t[1], t[2]].map(|i| root(&mut parent, first[i as usize]));
+                parent[b as usize] = a;
+                let c = root(&mut parent, c);
+                parent[c as usize] = a;
+            }
+            let mut numbers = HashMap::new();
+            (self.triangles.iter())
+                .map(|t| {
+                    let (next, root) = (numbers.len() as u32, root(&mut parent, first[t[0] as usize]));
+                    *numbers.entry(root).or_insert(next)
+                })
+                .collect()
         })
     }
 

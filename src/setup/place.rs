@@ -119,6 +119,7 @@ impl Serialize for Setup {
 impl<'de> Deserialize<'de> for Setup {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Setup, D::Error> {
         let mut table = Table::deserialize(deserializer)?;
+        super::shape::rename(&mut table);
         let origin = table.get("origin").map_or(Ok(DVec3::ZERO), |o| o.clone().try_into());
         take_off(&mut table, origin.map_err(D::Error::custom)?);
         Setup::deserialize(Value::Table(table)).map_err(D::Error::custom)

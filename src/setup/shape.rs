@@ -43,6 +43,9 @@ const TOP: &[Rule] = &[
     ("size", two_counts, "two whole numbers from 1 to 16384 pixels, such as [1280, 720]"),
     ("seed", count, "a whole number from 0 to 4294967295"),
     ("truth_samples", samples, Samples::TAKES),
+    ("error_dilation", count, "0, 1 or 2 pixels"),
+    ("error_base", |v| matches!(v.as_str(), Some("dark" | "light")), "\"dark\" or \"light\""),
+    ("error_window", count, "an odd number from 1 to 255 pixels"),
     ("outlines", Value::is_bool, "true or false"),
     ("camera", |v| v.is_str() || v.is_table(), "a camera's name, in quotes, or a table"),
     ("shadow_camera", |v| v.is_str() || v.is_table(), "a camera's name, in quotes, or a table"),
@@ -100,6 +103,34 @@ const SIDE: &[Rule] = &[
     ("technique", text, "a technique's id or truth, in quotes"),
     ("params", Value::is_table, "a table of the technique's parameters"),
 ];
+/// Parameters that once had another name: technique, then and now. Files and rows written then still open.
+const RENAMED: [(&str, &str, &str); 13] = [
+    ("pssm", "delta_bias", "split_bias"),
+    ("psm", "delta_mode", "slide"),
+    ("psm", "delta", "slide_back"),
+    ("psm", "least_near", "min_near"),
+    ("psm", "push", "push_near"),
+    ("rtw", "p", "power"),
+    ("rtw", "k_e", "edge_weight"),
+    ("rtw", "tau", "edge_threshold"),
+    ("rtw", "k_n", "normal_weight"),
+    ("rtw", "importance_resolution", "importance_bins"),
+    ("rtw", "sigma", "profile_blur"),
+    ("rtw", "e", "floor"),
+    ("tsm", "p", "focus_share"),
+];
+
+/// Gives the parameters of a set-up the names that they have now.
+pub fn rename(setup: &mut Table) {
+    let Some(Value::Table(params)) = setup.get_mut("params") else { return };
+    for (id, then, now) in RENAMED {
+        if let Some(Value::Table(values)) = params.get_mut(id)
+            && let Some(value) = values.remove(then)
+        {
+            values.entry(now).or_insert(value);
+        }
+    }
+}
 
 /// Refuses keys that do not exist, and values of the wrong type.
 pub fn check(table: &Table) -> Result<()> {

@@ -14,16 +14,20 @@ use anyhow::{Result, ensure};
 crate::params! {
     /// How the grid follows the silhouettes.
     pub struct DsmParams {
-        /// Cells along a side of the warp's grid. Many: the warp follows thin silhouettes, and triangles cross more bends.
-        grid: int(32, 8..=128, "cells"),
-        /// Smallest jump in depth between neighbouring texels that counts as an edge, as a share of the map's depth range. Small: slopes that the light grazes are edges too. Large: low casters are missed.
-        depth_threshold: float(0.01, 0.001..=0.1, "× depth range"),
-        /// Importance of a cell without an edge; one with nothing but edges has 1 on top. Small: edges get nearly the whole map.
-        floor: float(0.1, 0.01..=1.0, ""),
-        /// Steps that the nodes take. Wide moves need many.
-        iterations: int(50, 10..=200, "steps"),
-        /// How much of its own best step a node takes at a time. A step that helps not is halved.
-        relaxation: float(0.3, 0.05..=1.0, ""),
+        "Importance" {
+            /// The smallest jump in depth between neighbouring texels that counts as an edge. Small: slopes that the light grazes count as edges too. Large: low casters are missed.
+            depth_threshold: float(0.01, 0.001..=0.1, "× range"),
+            /// Importance of a cell without an edge; a cell full of edges has 1 on top of it. Small: edges get nearly the whole map.
+            floor: float(0.1, 0.01..=1.0, ""),
+        }
+        "Grid" {
+            /// Cells along each side of the grid. With many, the warp follows thin silhouettes, but triangles cross more bends.
+            grid: int(32, 8..=128, "cells"),
+            /// Steps that the nodes take. Long moves need many.
+            iterations: int(50, 10..=200, "steps"),
+            /// How much of its own best step a node takes each time. A step that does not help is halved.
+            relaxation: float(0.3, 0.05..=1.0, ""),
+        }
     }
 }
 
@@ -31,6 +35,7 @@ pub static INFO: Info = Info {
     id: "dsm",
     title: "Distorted shadow mapping",
     paper: "Jia, Luo, Zhang 2013",
+    family: "Warping",
     doc: "Draws a plain map, finds the jumps in its depth, and distorts a grid over the map so that these silhouettes get \
           more texels. It knows nothing of the camera: edges that nobody sees get as much.",
     lights: &["directional", "spot"],

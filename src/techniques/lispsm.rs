@@ -15,12 +15,14 @@ use glam::DVec2;
 crate::params! {
     /// How strongly the map is warped, and over what.
     pub struct LispsmParams {
-        /// 0: not at all, a plain map. 1: the warp with the smallest worst error along the view (n_opt). Above it: more texels near, fewer far, towards a perspective shadow map.
-        strength: float(1.0, 0.0..=2.0, "× warp of n_opt"),
-        /// The |cos γ| from which the warp fades out, γ being the angle between gaze and light.
-        fade: float(0.9, 0.8..=0.99, ""),
-        /// Fit the map to what the camera sees: first to the scene's box cut by its frustum, then to the receivers themselves. Off: to the whole scene.
-        focus: flag(true),
+        "Warp" {
+            /// How strong the warp is. 0: a plain map. 1: the warp with the smallest worst error along the view (n_opt). Above 1: more texels near the camera and fewer far away, towards a perspective shadow map.
+            strength: float(1.0, 0.0..=2.0, "× n_opt"),
+            /// The |cos γ| at which the warp begins to fade out, γ being the angle between the gaze and the light.
+            fade: float(0.9, 0.8..=0.99, "") if strength > 0.0,
+            /// Fit the map to what the camera sees: first to the part of the scene's box inside its frustum, then to the receivers themselves. Off: to the whole scene.
+            focus: flag(true),
+        }
     }
 }
 
@@ -28,6 +30,7 @@ pub static INFO: Info = Info {
     id: "lispsm",
     title: "Light space perspective shadow map",
     paper: "Wimmer, Scherzer, Purgathofer 2004",
+    family: "Warping",
     doc: "A shadow map warped along the view, so that texels are small near the camera and large far away. Where gaze and \
           light are parallel there is nothing to gain, and the warp fades out.",
     lights: &["directional", "spot"],

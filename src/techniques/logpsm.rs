@@ -17,12 +17,14 @@ use glam::DVec2;
 crate::params! {
     /// How strongly the map is warped, and over what.
     pub struct LogpsmParams {
-        /// 0: not at all, a plain map. 0.5: the perspective of n_opt, under a logarithm. 1: the perspective of the view itself; with the logarithm the aliasing error is then the same all along the view.
-        strength: float(1.0, 0.0..=1.0, ""),
-        /// The |cos γ| from which the warp fades out, γ being the angle between gaze and light.
-        fade: float(0.9, 0.8..=0.99, ""),
-        /// Fit the map to what the camera sees: first to the scene's box cut by its frustum, then to the receivers themselves. Off: to the whole scene.
-        focus: flag(true),
+        "Warp" {
+            /// How strong the warp is. 0: a plain map. 0.5: the perspective of n_opt, followed by a logarithm. 1: the perspective of the view itself; with the logarithm, the aliasing error is then the same all along the view.
+            strength: float(1.0, 0.0..=1.0, ""),
+            /// The |cos γ| at which the warp begins to fade out, γ being the angle between the gaze and the light.
+            fade: float(0.9, 0.8..=0.99, "") if strength > 0.0,
+            /// Fit the map to what the camera sees: first to the part of the scene's box inside its frustum, then to the receivers themselves. Off: to the whole scene.
+            focus: flag(true),
+        }
     }
 }
 
@@ -30,6 +32,7 @@ pub static INFO: Info = Info {
     id: "logpsm",
     title: "Logarithmic perspective shadow map",
     paper: "Lloyd, Govindaraju, Quammen, Molnar, Manocha 2008",
+    family: "Warping",
     doc: "A perspective along the view, then a logarithm along it: texels grow in proportion to the distance, as pixels do. \
           The best that one map warped along the view can do, but straight edges become curves: large triangles must be \
           split, or drawn exactly.",

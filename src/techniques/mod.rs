@@ -17,7 +17,7 @@ mod tsm;
 use crate::frame::Frame;
 use crate::gpu::Gpu;
 use crate::light::Light;
-use crate::params::{Group, Spec};
+use crate::params::{Condition, Group, Spec, Values};
 use crate::view::View;
 use anyhow::{Context, Result, anyhow};
 
@@ -28,6 +28,8 @@ pub struct Info {
     pub title: &'static str,
     /// Author and year.
     pub paper: &'static str,
+    /// The heading that it stands under in the lists; techniques of one family follow one another in [`ALL`].
+    pub family: &'static str,
     /// What it does and where it fails, in a student's words.
     pub doc: &'static str,
     /// The light kinds it serves, by their names in [`crate::light::KINDS`].
@@ -77,6 +79,16 @@ impl Info {
     /// All parameters in panel order.
     pub fn specs(&self) -> impl Iterator<Item = &'static Spec> + use<> {
         self.params.iter().flat_map(|g| g.specs)
+    }
+
+    /// Whether a parameter means anything beside these values.
+    pub fn applies(&self, spec: &Spec, values: &Values) -> bool {
+        let holds = |c: &Condition| {
+            self.specs()
+                .find(|s| s.name == c.of)
+                .is_some_and(|s| c.test.holds(values.get(c.of).unwrap_or(&s.default())) && self.applies(s, values))
+        };
+        spec.when.is_empty() || spec.when.iter().any(|all| all.iter().all(holds))
     }
 
     /// Views of its own; shaders know them by their places here.

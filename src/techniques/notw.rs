@@ -14,20 +14,24 @@ use anyhow::{Result, ensure};
 crate::params! {
     /// How the warp follows the view samples.
     pub struct NotwParams {
-        /// What the map covers before the warp. None: the whole scene. Dv: the view samples that face the light. Msf: the smallest frustum around the part of the scene's convex hull that the camera can see.
-        crop: choice("dv", ["none", "dv", "msf"]),
-        /// Half the smoothing window: how many rows (then columns) to each side share their warps. Small: large polygons break. Large: the warp follows the samples less.
-        window: float(0.03125, 0.0..=0.125, "× map"),
-        /// The window's shape.
-        kernel: choice("box", ["box", "tent"]),
-        /// What a row counts for in the window: as many times as it has view samples, or once if it has any.
-        weighting: choice("count", ["count", "plain"]),
-        /// Half the window that smooths each row's warp along the row.
-        window_along: float(0.0, 0.0..=0.125, "× map"),
-        /// 0: the map is cropped, not warped. 1: the whole warp.
-        strength: float(1.0, 0.0..=1.0, ""),
-        /// View samples that every texel has on top of its own, as a share of the mean: keeps the warp strictly rising, and rows with few samples calm.
-        floor: float(0.01, 0.0..=0.2, "× mean"),
+        "Warp" {
+            /// What the map covers before the warp. None: the whole scene. Dv (desired view): the view samples that face the light. Msf: the smallest frustum around the part of the scene's convex hull that the camera can see.
+            crop: choice("dv", ["none", "dv", "msf"]),
+            /// How strong the warp is. 0: the map is cropped but not warped. 1: the whole warp.
+            strength: float(1.0, 0.0..=1.0, "none" => "full"),
+            /// View samples that every texel has on top of its own, as a share of the mean. They keep the warp strictly increasing, and rows with few samples calm.
+            floor: float(0.01, 0.0..=0.2, "× mean") if strength > 0.0,
+        }
+        "Smoothing" {
+            /// Half the width of the smoothing window: how many rows (then columns) on each side share their warps. Small: large polygons break. Large: the warp follows the samples less.
+            window: float(0.03125, 0.0..=0.125, "× map") if strength > 0.0,
+            /// The shape of the window.
+            kernel: choice("box", ["box", "tent"]) if window > 0.0,
+            /// How much a row counts in the window. Count: as many times as it has view samples. Plain: once if it has any.
+            weighting: choice("count", ["count", "plain"]) if window > 0.0,
+            /// Half the width of the window that smooths each row's warp along the row.
+            window_along: float(0.0, 0.0..=0.125, "× map") if strength > 0.0,
+        }
     }
 }
 
@@ -35,6 +39,7 @@ pub static INFO: Info = Info {
     id: "notw",
     title: "Non-orthogonal texture warping",
     paper: "Milet, Navratil, Zemcik 2015",
+    family: "Warping",
     doc: "Counts how many pixels look into each texel and stretches every row, then every column of the map until all \
           texels are equally busy. Where the warp turns fast between a triangle's corners, its shadow goes astray.",
     lights: &["directional", "spot"],

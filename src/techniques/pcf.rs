@@ -12,16 +12,18 @@ use anyhow::Result;
 crate::params! {
     /// The filter of PCF.
     pub struct PcfParams {
-        /// Grid: single comparisons, equal weights. Hw2x2: bilinear comparisons, four texels each. Tent: the smoothest edge for the taps. Disk: a spiral of single comparisons.
-        mode: choice("grid", ["grid", "hw2x2", "tent", "disk"]),
-        /// Side of the filter of grid, hw2x2 and tent. Wider: softer edges, more taps.
-        kernel: int(3, 1..=9, "texels", 2),
-        /// Comparisons of the disk filter.
-        samples: int(16, 4..=64, "taps"),
-        /// Radius of the disk filter.
-        radius: float(2.0, 0.5..=16.0, "texels"),
-        /// Turn the disk differently at every pixel: bands become noise.
-        rotate: flag(false),
+        "Filter" {
+            /// How the taps are laid out. Grid: single comparisons with equal weights. Hw2x2: bilinear comparisons of four texels each. Tent: the smoothest edge for its number of taps. Disk: a spiral of single comparisons.
+            mode: choice("grid", ["grid", "hw2x2", "tent", "disk"]),
+            /// Width of the filter. Wider: softer edges, more taps.
+            kernel: int(3, 1..=9, "texels", 2) if mode = ["grid", "hw2x2", "tent"],
+            /// Comparisons in the disk.
+            samples: int(16, 4..=64, "taps") if mode = "disk",
+            /// Radius of the disk.
+            radius: float(2.0, 0.5..=16.0, "texels") if mode = "disk",
+            /// Turn the disk by a different angle at every pixel: bands become noise.
+            rotate: flag(false) if mode = "disk",
+        }
     }
 }
 
@@ -29,6 +31,7 @@ pub static INFO: Info = Info {
     id: "pcf",
     title: "Percentage-closer filtering",
     paper: "Reeves, Salesin, Cook 1987",
+    family: "Basics",
     doc: "Several depth comparisons around each pixel's place in the shadow map, averaged: the stairs blur. The blur \
           is as wide everywhere, also where the shadow touches its caster.",
     lights: &["directional", "spot"],

@@ -16,14 +16,16 @@ use glam::{DVec2, DVec3, Vec4Swizzles};
 crate::params! {
     /// The perspective that the map is drawn after.
     pub struct PsmParams {
-        /// Auto: the eye is slid back just so far that all receivers and casters lie before it. Fixed: by `delta`.
-        delta_mode: choice("auto", ["auto", "fixed"]),
-        /// How far the eye is slid back where that is fixed. Large: the warp is that of a plain shadow map.
-        delta: float(0.0, 0.0..=100.0, "m"),
-        /// The least near distance of the slid eye. Small: nearly all texels lie close to the camera.
-        least_near: float(1.0, 0.01..=10.0, "m"),
-        /// Push the near plane to the first receiver's box: texels are not spent on the empty space before it.
-        push: flag(true),
+        "Warp" {
+            /// How far the eye is slid back. Auto: just far enough for all receivers and casters to lie in front of it. Fixed: by a distance of your choice.
+            slide: choice("auto", ["auto", "fixed"]),
+            /// How far the eye is slid back. Large: the map becomes a plain shadow map.
+            slide_back: float(0.0, 0.0..=100.0, "m") if slide = "fixed",
+            /// The smallest near distance of the eye once it is slid back. Small: nearly all texels lie close to the camera.
+            min_near: float(1.0, 0.01..=10.0, "m"),
+            /// Push the near plane forward to the first receiver, so that no texels are spent on the empty space before it.
+            push_near: flag(true),
+        }
     }
 }
 
@@ -31,12 +33,13 @@ pub static INFO: Info = Info {
     id: "psm",
     title: "Perspective shadow map",
     paper: "Stamminger, Drettakis 2002",
+    family: "Warping",
     doc: "A shadow map of the scene as the camera's perspective leaves it: near things are large and get many texels. Ahead \
           of the camera the light becomes a point, behind it a sink, and the map changes as the camera turns.",
     lights: &["directional", "spot"],
     filters: false,
     params: &[PsmParams::GROUP, MapParams::GROUP],
-    main: &[("resolution", "256..8192*2"), ("least_near", "0.5,1,2,4")],
+    main: &[("resolution", "256..8192*2"), ("min_near", "0.5,1,2,4")],
     maps: &[
         MAPS,
         &[
@@ -86,8 +89,8 @@ fn fitted(scope: &Scope, p: &PsmParams) -> Option<Fitted> {
         return None;
     }
     let image = scope.image();
-    let fixed = (p.delta_mode == "fixed").then_some(p.delta as f64);
-    let psm = psm::fit(scope, &image, &seen, Slide { fixed, least_near: p.least_near as f64, push: p.push });
+    let fixed = (p.slide == "fixed").then_some(p.slide_back as f64);
+    let psm = psm::fit(scope, &image, &seen, Slide { fixed, least_near: p.min_near as f64, push: p.push_near });
     let points: Vec<DVec2> = seen.iter().map(|p| image.at(*p)).collect();
     let view = scope.view(&image, &psm.warp, &points, scope.deepest(&image, &seen));
     Some(Fitted { psm, points, view })

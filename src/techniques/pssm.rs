@@ -16,32 +16,36 @@ use glam::{DVec2, DVec3, DVec4, Vec4};
 crate::params! {
     /// How the view is split, and what each map covers.
     pub struct PssmParams {
-        /// The depths that are split. Camera: all of its range. Scene: where the camera can see the scene's box, in coarse steps under the sun's stable fit. Visible: from the nearest to the farthest surface in the picture that faces the light, found on the GPU; only with the fit to samples: the other fits are made before the picture is drawn, and keep to the scene.
-        range: choice("scene", ["camera", "scene", "visible"]),
-        /// Where the cascades meet. Practical: between an even and a logarithmic split. Percent: at shares of one's own.
-        scheme: choice("practical", ["practical", "percent"]),
-        /// 0: cascades of equal depth. 1: each as many times as deep as the last, so that texels match perspective.
-        lambda: float(0.5, 0.0..=1.0, ""),
-        /// Moves all practical splits away from the camera, times (far - near) / cascades.
-        delta_bias: float(0.0, 0.0..=1.0, "× even depth"),
-        /// Scheme percent: where the first cascade ends, between near and far.
-        percent_1: float(5.0, 0.0..=100.0, "%"),
-        /// Where the second one ends.
-        percent_2: float(15.0, 0.0..=100.0, "%"),
-        /// Where the third one ends.
-        percent_3: float(35.0, 0.0..=100.0, "%"),
-        /// Where the fourth one ends.
-        percent_4: float(50.0, 0.0..=100.0, "%"),
-        /// Where the fifth one ends.
-        percent_5: float(65.0, 0.0..=100.0, "%"),
-        /// Where the sixth one ends.
-        percent_6: float(80.0, 0.0..=100.0, "%"),
-        /// Where the seventh one ends.
-        percent_7: float(90.0, 0.0..=100.0, "%"),
-        /// What each map covers. Stable: the sphere around its part of the view, steady as the camera moves (under a spot a box whose sides go in steps). Indep: the box around that part. Crop: of that box, where there is both what casts and what receives. Samples: only the surfaces in the picture that face the light.
-        fit: choice("stable", ["indep", "crop", "samples", "stable"]),
-        /// Stable fit: maps move by whole texels only. Without it shadow edges crawl.
-        snap: flag(true),
+        "Splits" {
+            /// The depths that are split. Camera: the camera's whole range. Scene: the depths at which the camera can see the scene's box, in coarse steps under the sun's stable fit. Visible: from the nearest to the farthest surface in the picture that faces the light, found on the GPU; it takes the fit to samples, as the other fits are made before the picture is drawn and use the scene.
+            range: choice("scene", ["camera", "scene", "visible"]),
+            /// Where the cascades meet. Practical: between a uniform and a logarithmic split. Percent: at percentages of your choice.
+            scheme: choice("practical", ["practical", "percent"]) if cascades > 1,
+            /// The mix of a uniform split (0: all cascades equally deep) and a logarithmic one (1: each as many times as deep as the one before, so that texels match the perspective).
+            lambda: float(0.5, 0.0..=1.0, "uniform" => "logarithmic") if scheme = "practical",
+            /// Moves all splits away from the camera, by a multiple of the depth that a cascade has in a uniform split.
+            split_bias: float(0.0, 0.0..=1.0, "× even") if scheme = "practical",
+            /// Where the first cascade ends, between near and far.
+            percent_1: float(5.0, 0.0..=100.0, "%") if scheme = "percent",
+            /// Where the second cascade ends, between near and far.
+            percent_2: float(15.0, 0.0..=100.0, "%") if scheme = "percent" and cascades > 2,
+            /// Where the third cascade ends, between near and far.
+            percent_3: float(35.0, 0.0..=100.0, "%") if scheme = "percent" and cascades > 3,
+            /// Where the fourth cascade ends, between near and far.
+            percent_4: float(50.0, 0.0..=100.0, "%") if scheme = "percent" and cascades > 4,
+            /// Where the fifth cascade ends, between near and far.
+            percent_5: float(65.0, 0.0..=100.0, "%") if scheme = "percent" and cascades > 5,
+            /// Where the sixth cascade ends, between near and far.
+            percent_6: float(80.0, 0.0..=100.0, "%") if scheme = "percent" and cascades > 6,
+            /// Where the seventh cascade ends, between near and far.
+            percent_7: float(90.0, 0.0..=100.0, "%") if scheme = "percent" and cascades > 7,
+        }
+        "Fit" {
+            /// What each map covers. Stable: the sphere around its part of the view, which stays steady as the camera moves (under a spot light, a box whose sides change in steps). Indep: the box around that part. Crop: as much of that box as holds both casters and receivers. Samples: only the surfaces in the picture that face the light.
+            fit: choice("stable", ["indep", "crop", "samples", "stable"]),
+            /// Stabilised: maps move by whole texels only. Without it, shadow edges crawl as the camera moves.
+            snap: flag(true) if fit = "stable",
+        }
     }
 }
 
@@ -49,11 +53,12 @@ pub static INFO: Info = Info {
     id: "pssm",
     title: "Parallel-split (cascaded) shadow maps",
     paper: "Zhang, Sun, Xu, Lun 2006",
+    family: "Cascades",
     doc: "The view is cut into slices along its depth, and each slice has a map of its own: near things get more texels, \
           as perspective asks. Where slices meet, the sharpness jumps; light along the view gives all maps the same area.",
     lights: &["directional", "spot"],
     filters: false,
-    params: &[CascadeParams::GROUP, PssmParams::GROUP],
+    params: &[PssmParams::GROUP, CascadeParams::GROUP],
     main: &[("resolution", "256..4096*2"), ("cascades", "2,4"), ("lambda", "0.5,0.9")],
     maps: &[&MAPS, ANALYSED],
     make: |gpu| Ok(Box::new(Pssm::new(gpu)?)),
@@ -72,7 +77,7 @@ pub fn splits(p: &PssmParams, count: u32, near: f64, far: f64) -> Vec<f64> {
         } else {
             let logarithmic = near * (far / near).powf(share);
             let even = near + (far - near) * share;
-            let bias = p.delta_bias as f64 * (far - near) / m;
+            let bias = p.split_bias as f64 * (far - near) / m;
             even + (logarithmic - even) * p.lambda as f64 + bias
         };
         let last = all[i as usize - 1];

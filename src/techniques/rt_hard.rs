@@ -10,12 +10,14 @@ use anyhow::Result;
 crate::params! {
     /// The shadow rays.
     pub struct RtParams {
-        /// Start of the ray, as a share of the largest coordinate (at least of 1 m). 0 is exact: the receiver's own triangle is left out by its number.
-        epsilon: float(0.0, 0.0..=0.01, ""),
-        /// Off: a triangle blocks only the light that arrives at its front.
-        two_sided: flag(true),
-        /// Nodes of the BVH that a ray may visit before it gives up and counts as lit.
-        max_visits: int(65536, 16..=1048576, "nodes"),
+        "Rays" {
+            /// Where a ray starts, as a share of the largest coordinate (of 1 m at least). 0 is exact, as the receiver's own triangle is left out by its number.
+            epsilon: float(0.0, 0.0..=0.01, ""),
+            /// Off: a triangle blocks only light that arrives at its front.
+            two_sided: flag(true),
+            /// How many nodes of the BVH a ray may visit before it gives up and counts as lit.
+            max_visits: int(65536, 16..=1048576, "nodes"),
+        }
     }
 }
 
@@ -23,6 +25,7 @@ pub static INFO: Info = Info {
     id: "rt-hard",
     title: "Ray-traced hard shadow",
     paper: "watertight test: Woop, Benthin, Wald 2013",
+    family: "Ray traced",
     doc: "One ray from each pixel to the light, against every triangle. Exact for a point or the sun's direction: the \
           truth that all others are measured against.",
     lights: &["directional", "spot", "omni", "hemisphere"],

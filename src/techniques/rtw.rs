@@ -13,34 +13,38 @@ use anyhow::{Result, ensure};
 crate::params! {
     /// What makes a part of the map important, and how the warp follows it.
     pub struct RtwParams {
-        /// Where importance is found. Backward: at the pixels that the camera sees. Forward: at the texels of a plain map from the light, hidden ones too. Hybrid: the camera's terms at pixels, shadow edges in the light's map.
-        analysis: choice("backward", ["backward", "forward", "hybrid"]),
-        /// Desired view: 1 where the camera looks, else 0. Backward analysis finds nothing else anyway.
-        desired_view: flag(true),
-        /// Distance to the eye: more where the camera is near.
-        distance_to_eye: flag(true),
-        /// Shadow edge: more where depth jumps in the light's map, or, in backward analysis, at edges of the camera's picture.
-        shadow_edge: flag(false),
-        /// Surface normal: more where surfaces face the camera.
-        surface_normal: flag(false),
-        /// How the terms that are on become one importance.
-        combine: choice("product", ["product", "max", "sum"]),
-        /// Falloff of the distance term. Power: 1 - (d / d_max)^p, up to the farthest that can be in view. Inverse: near plane / d.
-        falloff: choice("power", ["power", "inverse"]),
-        /// Exponent of the distance term: 1 falls evenly, 5 only far away.
-        p: float(1.0, 1.0..=5.0, ""),
-        /// How much more an edge counts than what has none.
-        k_e: float(2.0, 0.0..=8.0, "×"),
-        /// Depth step from which there is an edge: in the camera's depth, a spot's distance, or the sun's whole depth range.
-        tau: float(0.01, 0.001..=0.2, "× depth"),
-        /// How much more a surface counts that squarely faces the camera.
-        k_n: float(1.0, 0.0..=4.0, "×"),
-        /// Bins a side of the importance map; never more than the shadow map's texels.
-        importance_resolution: int(512, 64..=8192, "bins"),
-        /// Blur of both profiles. Small: the warp turns abruptly. Large: importance reaches where none is.
-        sigma: float(4.0, 0.0..=32.0, "bins"),
-        /// Importance that every row and column has, as a share of the largest: keeps the warp rising.
-        e: float(0.02, 0.0..=0.5, "× largest"),
+        "Importance" {
+            /// Where importance is found. Backward: at the pixels that the camera sees. Forward: at the texels of a plain map seen from the light, hidden ones too. Hybrid: the camera's terms at pixels, shadow edges in the light's map.
+            analysis: choice("backward", ["backward", "forward", "hybrid"]),
+            /// Desired view: 1 where the camera looks, 0 elsewhere. Backward analysis finds nothing else in any case.
+            desired_view: flag(true),
+            /// Distance to the eye: more importance near the camera.
+            distance_to_eye: flag(true),
+            /// Shadow edge: more importance where depth jumps in the light's map or, in backward analysis, at edges in the camera's picture.
+            shadow_edge: flag(false),
+            /// Surface normal: more importance where surfaces face the camera.
+            surface_normal: flag(false),
+            /// How the terms that are on make up one importance.
+            combine: choice("product", ["product", "max", "sum"]),
+            /// How importance falls with distance. Power: 1 - (d / d_max)^power, up to the farthest that can be in view. Inverse: near plane / d.
+            falloff: choice("power", ["power", "inverse"]) if distance_to_eye = true,
+            /// Exponent of the distance term: with 1 importance falls evenly, with 5 only far away.
+            power: float(1.0, 1.0..=5.0, "") if falloff = "power",
+            /// How much more an edge counts than a place without one.
+            edge_weight: float(2.0, 0.0..=8.0, "×") if shadow_edge = true,
+            /// The step in depth that makes an edge, as a share of the camera's depth, of the distance from a spot light, or of the whole depth range under the sun.
+            edge_threshold: float(0.01, 0.001..=0.2, "× depth") if shadow_edge = true,
+            /// How much more a surface counts that squarely faces the camera.
+            normal_weight: float(1.0, 0.0..=4.0, "×") if surface_normal = true,
+        }
+        "Warp" {
+            /// Bins along each side of the importance map; never more than the shadow map has texels.
+            importance_bins: int(512, 64..=8192, "bins"),
+            /// Standard deviation of the Gaussian that blurs both profiles. Small: the warp turns abruptly. Large: importance spreads to where there is none.
+            profile_blur: float(4.0, 0.0..=32.0, "bins"),
+            /// The importance that every row and column has at least, as a share of the largest; it keeps the warp increasing.
+            floor: float(0.02, 0.0..=0.5, "× max"),
+        }
     }
 }
 
@@ -48,12 +52,13 @@ pub static INFO: Info = Info {
     id: "rtw",
     title: "Rectilinear texture warping",
     paper: "Rosen 2012",
+    family: "Warping",
     doc: "Makes each row and each column of one map as wide as the most important thing in it asks. Two things on a \
           diagonal waste texels on the diagonal's other two corners.",
     lights: &["directional", "spot"],
     filters: false,
     params: &[RtwParams::GROUP, RasterParams::GROUP, MapParams::GROUP],
-    main: &[("resolution", "256..4096*2"), ("e", "0.005,0.02,0.1"), ("sigma", "0,4,16")],
+    main: &[("resolution", "256..4096*2"), ("floor", "0.005,0.02,0.1"), ("profile_blur", "0,4,16")],
     maps: &[
         MAPS,
         &warp::MAPS,
@@ -75,7 +80,7 @@ pub static INFO: Info = Info {
                   the warp that its sums make (blue), steep where texels are many. Thin: no warp.",
                 Drawn::Labels(Legend::Curves(
                     ["columns", "rows"],
-                    ["place across the light's image", "importance over the largest; warped place"],
+                    ["place across the light's image", "importance, warped place"],
                     &[Class::new([0.55; 3], "largest importance"), Class::label(6, "blurred"), Class::label(3, "warp")],
                 )),
             ),
@@ -168,7 +173,7 @@ impl Technique for Rtw {
     fn render(&mut self, f: &mut Frame) -> Result<()> {
         let p = RtwParams::read(f.values);
         // As `bins` in the shader.
-        let bins = p.importance_resolution.min(MapParams::read(f.values).resolution);
+        let bins = p.importance_bins.min(MapParams::read(f.values).resolution);
         ensure!(
             bins as u64 * bins as u64 * 4 <= f.gpu.most_bound()
                 && bins <= f.gpu.device.limits().max_texture_dimension_2d,

@@ -13,14 +13,18 @@ use anyhow::Result;
 crate::params! {
     /// How the cascades follow the view samples.
     pub struct SdsmParams {
-        /// Where the cascades meet, between the nearest and the farthest sample. Log: each as many times as deep as the last. Adaptive-log: as many samples in each, so that empty depths get no map. Kmeans: around clusters of the samples' log depths.
-        scheme: choice("log", ["log", "adaptive-log", "kmeans"]),
-        /// Texels to spare around each cascade's samples.
-        dilate: float(2.0, 0.0..=16.0, "texels"),
-        /// The smallest side of a cascade's box.
-        min_box: float(0.01, 0.001..=10.0, "m"),
-        /// Share of the last frame's splits and larger boxes that stays: steadier, but figures depend on the frames before.
-        smoothing: float(0.0, 0.0..=0.95, ""),
+        "Splits" {
+            /// Where the cascades meet, between the nearest and the farthest sample. Log: each as many times as deep as the one before. Adaptive-log: equally many samples in each, so that empty depths get no map. Kmeans: around clusters of the samples' logarithmic depths.
+            scheme: choice("log", ["log", "adaptive-log", "kmeans"]) if cascades > 1,
+        }
+        "Fit" {
+            /// Texels to spare around each cascade's samples.
+            dilate: float(2.0, 0.0..=16.0, "texels"),
+            /// The smallest side that a cascade's box may have.
+            min_box: float(0.01, 0.001..=10.0, "m"),
+            /// How much of the previous frame's splits and larger boxes is kept. Steadier, but figures then depend on earlier frames.
+            smoothing: float(0.0, 0.0..=0.95, ""),
+        }
     }
 }
 
@@ -28,11 +32,12 @@ pub static INFO: Info = Info {
     id: "sdsm",
     title: "Sample distribution shadow maps",
     paper: "Lauritzen, Salvi, Lefohn 2011",
+    family: "Cascades",
     doc: "Cascades between the nearest and the farthest surface seen, each map drawn tightly around its part of the \
           picture: no texel for what nobody sees. A thing that comes into view can stretch a map at once: pops.",
     lights: &["directional", "spot"],
     filters: false,
-    params: &[CascadeParams::GROUP, SdsmParams::GROUP],
+    params: &[SdsmParams::GROUP, CascadeParams::GROUP],
     main: &[("resolution", "256..4096*2"), ("cascades", "2,4"), ("scheme", "log,kmeans")],
     maps: &[
         &MAPS,

@@ -12,6 +12,7 @@ pub static INFO: Info = Info {
     id: "shadow-map",
     title: "Shadow map",
     paper: "Williams 1978",
+    family: "Basics",
     doc: "Depth seen from the light, compared once per pixel. Fast; its edges are stairs of the map's texels, and \
           without bias surfaces shadow themselves (acne).",
     lights: &["directional", "spot"],

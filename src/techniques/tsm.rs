@@ -15,10 +15,12 @@ use glam::DVec2;
 crate::params! {
     /// Where the trapezoid puts its texels.
     pub struct TsmParams {
-        /// Share of the map's height for what lies between the near plane and the point in focus (the 80 % rule).
-        p: float(0.8, 0.5..=0.95, "× map"),
-        /// The point in focus on the view's axis: its distance from the near plane.
-        focus: float(0.2, 0.01..=1.0, "× (far - near)"),
+        "Warp" {
+            /// The distance from the near plane to the point in focus on the view's axis, as a share of the distance to the far plane.
+            focus: float(0.2, 0.01..=1.0, "× depth"),
+            /// The share of the map's height given to what lies between the near plane and the point in focus (the 80 % rule).
+            focus_share: float(0.8, 0.5..=0.95, "× map"),
+        }
     }
 }
 
@@ -26,6 +28,7 @@ pub static INFO: Info = Info {
     id: "tsm",
     title: "Trapezoidal shadow map",
     paper: "Martin, Tan 2004",
+    family: "Warping",
     doc: "The view frustum, seen from the light, is enclosed in a trapezoid that a perspective turns into the square map. \
           It depends on the frustum alone, so that it moves steadily. Nothing is gained where light and gaze are parallel.",
     lights: &["directional", "spot"],
@@ -64,7 +67,7 @@ fn covered(t: &Tsm) -> &[DVec2] {
 
 fn fitted(scope: &Scope, p: &TsmParams) -> (Tsm, Option<LightView>) {
     let image = scope.image();
-    let t = tsm::fit(scope, &image, p.p as f64, p.focus as f64);
+    let t = tsm::fit(scope, &image, p.focus_share as f64, p.focus as f64);
     let seen = scope.seen();
     let view = match seen.is_empty() {
         true => None,

@@ -4,7 +4,6 @@ use super::drawer::{beside, line, pick_techniques, progress};
 use super::model::{Action, Model, Tab};
 use super::needs::{main_values, percent, title};
 use super::plotting::{color, short};
-use super::style::{SUN, WEAK};
 use crate::chart;
 use crate::measure::Record;
 use crate::measure::advise::{Advice, Budget, FIGURES, Figure, Unit};
@@ -100,7 +99,7 @@ fn found(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
     let Some((budget, advice)) = &m.advice.found else {
         ui.centered_and_justified(|ui| {
             let text = "Say how exact the shadow must be, and find the cheapest technique that is.";
-            ui.label(RichText::new(text).color(WEAK));
+            ui.label(RichText::new(text).weak());
         });
         return;
     };
@@ -139,7 +138,7 @@ fn found(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
             }
             (None, Some(i)) => {
                 let text = format!("Nothing found with {wanted}.");
-                ui.label(RichText::new(text).color(SUN).strong());
+                ui.label(RichText::new(text).color(ui.visuals().warn_fg_color).strong());
                 answer(ui, by, "The closest miss", i, &advice.tried[i], &mut apply);
             }
             (None, None) => {
@@ -147,7 +146,7 @@ fn found(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
             }
         }
         ui.horizontal(|ui| {
-            ui.label(RichText::new(tried).small().color(WEAK));
+            ui.label(RichText::new(tried).small().weak());
             let send = ui.small_button("To the chart");
             to_chart = send.on_hover_text("Add all that was measured to the chart, and open it.").clicked();
         });
@@ -169,7 +168,7 @@ fn found(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
 
 /// A row in large, with its button.
 fn answer(ui: &mut Ui, by: &Figure, head: &str, i: usize, r: &Record, apply: &mut Option<usize>) {
-    ui.label(RichText::new(head).small().color(WEAK));
+    ui.label(RichText::new(head).small().weak());
     ui.horizontal(|ui| {
         ui.label(RichText::new(title(&r.technique)).heading().color(color(&r.technique)));
         let button = ui.button("Apply").on_hover_text("Take over its technique and parameters.");
@@ -220,7 +219,7 @@ fn halved(by: &Figure, r: &Record, half: &Record) -> String {
 fn frontier(ui: &mut Ui, by: &Figure, advice: &Advice, apply: &mut Option<usize>) {
     Grid::new("frontier").num_columns(5).striped(true).spacing([12.0, 3.0]).show(ui, |ui| {
         for head in ["technique", "main parameters", by.title, "time, ms", "× shadow-map"] {
-            ui.label(RichText::new(head).small().color(WEAK));
+            ui.label(RichText::new(head).small().weak());
         }
         ui.end_row();
         for i in &advice.frontier {

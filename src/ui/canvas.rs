@@ -1,12 +1,26 @@
 //! The window's surface: the picture and, over it, egui.
+//!
+//! The window's contents are kept in a texture, of which only those parts are drawn again that have changed: on software
+//! adapters egui's fragments are dear, and a row that lights up under the pointer must not cost a whole window.
 
-use crate::gpu::{Gpu, Shaders};
-use anyhow::{Context, Result};
-use egui::{ClippedPrimitive, TexturesDelta};
+use super::stage::Picture;
+use crate::gpu::{Gpu, Shaders, Slot};
+use anyhow::{Context, Result, ensure};
+use bytemuck::{Pod, Zeroable};
+use egui::epaint::{ClippedShape, Shape};
+use egui::{ClippedPrimitive, Rect, TexturesDelta};
 use egui_wgpu::ScreenDescriptor;
+use std::sync::Arc;
 
-/// Behind the picture while there is none.
-const GROUND: wgpu::Color = wgpu::Color { r: 0.075, g: 0.082, b: 0.098, a: 1.0 };
+/// As `Placed` in `shaders/blit.wgsl`: left, top, right and bottom in the window's pixels.
+#[repr(C)]
+#[derive(Clone, Copy, Default, PartialEq, Pod, Zeroable)]
+struct Placed {
+    /// Of the picture.
+    picture: [f32; 4],
+    /// Of the viewport, beyond which nothing of it is shown.
+    viewport: [f32; 4],
+}
 
 pub struct Canvas {
     surface: wgpu::Surface<'static>,
@@ -14,26 +28,33 @@ pub struct Canvas {
     egui: egui_wgpu::Renderer,
     blit: wgpu::RenderPipeline,
     sampler: wgpu::Sampler,
-    /// The picture that the bind group holds.
-    bound: Option<(wgpu::Texture, wgpu::BindGroup)>,
+    placed: (Placed, wgpu::Buffer),
+    /// What the window shows.
+    screen: Slot,
+    /// The picture with what binds it, and the pixels of the viewport that it was made for.
+    picture: Option<(wgpu::Texture, wgpu::BindGroup, [u32; 2])>,
+    /// What egui has drawn, at how many pixels a point.
+    shapes: (Vec<ClippedShape>, f32),
+    /// The surface follows the window's size.
     configured: bool,
+    /// The screen has changed since it was presented.
+    owed: bool,
 }
-
-/// A picture and where it goes: left, top, width and height in pixels of the window.
-pub type Placed<'a> = (&'a wgpu::Texture, [f32; 4]);
 
 impl Canvas {
     /// # Errors
     /// A surface that the adapter cannot draw on.
     pub fn new(gpu: &Gpu, surface: wgpu::Surface<'static>, size: [u32; 2]) -> Result<Canvas> {
         let able = surface.get_capabilities(&gpu.adapter);
-        let mut config = surface.get_default_config(&gpu.adapter, size[0].max(1), size[1].max(1));
-        let config = config.as_mut().context("the graphics adapter cannot draw in this window")?;
+        let config = surface.get_default_config(&gpu.adapter, size[0].max(1), size[1].max(1));
+        let mut config = config.context("the graphics adapter cannot draw in this window")?;
         // The picture and egui's colours are sRGB-encoded already.
         if let Some(plain) = able.formats.iter().find(|f| !f.is_srgb()) {
             config.format = *plain;
         }
         config.present_mode = wgpu::PresentMode::AutoVsync;
+        config.usage |= wgpu::TextureUsages::COPY_DST;
+        ensure!(able.usages.contains(config.usage), "the graphics adapter cannot copy pictures into this window");
         let source = Shaders::load(&gpu.shaders, "blit.wgsl", &[])?.source;
         let module = gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
             label: Some("blit"),
@@ -66,8 +87,24 @@ impl Canvas {
             min_filter: wgpu::FilterMode::Linear,
             ..Default::default()
         });
-        let egui = egui_wgpu::Renderer::new(&gpu.device, config.format, Default::default());
-        Ok(Canvas { surface, config: config.clone(), egui, blit, sampler, bound: None, configured: false })
+        let placed = Placed::default();
+        let buffer = gpu.buffer("placed", bytemuck::bytes_of(&placed), wgpu::BufferUsages::UNIFORM);
+        let mut canvas = Canvas {
+            egui: egui_wgpu::Renderer::new(&gpu.device, config.format, Default::default()),
+            surface,
+            config,
+            blit,
+            sampler,
+            placed: (placed, buffer),
+            screen: Slot::default(),
+            picture: None,
+            shapes: (Vec::new(), 0.0),
+            configured: false,
+            owed: false,
+        };
+        // Nothing of it is shown: the viewport is empty still.
+        canvas.take(gpu, Picture { size: [1; 2], full: [1; 2], rgba: vec![0; 4] });
+        Ok(canvas)
     }
 
     /// Follows the window's size, pixels.
@@ -78,13 +115,64 @@ impl Canvas {
         }
     }
 
-    /// Draws and presents a frame. False: the window could not take it, try again.
-    pub fn present(
+    /// The window system has lost what the window showed.
+    pub fn expose(&mut self) {
+        self.owed = true;
+    }
+
+    /// Takes the picture to show from here on.
+    pub fn take(&mut self, gpu: &Gpu, picture: Picture) {
+        let size = wgpu::Extent3d { width: picture.size[0], height: picture.size[1], depth_or_array_layers: 1 };
+        let (texture, group) = match self.picture.take() {
+            Some((texture, group, _)) if texture.size() == size => (texture, group),
+            _ => self.bind(gpu, size),
+        };
+        gpu.queue.write_texture(
+            texture.as_image_copy(),
+            &picture.rgba,
+            wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(4 * size.width), rows_per_image: None },
+            size,
+        );
+        self.picture = Some((texture, group, picture.full));
+        // It is drawn with the next frame.
+        self.placed.0 = Placed::default();
+    }
+
+    fn bind(&self, gpu: &Gpu, size: wgpu::Extent3d) -> (wgpu::Texture, wgpu::BindGroup) {
+        let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
+            label: Some("picture"),
+            size,
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format: wgpu::TextureFormat::Rgba8Unorm,
+            usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+            view_formats: &[],
+        });
+        let view = texture.create_view(&Default::default());
+        let resources = [
+            wgpu::BindingResource::TextureView(&view),
+            wgpu::BindingResource::Sampler(&self.sampler),
+            self.placed.1.as_entire_binding(),
+        ];
+        let entries = (0..).zip(resources).map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource });
+        let group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("blit"),
+            layout: &self.blit.get_bind_group_layout(0),
+            entries: &entries.collect::<Vec<_>>(),
+        });
+        (texture, group)
+    }
+
+    /// Draws what has changed of egui's shapes and of the picture in its viewport (pixels from the window's upper left
+    /// corner), and presents it. False: the window could not take it, try again.
+    pub fn show(
         &mut self,
         gpu: &Gpu,
-        picture: Option<Placed>,
-        jobs: &[ClippedPrimitive],
+        ctx: &egui::Context,
+        shapes: Vec<ClippedShape>,
         mut delta: TexturesDelta,
+        viewport: Rect,
         scale: f32,
     ) -> bool {
         for (id, changes) in delta.set.drain() {
@@ -92,75 +180,209 @@ impl Canvas {
                 self.egui.update_texture(&gpu.device, &gpu.queue, id, &change);
             }
         }
-        let shown = self.draw(gpu, picture, jobs, scale);
+        let shown = self.draw(gpu, ctx, shapes, viewport, scale);
         for id in delta.free.drain() {
             self.egui.free_texture(&id);
         }
         shown
     }
 
-    fn draw(&mut self, gpu: &Gpu, picture: Option<Placed>, jobs: &[ClippedPrimitive], scale: f32) -> bool {
+    fn draw(&mut self, gpu: &Gpu, ctx: &egui::Context, shapes: Vec<ClippedShape>, viewport: Rect, scale: f32) -> bool {
+        let size = [self.config.width, self.config.height];
+        let whole = Rect::from_min_size(egui::Pos2::ZERO, egui::vec2(size[0] as f32, size[1] as f32));
+        let mut damage = Damage::default();
+        let kept = self.screen.texture().is_some_and(|t| [t.width(), t.height()] == size) && self.shapes.1 == scale;
+        let usage = wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC;
+        let screen = self.screen.get(gpu, "window", size, self.config.format, usage);
+        let (Some(texture), Some((_, group, full))) = (self.screen.texture(), &self.picture) else { return true };
+        // A picture made for another viewport keeps its scale and its place until the next one is there.
+        let picture = Rect::from_min_size(viewport.min, egui::vec2(full[0] as f32, full[1] as f32));
+        let corners = |r: Rect| [r.left(), r.top(), r.right(), r.bottom()];
+        let placed = Placed { picture: corners(picture), viewport: corners(viewport) };
+        if placed != self.placed.0 {
+            gpu.queue.write_buffer(&self.placed.1, 0, bytemuck::bytes_of(&placed));
+            self.placed.0 = placed;
+            damage.add(viewport);
+        }
+        if kept {
+            changes(&self.shapes.0, &shapes, |rect| {
+                // With what antialiasing adds.
+                let rect = rect.expand(1.5) * scale;
+                damage.add(Rect::from_min_max(rect.min.floor(), rect.max.ceil()).intersect(whole));
+            });
+        } else {
+            damage.rects = vec![whole];
+        }
+        let mut jobs = Vec::new();
+        for rect in &damage.rects {
+            let points = *rect / scale;
+            let touched = shapes.iter().filter(|s| bounds(s).expand(1.5).intersects(points)).cloned().collect();
+            jobs.extend(ctx.tessellate(touched, scale).into_iter().filter_map(|job: ClippedPrimitive| {
+                let clip_rect = job.clip_rect.intersect(points);
+                clip_rect.is_positive().then_some(ClippedPrimitive { clip_rect, ..job })
+            }));
+        }
+        self.shapes = (shapes, scale);
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        let mut commands = Vec::new();
+        if !damage.rects.is_empty() {
+            self.owed = true;
+            let descriptor = ScreenDescriptor { size_in_pixels: size, pixels_per_point: scale };
+            commands = self.egui.update_buffers(&gpu.device, &gpu.queue, &mut encoder, &jobs, &descriptor);
+            let pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+                label: Some("window"),
+                color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                    view: &screen,
+                    depth_slice: None,
+                    resolve_target: None,
+                    ops: wgpu::Operations { load: wgpu::LoadOp::Load, store: wgpu::StoreOp::Store },
+                })],
+                ..Default::default()
+            });
+            let mut pass = pass.forget_lifetime();
+            pass.set_pipeline(&self.blit);
+            pass.set_bind_group(0, group, &[]);
+            for rect in &damage.rects {
+                let [x, y, w, h] = [rect.left(), rect.top(), rect.width(), rect.height()].map(|v| v as u32);
+                pass.set_scissor_rect(x, y, w, h);
+                pass.draw(0..3, 0..1);
+            }
+            self.egui.render(&mut pass, &jobs, &descriptor);
+        }
+        if !self.owed {
+            return true;
+        }
         if !self.configured {
             self.surface.configure(&gpu.device, &self.config);
             self.configured = true;
         }
         use wgpu::CurrentSurfaceTexture as Current;
         let target = match self.surface.get_current_texture() {
-            Current::Success(t) => t,
+            Current::Success(t) => Some(t),
             Current::Suboptimal(t) => {
                 self.configured = false;
-                t
+                Some(t)
             }
-            Current::Timeout | Current::Occluded => return false,
+            Current::Timeout | Current::Occluded => None,
             _ => {
                 self.configured = false;
-                return false;
+                None
             }
         };
-        let view = target.texture.create_view(&Default::default());
-        let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        let screen =
-            ScreenDescriptor { size_in_pixels: [self.config.width, self.config.height], pixels_per_point: scale };
-        let uploads = self.egui.update_buffers(&gpu.device, &gpu.queue, &mut encoder, jobs, &screen);
-        if let Some((texture, _)) = picture
-            && self.bound.as_ref().is_none_or(|(held, _)| held != texture)
-        {
-            let group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-                label: Some("blit"),
-                layout: &self.blit.get_bind_group_layout(0),
-                entries: &[
-                    wgpu::BindGroupEntry {
-                        binding: 0,
-                        resource: wgpu::BindingResource::TextureView(&texture.create_view(&Default::default())),
-                    },
-                    wgpu::BindGroupEntry { binding: 1, resource: wgpu::BindingResource::Sampler(&self.sampler) },
-                ],
-            });
-            self.bound = Some((texture.clone(), group));
+        if let Some(target) = &target {
+            encoder.copy_texture_to_texture(texture.as_image_copy(), target.texture.as_image_copy(), texture.size());
         }
-        {
-            let pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-                label: Some("window"),
-                color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-                    view: &view,
-                    depth_slice: None,
-                    resolve_target: None,
-                    ops: wgpu::Operations { load: wgpu::LoadOp::Clear(GROUND), store: wgpu::StoreOp::Store },
-                })],
-                ..Default::default()
-            });
-            let mut pass = pass.forget_lifetime();
-            if let (Some((_, [x, y, w, h])), Some((_, group))) = (picture, &self.bound) {
-                pass.set_viewport(x, y, w, h, 0.0, 1.0);
-                pass.set_pipeline(&self.blit);
-                pass.set_bind_group(0, group, &[]);
-                pass.draw(0..3, 0..1);
-                pass.set_viewport(0.0, 0.0, self.config.width as f32, self.config.height as f32, 0.0, 1.0);
-            }
-            self.egui.render(&mut pass, jobs, &screen);
-        }
-        gpu.queue.submit(uploads.into_iter().chain([encoder.finish()]));
+        gpu.queue.submit(commands.into_iter().chain([encoder.finish()]));
+        let Some(target) = target else { return false };
         gpu.queue.present(target);
+        self.owed = false;
         true
+    }
+}
+
+/// Parts of the window that are to be drawn again: none overlaps another.
+#[derive(Default)]
+struct Damage {
+    rects: Vec<Rect>,
+}
+
+impl Damage {
+    fn add(&mut self, mut rect: Rect) {
+        if !rect.is_positive() {
+            return;
+        }
+        while let Some(i) = self.rects.iter().position(|r| r.intersects(rect)) {
+            rect |= self.rects.swap_remove(i);
+        }
+        self.rects.push(rect);
+    }
+}
+
+/// Where a shape can be seen, points.
+fn bounds(shape: &ClippedShape) -> Rect {
+    shape.shape.visual_bounding_rect().intersect(shape.clip_rect)
+}
+
+/// How far a shape is looked for that others were put before.
+const APART: usize = 48;
+
+/// Tells `changed` where two lists of shapes draw different things, points.
+fn changes(old: &[ClippedShape], new: &[ClippedShape], mut changed: impl FnMut(Rect)) {
+    let (mut i, mut j) = (0, 0);
+    let mut tell = |shapes: &[ClippedShape]| shapes.iter().map(bounds).filter(Rect::is_positive).for_each(&mut changed);
+    while i < old.len() && j < new.len() {
+        if same(&old[i], &new[j]) {
+            (i, j) = (i + 1, j + 1);
+            continue;
+        }
+        // What came or went lies between here and the next that is alike.
+        let came = new[j..].iter().take(APART).position(|s| same(&old[i], s));
+        let went = old[i..].iter().take(APART).position(|s| same(s, &new[j]));
+        let (went, came) = match (went, came) {
+            (Some(went), came) if came.is_none_or(|came| went <= came) => (went, 0),
+            (_, Some(came)) => (0, came),
+            _ => (1, 1),
+        };
+        tell(&old[i..i + went]);
+        tell(&new[j..j + came]);
+        (i, j) = (i + went, j + came);
+    }
+    tell(&old[i..]);
+    tell(&new[j..]);
+}
+
+fn same(a: &ClippedShape, b: &ClippedShape) -> bool {
+    let shapes = match (&a.shape, &b.shape) {
+        // Laid out text is kept from pass to pass: as a rule it is the very same, and its letters need no comparing.
+        (Shape::Text(a), Shape::Text(b)) if Arc::ptr_eq(&a.galley, &b.galley) => {
+            let style = |t: &egui::epaint::TextShape| {
+                (t.pos, t.underline, t.fallback_color, t.override_text_color, t.opacity_factor, t.angle)
+            };
+            style(a) == style(b)
+        }
+        (a, b) => a == b,
+    };
+    shapes && a.clip_rect == b.clip_rect
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use egui::{Color32, pos2};
+
+    fn square(x: f32, color: Color32) -> ClippedShape {
+        let rect = Rect::from_min_max(pos2(x, 0.0), pos2(x + 8.0, 8.0));
+        ClippedShape { clip_rect: Rect::EVERYTHING, shape: Shape::rect_filled(rect, 0.0, color) }
+    }
+
+    /// What the lists differ in is found, wherever shapes come, go or change, and nothing else.
+    #[test]
+    fn only_what_changed_is_drawn_again() {
+        let row = |all: &[(f32, Color32)]| -> Vec<ClippedShape> { all.iter().map(|(x, c)| square(*x, *c)).collect() };
+        let (red, blue) = (Color32::RED, Color32::BLUE);
+        let old = row(&[(0.0, red), (10.0, red), (20.0, red), (30.0, red)]);
+        for (new, places) in [
+            (row(&[(0.0, red), (10.0, red), (20.0, red), (30.0, red)]), vec![]),
+            (row(&[(0.0, red), (10.0, blue), (20.0, red), (30.0, red)]), vec![10.0]),
+            (row(&[(0.0, red), (20.0, red), (30.0, red)]), vec![10.0]),
+            (row(&[(0.0, red), (10.0, red), (50.0, red), (20.0, red), (30.0, red), (60.0, blue)]), vec![50.0, 60.0]),
+            (row(&[(0.0, red), (20.0, red), (30.0, blue), (40.0, red)]), vec![10.0, 30.0, 40.0]),
+            (row(&[]), vec![0.0, 10.0, 20.0, 30.0]),
+        ] {
+            let mut found: Vec<f32> = Vec::new();
+            changes(&old, &new, |rect| found.push(rect.left()));
+            found.sort_by(f32::total_cmp);
+            found.dedup();
+            assert_eq!(found, places);
+        }
+    }
+
+    #[test]
+    fn damage_never_overlaps() {
+        let at = |x: f32, w: f32| Rect::from_min_size(pos2(x, 0.0), egui::vec2(w, 5.0));
+        let mut damage = Damage::default();
+        [at(0.0, 5.0), at(20.0, 5.0), at(40.0, 5.0), at(4.0, 18.0), Rect::NOTHING].map(|r| damage.add(r));
+        damage.rects.sort_by(|a, b| a.left().total_cmp(&b.left()));
+        assert_eq!(damage.rects, [at(0.0, 25.0), at(40.0, 5.0)]);
     }
 }

@@ -3,7 +3,6 @@
 use super::model::{Action, Model};
 use super::needs::{main_values, mebibytes, percent, title};
 use super::plotting::{Labels, LogAxis, color, marker, short};
-use super::style::{LINE, TEXT, WEAK};
 use super::sweep::Range;
 use crate::chart::{self, Axis, COSTS, ERRORS, Series};
 use crate::measure::Record;
@@ -135,13 +134,14 @@ pub fn show(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
     let (x, y) = (LogAxis::of(all().map(|p| p.0)), LogAxis::of(all().map(|p| p.1)));
     let at = |(cost, error): (f64, f64)| [x.at(cost), y.at(error)];
 
+    let (text, weak) = (ui.visuals().text_color(), ui.visuals().weak_text_color());
     let empty = all().next().is_none();
     let plot = Plot::new(("chart", m.chart.cost, m.chart.error))
         .show_x(false)
         .show_y(false)
         .set_margin_fraction(vec2(0.09, 0.1))
         .y_axis_min_width(44.0)
-        .grid_color(LINE)
+        .grid_color(ui.visuals().window_stroke.color)
         .show_axes(!empty)
         .show_grid(!empty)
         .allow_scroll(false)
@@ -159,7 +159,7 @@ pub fn show(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
         }
         for front in fronts(cost, &m.chart.seen, &points) {
             let steps: PlotPoints = staircase(&front).into_iter().map(at).collect();
-            let line = Line::new("", steps).color(TEXT.gamma_multiply(0.6)).width(1.0);
+            let line = Line::new("", steps).color(text.gamma_multiply(0.6)).width(1.0);
             plot.line(line.style(LineStyle::dashed_dense()).allow_hover(false));
         }
         for line in &m.chart.lines {
@@ -192,18 +192,18 @@ pub fn show(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
     let samples = m.setup.truth_samples.shown(m.info());
     if let Some(axis) = [error, cost].into_iter().find(|a| !told(m, a, samples)) {
         let text = format!("The picture now is not shown: its {} is not known without a measurement.", axis.id);
-        let galley = ui.painter().layout_no_wrap(text, FontId::proportional(11.5), WEAK);
+        let galley = ui.painter().layout_no_wrap(text, FontId::proportional(11.5), weak);
         let place = Align2::RIGHT_TOP.anchor_size(frame.right_top() + vec2(-8.0, 6.0), galley.size());
-        ui.painter().with_clip_rect(frame).galley(place.min, galley, WEAK);
+        ui.painter().with_clip_rect(frame).galley(place.min, galley, weak);
     }
     if points.iter().all(Option::is_none) {
         let text = match m.rows.is_empty() {
             true => "Sweep, measure or open a file: every configuration becomes a point here.",
             false => "None of the rows has both of these figures.",
         };
-        let galley = ui.painter().layout(text.into(), FontId::proportional(13.0), WEAK, frame.width() - 40.0);
+        let galley = ui.painter().layout(text.into(), FontId::proportional(13.0), weak, frame.width() - 40.0);
         let place = Align2::CENTER_CENTER.anchor_size(frame.center(), galley.size());
-        ui.painter().galley(place.min, galley, WEAK);
+        ui.painter().galley(place.min, galley, weak);
     }
     let mut chosen = None;
     for (i, place) in screens.iter().enumerate() {
@@ -269,7 +269,7 @@ fn axes(ui: &mut Ui, m: &mut Model) {
         let room = ui.available_width();
         let width = ((room - 70.0) / 2.0).clamp(60.0, 300.0);
         choose(ui, "error axis", ERRORS, &mut m.chart.error, width);
-        ui.label(RichText::new("against").color(WEAK));
+        ui.label(RichText::new("against").weak());
         choose(ui, "cost axis", COSTS, &mut m.chart.cost, width);
     });
 }
@@ -295,7 +295,11 @@ fn live(ui: &Ui, m: &Model, error: &Axis, frame: Rect, labels: &mut Labels, plac
     let (Some(place), Some(row)) = (places.last(), trail.last()) else { return };
     // Hollow while the error of what is shown is not known yet.
     let now = m.facts.error.is_some() && m.measuring.is_none();
-    painter.circle_stroke(*place, 7.5, Stroke::new(2.0, if now { Color32::WHITE } else { WEAK }));
+    painter.circle_stroke(
+        *place,
+        7.5,
+        Stroke::new(2.0, if now { Color32::WHITE } else { ui.visuals().weak_text_color() }),
+    );
     if now {
         painter.circle_filled(*place, 4.0, color(&row.technique));
     }
@@ -316,13 +320,13 @@ fn about(ui: &mut Ui, r: &Record, pictures: &HashMap<String, Picture>, busy: boo
             ui.add(egui::Image::from_texture((texture.id(), wide)));
         }
         Some(Picture::Failed(why)) => {
-            ui.label(RichText::new(why).small().color(WEAK));
+            ui.label(RichText::new(why).small().weak());
         }
         waiting => {
             ui.allocate_ui(wide, |ui| {
                 ui.set_min_size(wide);
                 ui.centered_and_justified(|ui| match busy {
-                    true => ui.label(RichText::new("no small picture while measuring").small().color(WEAK)),
+                    true => ui.label(RichText::new("no small picture while measuring").small().weak()),
                     false => ui.add(egui::Spinner::new().size(22.0)),
                 });
             });
@@ -351,7 +355,7 @@ fn about(ui: &mut Ui, r: &Record, pictures: &HashMap<String, Picture>, busy: boo
         }
     });
     let rest = r.params.replace(';', ", ").replace('=', " ");
-    ui.label(RichText::new(rest).small().color(WEAK));
+    ui.label(RichText::new(rest).small().weak());
     let place = format!("{}, {} × {} pixels. Click to apply.", r.scene, r.width, r.height);
-    ui.label(RichText::new(place).small().color(WEAK));
+    ui.label(RichText::new(place).small().weak());
 }

@@ -2,7 +2,7 @@
 
 use super::controls::{chips, row};
 use super::model::Model;
-use super::style::{ACCENT, WEAK};
+use super::style::ACCENT;
 use crate::frame::{SHARED_PASSES, panes};
 use crate::legend::{percent, side_name};
 use crate::setup::{Arrange, Setup, Side};
@@ -46,7 +46,7 @@ pub fn show(ui: &mut Ui, m: &mut Model) {
             let items = Arrange::ALL.into_iter().zip(["Swipe", "Side by side", "Flicker"]).zip(tips);
             let difference = m.setup.view == "difference";
             let items = items.map(|((a, title), tip)| (title, a == now && !difference, tip.to_string()));
-            let difference = ("A − B", difference, "The difference of the first two (D).".to_string());
+            let difference = ("A − B", difference, "The difference of the first two (B).".to_string());
             match chips(ui, items.chain([difference])) {
                 Some(3) => m.toggle_difference(),
                 Some(i) => {
@@ -148,7 +148,7 @@ fn title(ui: &mut Ui, part: Rect, m: &mut Model, side: usize) {
                 if let Some(ms) = side_ms(m, side) {
                     let ratio = side_ms(m, 0).filter(|first| side > 0 && *first > 0.0);
                     let ratio = ratio.map_or(String::new(), |first| format!(" · {:.2} × A", ms / first));
-                    ui.label(RichText::new(format!("{ms:.1} ms{ratio}")).color(WEAK));
+                    ui.label(RichText::new(format!("{ms:.1} ms{ratio}")).weak());
                 }
             });
         },

@@ -1,17 +1,61 @@
-//! Rows of the panel: a name, a control of fixed width, a tooltip.
+//! Rows of the panel in fixed columns: name, slider, value with its unit, reset.
 
 use crate::params::{Kind, Spec, Value};
-use egui::{Align, Button, ComboBox, DragValue, Label, Layout, Rect, Response, Sense, Shape, Slider, Stroke, Ui, Vec2};
-use egui::{Role, WidgetInfo, pos2, vec2};
+use egui::{
+    Align, Align2, Button, ComboBox, DragValue, FontId, Id, Label, Layout, Rect, Response, Sense, Shape, Slider,
+};
+use egui::{RectAlign, Role, Stroke, Tooltip, Ui, Vec2, WidgetInfo, WidgetText, pos2, vec2};
 use std::ops::RangeInclusive;
 
 /// Width of the names, points.
-const NAME: f32 = 96.0;
+const NAME: f32 = 100.0;
 /// Width of the value fields, points.
-const FIELD: f32 = 92.0;
-const HEIGHT: f32 = 21.0;
+pub const FIELD: f32 = 108.0;
+pub const HEIGHT: f32 = 21.0;
 /// Width of the button that resets a parameter, points.
 const RESET: f32 = 20.0;
+
+/// Tooltips that leave what they explain in view: in the panel they stand to its left.
+pub trait Tip {
+    fn tip(self, text: impl Into<WidgetText>) -> Self;
+}
+
+impl Tip for Response {
+    fn tip(self, text: impl Into<WidgetText>) -> Self {
+        let Some(panel) = panel_left(&self.ctx).filter(|left| self.rect.left() >= *left) else {
+            return self.on_hover_text(text);
+        };
+        let mut tooltip = Tooltip::for_enabled(&self);
+        tooltip.popup = tooltip.popup.anchor(self.rect.with_min_x(panel)).align(RectAlign::LEFT_START).gap(8.0);
+        tooltip.show(|ui| {
+            ui.set_max_width(ui.spacing().tooltip_width);
+            ui.add(Label::new(text));
+        });
+        self
+    }
+}
+
+fn panel_left(ctx: &egui::Context) -> Option<f32> {
+    ctx.data(|d| d.get_temp(Id::unique("panel's left")))
+}
+
+/// Says where the panel begins, or that there is none.
+pub fn set_panel_left(ctx: &egui::Context, left: Option<f32>) {
+    let id = Id::unique("panel's left");
+    match left {
+        Some(left) => _ = ctx.data_mut(|d| d.insert_temp(id, left)),
+        None => ctx.data_mut(|d| d.remove::<f32>(id)),
+    }
+}
+
+/// Takes what a row has to say since the last call: that a number was out of range.
+pub fn take_said(ctx: &egui::Context) -> Option<String> {
+    ctx.data_mut(|d| d.remove_temp(Id::unique("a row says")))
+}
+
+fn say(ui: &Ui, text: String) {
+    ui.data_mut(|d| d.insert_temp(Id::unique("a row says"), text));
+}
 
 /// A row: the name on the left with its tooltip, controls on the right.
 pub fn row<R>(ui: &mut Ui, name: &str, tip: &str, add: impl FnOnce(&mut Ui, &Response) -> R) -> R {
@@ -21,15 +65,20 @@ pub fn row<R>(ui: &mut Ui, name: &str, tip: &str, add: impl FnOnce(&mut Ui, &Res
             ui.set_min_width(NAME);
             ui.add(Label::new(name).truncate().sense(Sense::click()).show_tooltip_when_elided(false))
         });
-        let label = label.inner.on_hover_text(tip);
+        let label = label.inner.tip(tip);
         add(ui, &label)
     })
     .inner
 }
 
+/// What is left of a row for its controls: all but the place of the reset.
+pub fn room(ui: &Ui) -> f32 {
+    ui.available_width() - RESET - ui.spacing().item_spacing.x
+}
+
 /// A number field of fixed width.
 pub fn field(ui: &mut Ui, width: f32, drag: DragValue, tip: &str) -> Response {
-    ui.add_sized([width, HEIGHT], drag).on_hover_text(tip)
+    ui.add_sized([width, HEIGHT], drag).tip(tip)
 }
 
 /// A row with a slider and a number field. True when the value changed.
@@ -45,8 +94,9 @@ pub fn slide(
     row(ui, name, tip, |ui, label| {
         let mut v = *value as f64;
         let range = *range.start() as f64..=*range.end() as f64;
-        let scale = Scale { range, step: 0.0, smallest: if log { Some(1e-3) } else { None } };
-        let changed = slider_and_field(ui, &mut v, scale, unit, tip, label, 0.0);
+        let smallest = if log { Some(1e-3) } else { None };
+        let scale = Scale { name, range: range.clone(), slider: range, step: 0.0, smallest, unit };
+        let changed = slider_and_field(ui, &mut v, scale, tip, label);
         if changed {
             *value = v as f32;
         }
@@ -54,105 +104,145 @@ pub fn slide(
     })
 }
 
-/// How a slider runs.
-struct Scale {
+/// How a slider and its field run.
+struct Scale<'a> {
+    name: &'a str,
+    /// What the field takes.
     range: RangeInclusive<f64>,
+    /// What the slider runs over.
+    slider: RangeInclusive<f64>,
     /// 0: any value.
     step: f64,
     /// Logarithmic, down to this value above 0.
     smallest: Option<f64>,
+    unit: &'a str,
 }
 
-fn slider_and_field(
-    ui: &mut Ui,
-    value: &mut f64,
-    scale: Scale,
-    unit: &str,
-    tip: &str,
-    label: &Response,
-    reserved: f32,
-) -> bool {
+fn slider_and_field(ui: &mut Ui, value: &mut f64, scale: Scale, tip: &str, label: &Response) -> bool {
     let before = *value;
-    let suffix = if unit.is_empty() { String::new() } else { format!(" {unit}").replace(" °", "°") };
+    let suffix = suffix(scale.unit);
     let gap = ui.spacing().item_spacing.x;
-    ui.spacing_mut().slider_width = (ui.available_width() - FIELD - gap - reserved).max(40.0);
-    let (low, high) = (*scale.range.start(), *scale.range.end());
-    let mut slider = Slider::new(value, scale.range.clone()).show_value(false).logarithmic(scale.smallest.is_some());
+    ui.spacing_mut().slider_width = (room(ui) - FIELD - gap).max(32.0);
+    let (low, high) = (*scale.slider.start(), *scale.slider.end());
+    // A value beyond the slider's end stays until the slider is moved.
+    let mut slid = value.clamp(low, high);
+    let mut slider = Slider::new(&mut slid, low..=high).show_value(false).logarithmic(scale.smallest.is_some());
     if let Some(smallest) = scale.smallest {
         slider = slider.smallest_positive(smallest);
     }
     if scale.step > 0.0 {
         slider = slider.step_by(scale.step);
     }
-    ui.add(slider).labelled_by(label.id).on_hover_text(tip);
+    let slider = ui.add(slider).labelled_by(label.id);
+    if slider.changed() {
+        *value = slid;
+    }
+    slider.tip(tip);
     let speed = if scale.step > 0.0 { scale.step * 0.1 } else { (value.abs() * 0.01).max((high - low) * 1e-4) };
-    let decimals = if scale.step > 0.0 { 0 } else { decimals(*value) };
-    let drag = DragValue::new(value).range(scale.range).speed(speed).suffix(suffix).max_decimals(decimals);
+    let beyond = std::cell::Cell::new(None);
+    let (now, text_now) = (*value, short(*value));
+    let drag = DragValue::new(value).range(scale.range.clone()).speed(speed).custom_formatter(|v, _| short(v));
+    let drag = drag.suffix(&suffix).update_while_editing(false).custom_parser(|text| {
+        // Text that nobody changed is no reason to round the value.
+        if text == text_now {
+            return Some(now);
+        }
+        let typed = text.trim().trim_end_matches(suffix.trim()).trim().replace(['−', ','], "");
+        let number = if text.contains('−') { format!("-{typed}") } else { typed }.parse::<f64>().ok()?;
+        beyond.set((!scale.range.contains(&number)).then_some(number));
+        Some(number)
+    });
     field(ui, FIELD, drag, tip).labelled_by(label.id);
+    if let Some(number) = beyond.get() {
+        let (low, high) = (scale.range.start(), scale.range.end());
+        say(
+            ui,
+            format!("{} takes {low} to {high}{suffix}: {number} became {}.", scale.name, number.clamp(*low, *high)),
+        );
+    }
     if scale.step > 0.0 {
+        let (low, high) = (*scale.range.start(), *scale.range.end());
         *value = (low + ((*value - low) / scale.step).round() * scale.step).clamp(low, high);
     }
     *value != before
 }
 
-/// Decimals that show about four figures.
-fn decimals(value: f64) -> usize {
-    let size = value.abs();
-    if size == 0.0 { 2 } else { (3.0 - size.log10().floor()).clamp(0.0, 6.0) as usize }
+/// A unit as it follows a number.
+fn suffix(unit: &str) -> String {
+    if unit.is_empty() { String::new() } else { format!(" {unit}").replace(" °", "°") }
 }
 
-/// A row for a technique's parameter. True when the value changed.
-pub fn parameter(ui: &mut Ui, spec: &Spec, value: &mut Value) -> bool {
-    let name = spec.name.replace('_', " ");
-    let tip = format!(
-        "{}\nTakes {}; {} at first. Double-click the name to reset.",
-        spec.doc.trim(),
-        spec.range(),
-        spec.default()
-    );
-    let before = value.clone();
+/// A number in about three figures.
+fn short(value: f64) -> String {
+    let size = value.abs();
+    let decimals = if size == 0.0 { 0 } else { (2.0 - size.log10().floor()).clamp(0.0, 6.0) as usize };
+    let text = format!("{value:.decimals$}");
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').into() } else { text }
+}
+
+/// A value in words.
+pub fn shown_value(value: &Value) -> String {
+    match value {
+        Value::Float(v) => short(*v),
+        Value::Bool(v) => if *v { "on" } else { "off" }.into(),
+        other => other.to_string(),
+    }
+}
+
+/// What a parameter is called in the panel.
+pub fn shown_name(spec: &Spec) -> String {
+    spec.name.replace('_', " ")
+}
+
+/// A row for a technique's parameter in a scene of this diagonal, metres; `pinned` is changed by the name's menu.
+pub fn parameter(ui: &mut Ui, spec: &Spec, value: &mut Value, diagonal: f64, pinned: &mut bool) {
+    let name = shown_name(spec);
+    let (doc, range, default) = (spec.doc.trim(), spec.range(), spec.default());
+    let tip =
+        format!("{doc}\nRange: {range}. Default: {default}.\nDouble-click the name to reset, right-click to pin.");
     row(ui, &name, &tip, |ui, label| {
-        let reserved = RESET + ui.spacing().item_spacing.x;
         match (spec.kind, &mut *value) {
             (Kind::Flag { .. }, Value::Bool(on)) => {
-                ui.checkbox(on, "").labelled_by(label.id).on_hover_text(&tip);
+                ui.checkbox(on, "").labelled_by(label.id).tip(&tip);
             }
             (Kind::Int { min, max, step, .. }, Value::Int(number)) => {
                 let mut v = *number as f64;
                 let log = min > 0 && max / min >= 64 && step == 1;
                 let smallest = log.then_some(min as f64);
-                let scale = Scale { range: min as f64..=max as f64, step: step as f64, smallest };
-                if slider_and_field(ui, &mut v, scale, spec.unit, &tip, label, reserved) {
+                let range = min as f64..=max as f64;
+                let (slider, step, unit) = (range.clone(), step as f64, spec.unit);
+                if slider_and_field(ui, &mut v, Scale { name: &name, range, slider, step, smallest, unit }, &tip, label)
+                {
                     *number = v as i64;
                 }
             }
             (Kind::Float { default, min, max }, Value::Float(number)) => {
-                let smallest = if min > 0.0 && max / min >= 50.0 {
+                let end = spec.reach.map_or(max, |share| nice(share * diagonal).clamp(4.0 * default, max));
+                let smallest = if min > 0.0 && end / min >= 50.0 {
                     Some(min)
-                } else if min == 0.0 && default > 0.0 && max / default >= 20.0 {
+                } else if min == 0.0 && default > 0.0 && end / default >= 20.0 {
                     Some(default * 0.01)
                 } else {
                     None
                 };
+                let (range, slider, unit) = (min..=max, min..=end, spec.unit);
                 slider_and_field(
                     ui,
                     number,
-                    Scale { range: min..=max, step: 0.0, smallest },
-                    spec.unit,
+                    Scale { name: &name, range, slider, step: 0.0, smallest, unit },
                     &tip,
                     label,
-                    reserved,
                 );
             }
             (Kind::Choice { options, .. }, Value::Text(chosen)) => {
-                let width = ui.available_width() - reserved;
+                let width = room(ui);
                 let combo = ComboBox::from_id_salt(spec.name).selected_text(chosen.as_str()).width(width);
                 let shown = combo.show_ui(ui, |ui| {
                     for option in options {
                         ui.selectable_value(chosen, (*option).to_string(), *option);
                     }
                 });
-                shown.response.labelled_by(label.id).on_hover_text(&tip);
+                shown.response.labelled_by(label.id).tip(&tip);
             }
             _ => *value = spec.default(),
         }
@@ -161,8 +251,38 @@ pub fn parameter(ui: &mut Ui, spec: &Spec, value: &mut Value) -> bool {
         if reset || label.double_clicked() {
             *value = spec.default();
         }
+        label.context_menu(|ui| {
+            if ui.button(if *pinned { "Unpin" } else { "Pin to the top" }).clicked() {
+                *pinned ^= true;
+                ui.close();
+            }
+            if ui.add_enabled(!default, Button::new(format!("Reset to {}", spec.default()))).clicked() {
+                *value = spec.default();
+                ui.close();
+            }
+        });
     });
-    *value != before
+    if let Some(ends) = spec.ends {
+        captions(ui, ends);
+    }
+}
+
+/// Rounded to one digit.
+fn nice(x: f64) -> f64 {
+    let power = 10f64.powf(x.log10().floor());
+    (x / power).round() * power
+}
+
+/// What the two ends of the slider above mean.
+fn captions(ui: &mut Ui, ends: [&str; 2]) {
+    let gap = ui.spacing().item_spacing.x;
+    let left = ui.cursor().left() + NAME + gap;
+    let right = ui.cursor().left() + ui.available_width() - RESET - FIELD - 2.0 * gap;
+    let (rect, _) = ui.allocate_exact_size(vec2(ui.available_width(), 11.0), Sense::hover());
+    for (text, x) in ends.into_iter().zip([left + 6.0, right - 6.0]) {
+        let at = pos2(x, rect.top() - 3.0);
+        ui.painter().text(at, Align2::CENTER_TOP, text, FontId::proportional(10.5), ui.visuals().weak_text_color());
+    }
 }
 
 /// A small arrow that turns back, at the row's end. True when clicked.
@@ -178,7 +298,7 @@ fn reset(ui: &mut Ui, name: &str, default: &Value) -> bool {
     let tip = at(-130.0);
     let head = [tip + vec2(-2.5, -3.5), tip + vec2(3.5, 0.5), tip + vec2(-3.0, 2.5)];
     ui.painter().add(Shape::convex_polygon(head.to_vec(), color, Stroke::NONE));
-    r.on_hover_text(format!("Back to {default}.")).clicked()
+    r.tip(format!("Back to {default}.")).clicked()
 }
 
 /// Buttons of which one is chosen, in as many lines as they need. The one that was clicked.
@@ -188,7 +308,7 @@ pub fn chips<'a>(ui: &mut Ui, items: impl Iterator<Item = (&'a str, bool, String
         ui.spacing_mut().item_spacing = vec2(4.0, 4.0);
         for (i, (name, chosen, tip)) in items.enumerate() {
             let chip = Button::selectable(chosen, name).frame_when_inactive(true);
-            if ui.add(chip).on_hover_text(tip).clicked() {
+            if ui.add(chip).tip(tip).clicked() {
                 clicked = Some(i);
             }
         }

@@ -2,7 +2,6 @@
 
 use super::controls::chips;
 use super::model::{Action, Job, Model, Tab};
-use super::style::{PANEL, WEAK};
 use super::{advice, sweep, timeline};
 use crate::techniques;
 use egui::{Align, Button, Frame, Label, Layout, Margin, Panel, ProgressBar, Rect, RichText, ScrollArea, Sense, Ui};
@@ -29,7 +28,7 @@ pub const TABS: [(Tab, &str, &str); 3] = [
 
 /// Draws the strip and, above it, the open tab.
 pub fn show(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
-    let strip = Frame::new().fill(PANEL).inner_margin(Margin::symmetric(10, 0));
+    let strip = Frame::new().fill(ui.visuals().panel_fill).inner_margin(Margin::symmetric(10, 0));
     Panel::bottom("tabs").exact_size(STRIP).frame(strip).show(ui, |ui| {
         ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
             for (tab, title, tip) in TABS {
@@ -45,7 +44,8 @@ pub fn show(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
     let room = ui.available_height();
     let most = (room - PICTURE).max(room * 0.5);
     let body = Panel::bottom("drawer").resizable(true).default_size(room * SHARE).size_range(most.min(140.0)..=most);
-    let frame = Frame::new().fill(PANEL).inner_margin(Margin { left: 10, right: 6, top: 6, bottom: 4 });
+    let frame =
+        Frame::new().fill(ui.visuals().panel_fill).inner_margin(Margin { left: 10, right: 6, top: 6, bottom: 4 });
     body.frame(frame).show(ui, |ui| {
         let rest = ui.available_rect_before_wrap();
         within(ui, rest, |ui| match tab {
@@ -102,13 +102,13 @@ pub fn progress(ui: &mut Ui, job: &Job, out: &mut Vec<Action>) {
 
 /// A line of small grey text that never breaks.
 pub fn line(ui: &mut Ui, text: &str) {
-    ui.add(Label::new(RichText::new(text).small().color(WEAK)).truncate());
+    ui.add(Label::new(RichText::new(text).small().weak()).truncate());
 }
 
 /// Chips for the techniques that take part; those that do not serve the light are left out.
 pub fn pick_techniques(ui: &mut Ui, m: &mut Model) {
     ui.horizontal(|ui| {
-        ui.label(RichText::new("techniques").small().color(WEAK));
+        ui.label(RichText::new("techniques").small().weak());
         if ui.small_button("all").on_hover_text("Take all that serve the light.").clicked() {
             m.left_out = BTreeSet::new();
         }

@@ -1,15 +1,19 @@
 //! Undo and redo: the set-up before and after each step.
 
+use super::controls::{shown_name, shown_value};
+use crate::scene::Camera;
 use crate::setup::Setup;
+use crate::techniques;
+use std::time::{Duration, Instant};
 
 /// Steps kept.
 const LIMIT: usize = 200;
+/// How long the camera must stand still for its way there to be a step.
+pub const REST: Duration = Duration::from_millis(400);
 
 struct Step {
     before: Setup,
     after: Setup,
-    /// The camera belongs to the step (a preset or another scene); else it stays where the user has flown.
-    camera: bool,
 }
 
 /// What can be undone and redone.
@@ -17,11 +21,15 @@ pub struct History {
     last: Setup,
     past: Vec<Step>,
     future: Vec<Step>,
+    /// Where the camera was seen last, and since when it stands there.
+    camera: Camera,
+    since: Instant,
 }
 
 impl History {
     pub fn new(setup: &Setup) -> History {
-        History { last: setup.clone(), past: Vec::new(), future: Vec::new() }
+        let (past, future) = (Vec::new(), Vec::new());
+        History { last: setup.clone(), past, future, camera: setup.camera, since: Instant::now() }
     }
 
     pub fn can_undo(&self) -> bool {
@@ -32,18 +40,39 @@ impl History {
         !self.future.is_empty()
     }
 
-    /// Makes a step of what changed since the last call. Flying about and the passing of time alone are none,
-    /// unless `camera` says that the camera was chosen.
-    pub fn commit(&mut self, now: &Setup, camera: bool) {
-        if (camera && now.camera != self.last.camera) || *now != flown(&self.last, now) {
-            self.past.push(Step { before: self.last.clone(), after: now.clone(), camera });
-            self.past.drain(..self.past.len().saturating_sub(LIMIT));
-            self.future.clear();
-            self.last = now.clone();
-        } else if self.last.camera != now.camera || self.last.time != now.time {
-            self.last.camera = now.camera;
-            self.last.time = now.time;
+    /// Makes a step of what changed since the last call. The passing of time is none; a flight becomes one when the camera
+    /// has come to rest, or `at_once`.
+    pub fn commit(&mut self, now: &Setup, at_once: bool) {
+        if *now == self.last {
+            return;
         }
+        if now.camera != self.camera {
+            self.camera = now.camera;
+            self.since = Instant::now();
+        }
+        let flown = Setup { camera: now.camera, time: now.time, ..self.last.clone() };
+        if *now != flown {
+            // A flight just before is a step of its own.
+            if now.camera != self.last.camera && !at_once {
+                self.push(flown);
+            }
+            self.push(now.clone());
+        } else if now.camera == self.last.camera {
+            self.last.time = now.time;
+        } else if at_once || self.since.elapsed() >= REST {
+            self.push(flown);
+        }
+    }
+
+    fn push(&mut self, after: Setup) {
+        self.past.push(Step { before: std::mem::replace(&mut self.last, after.clone()), after });
+        self.past.drain(..self.past.len().saturating_sub(LIMIT));
+        self.future.clear();
+    }
+
+    /// Whether a flight waits to become a step.
+    pub fn waits(&self, now: &Setup) -> bool {
+        now.camera != self.last.camera
     }
 
     /// Takes what changed since the last call as no step: the passing of time on a path.
@@ -51,26 +80,77 @@ impl History {
         self.last = now.clone();
     }
 
-    /// The set-up before the last step.
-    pub fn undo(&mut self, now: &Setup) -> Option<Setup> {
+    /// The set-up before the last step, and what that step had changed.
+    pub fn undo(&mut self, now: &Setup) -> Option<(Setup, String)> {
         let step = self.past.pop()?;
-        let setup = if step.camera { step.before.clone() } else { flown(&step.before, now) };
+        self.last = stepped(&step.after, &step.before, now);
+        let told = changes(&step.before, &step.after);
         self.future.push(step);
-        self.last = setup.clone();
-        Some(setup)
+        Some((self.last.clone(), told))
     }
 
-    /// The set-up after the step that was undone last.
-    pub fn redo(&mut self, now: &Setup) -> Option<Setup> {
+    /// The set-up after the step that was undone last, and what the step changes.
+    pub fn redo(&mut self, now: &Setup) -> Option<(Setup, String)> {
         let step = self.future.pop()?;
-        let setup = if step.camera { step.after.clone() } else { flown(&step.after, now) };
+        self.last = stepped(&step.before, &step.after, now);
+        let told = changes(&step.before, &step.after);
         self.past.push(step);
-        self.last = setup.clone();
-        Some(setup)
+        Some((self.last.clone(), told))
     }
 }
 
-/// A set-up with the camera and the clock of another.
-fn flown(setup: &Setup, now: &Setup) -> Setup {
-    Setup { camera: now.camera, time: now.time, ..setup.clone() }
+/// The set-up at a step's other end. What moves without steps stays as it is now, unless the step changed it.
+fn stepped(from: &Setup, to: &Setup, now: &Setup) -> Setup {
+    let mut out = to.clone();
+    if from.scene == to.scene {
+        out.time = now.time;
+        if from.camera == to.camera {
+            out.camera = now.camera;
+        }
+        if from.light == to.light {
+            out.light = now.light;
+        }
+    }
+    out
+}
+
+/// What differs between two set-ups, in words: `bias 0.002 → 0.01`.
+fn changes(before: &Setup, after: &Setup) -> String {
+    let mut all = Vec::new();
+    let mut differ = |name: &str, a: String, b: String| {
+        if a != b {
+            all.push(format!("{name} {a} → {b}"));
+        }
+    };
+    let name = super::panel::scene_name;
+    differ("scene", name(&before.scene), name(&after.scene));
+    differ("technique", before.technique.clone(), after.technique.clone());
+    differ("view", before.view.clone(), after.view.clone());
+    differ("truth samples", before.truth_samples.to_string(), after.truth_samples.to_string());
+    let size = |s: &Setup| format!("{} × {}", s.size[0], s.size[1]);
+    differ("size", size(before), size(after));
+    differ("split", format!("{:.0} %", before.split * 100.0), format!("{:.0} %", after.split * 100.0));
+    for info in techniques::ALL {
+        for spec in info.specs() {
+            let value =
+                |s: &Setup| s.params.get(info.id).and_then(|v| v.get(spec.name)).cloned().unwrap_or(spec.default());
+            let own = info.id == after.technique;
+            let title = if own { shown_name(spec) } else { format!("{} {}", info.id, shown_name(spec)) };
+            differ(&title, shown_value(&value(before)), shown_value(&value(after)));
+        }
+    }
+    if before.scene == after.scene {
+        differ("light", before.light.kind().into(), after.light.kind().into());
+        if before.light != after.light && before.light.kind() == after.light.kind() {
+            all.push("light".into());
+        }
+        if before.camera != after.camera {
+            all.push("camera".into());
+        }
+    }
+    match all.len() {
+        0 => "a change".into(),
+        1..=3 => all.join(", "),
+        n => format!("{} and {} more", all[..2].join(", "), n - 2),
+    }
 }

@@ -1,11 +1,11 @@
 //! The panel's light section.
 
-use super::controls::{chips, field, row, slide};
+use super::controls::{FIELD, Tip, field, room, row, slide};
 use super::model::Model;
-use super::panel::vector;
+use super::panel::{choice, vector};
 use crate::light::{KINDS, Light};
 use crate::techniques;
-use egui::{ComboBox, DragValue, Ui};
+use egui::{ComboBox, DragValue, Response, Ui};
 use glam::{DVec3, Vec3};
 
 /// What a kind of light is, in the order of [`KINDS`].
@@ -18,15 +18,33 @@ const DOCS: [&str; 5] = [
 ];
 
 pub fn show(ui: &mut Ui, m: &mut Model) {
-    let before = m.setup.light;
-    let scene = m.scene.clone();
-    let presets =
-        scene.lights.iter().map(|l| (l.name.as_str(), l.light == before, "Use this light of the scene.".to_string()));
-    if let Some(i) = chips(ui, presets) {
-        m.setup.light = scene.lights[i].light;
+    let before = m.setup.light.kind();
+    let tip = "What shines. Click to fold out its kind, place, direction and colour.";
+    choice(ui, m, ("Light", tip), presets, details);
+    if m.setup.light.kind() != before {
+        serve(m);
     }
-    row(ui, "kind", "What the light is. Some techniques serve only some kinds.", |ui, label| {
-        let width = ui.available_width();
+}
+
+fn presets(ui: &mut Ui, m: &mut Model, label: &Response) {
+    let scene = m.scene.clone();
+    let now = scene.lights.iter().find(|l| l.light == m.setup.light);
+    let text = now.map_or_else(|| format!("own {}", m.setup.light.kind()), |l| l.name.clone());
+    let width = ui.available_width();
+    let shown = ComboBox::from_id_salt("light").selected_text(text).width(width).truncate().show_ui(ui, |ui| {
+        for preset in &scene.lights {
+            let doc = DOCS[preset.light.index()];
+            if ui.selectable_label(preset.light == m.setup.light, &preset.name).on_hover_text(doc).clicked() {
+                m.setup.light = preset.light;
+            }
+        }
+    });
+    shown.response.labelled_by(label.id).tip("The lights of the scene. Own: changed by you.");
+}
+
+fn details(ui: &mut Ui, m: &mut Model) {
+    row(ui, "kind", "What kind of light it is. Some techniques serve only some kinds.", |ui, label| {
+        let width = room(ui);
         let combo = ComboBox::from_id_salt("kind").selected_text(m.setup.light.kind()).width(width);
         let shown = combo.show_ui(ui, |ui| {
             for (i, kind) in KINDS.iter().enumerate() {
@@ -36,11 +54,11 @@ pub fn show(ui: &mut Ui, m: &mut Model) {
                 }
             }
         });
-        shown.response.labelled_by(label.id).on_hover_text(DOCS[m.setup.light.index()]);
+        shown.response.labelled_by(label.id).tip(DOCS[m.setup.light.index()]);
     });
     let speed = m.diagonal() * 0.002;
     let far = m.diagonal() * 20.0;
-    let origin = scene.origin;
+    let origin = m.scene.origin;
     match &mut m.setup.light {
         Light::Directional { to_light, .. } => {
             let (mut azimuth, mut elevation) = angles(*to_light);
@@ -97,14 +115,11 @@ pub fn show(ui: &mut Ui, m: &mut Model) {
         }
     }
     color(ui, &mut m.setup.light);
-    if m.setup.light.kind() != before.kind() {
-        serve(m);
-    }
 }
 
 fn aim(ui: &mut Ui, direction: &mut Vec3) {
     let (mut azimuth, mut elevation) = angles(*direction);
-    let a = slide(ui, "azimuth", "Where it shines to: 0° is +z, 90° is +x.", &mut azimuth, -180.0..=180.0, false, "°");
+    let a = slide(ui, "azimuth", "Which way it shines: 0° is +z, 90° is +x.", &mut azimuth, -180.0..=180.0, false, "°");
     let e =
         slide(ui, "elevation", "-90° shines straight down, 90° straight up.", &mut elevation, -90.0..=90.0, false, "°");
     if a || e {
@@ -129,11 +144,11 @@ fn color(ui: &mut Ui, light: &mut Light) {
     row(ui, "colour", tip, |ui, label| {
         let strength = color.max_element();
         let mut hue = if strength > 0.0 { (*color / strength).to_array() } else { [1.0; 3] };
-        let picked = ui.color_edit_button_rgb(&mut hue).on_hover_text("Choose the colour.");
+        let picked = ui.color_edit_button_rgb(&mut hue).tip("Choose the colour.");
         let mut value = strength;
         let drag =
             DragValue::new(&mut value).range(0.0..=1e6).speed(strength.max(0.1) * 0.01).max_decimals(2).prefix(unit);
-        let dragged = field(ui, 92.0, drag, tip).labelled_by(label.id);
+        let dragged = field(ui, FIELD, drag, tip).labelled_by(label.id);
         if picked.changed() || dragged.changed() {
             *color = Vec3::from(hue) * value;
         }
@@ -183,7 +198,7 @@ pub fn converted(light: &Light, kind: usize, bounds: [Vec3; 2]) -> Light {
 }
 
 /// Changes to the first technique that serves the light, where the chosen one does not.
-fn serve(m: &mut Model) {
+pub fn serve(m: &mut Model) {
     let Some(reason) = m.info().refuses(&m.setup.light) else { return };
     if let Some(other) = techniques::ALL.iter().find(|i| i.refuses(&m.setup.light).is_none()) {
         m.select(other);

@@ -16,7 +16,7 @@ use crate::truth::Progress;
 use crate::view;
 use anyhow::Context;
 use glam::Vec3;
-use std::collections::{BTreeSet, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
@@ -44,6 +44,8 @@ pub enum Action {
     /// Render a small picture of this set-up (JSON, as a row holds it).
     Thumbnail(String),
     Capture(PathBuf),
+    /// As Capture, at 1920 × 1080 with the legend.
+    Figure(PathBuf),
     /// Ask where to capture to.
     PickCapture,
     SaveSetup(PathBuf),
@@ -80,20 +82,11 @@ pub enum Traced {
     Fully,
 }
 
-impl Traced {
-    /// Share of the picture's rows that have a truth, 0 to 1.
-    pub fn covered(&self) -> f32 {
-        match self {
-            Traced::NotServed => 0.0,
-            Traced::Partly(progress) => progress.covered,
-            Traced::Fully => 1.0,
-        }
-    }
-}
-
 /// What the last frame told.
-#[derive(Default)]
+#[derive(Clone, Default)]
 pub struct Facts {
+    /// The number of the order that it answers ([`Model::order`]).
+    pub of: u64,
     pub adapter: String,
     pub software: bool,
     /// Pass times are wall clock, not GPU timestamps.
@@ -110,8 +103,10 @@ pub struct Facts {
     /// What the legend needs to know of the picture.
     pub known: Known,
     pub traced: Traced,
-    /// The picture shown is an earlier one of fewer pixels, complete, while the truth is traced for all.
-    pub keeping: bool,
+    /// The view waits for all pixels of the viewport; the picture is shaded meanwhile.
+    pub waits: bool,
+    /// What the last whole frame of each technique took at full resolution, seconds.
+    pub seconds: BTreeMap<&'static str, f64>,
     /// Share of the pixels that can be wrong which are, and RMSE against the truth shown; None until they are known.
     pub error: Option<[f64; 2]>,
     /// What the picture shows wrong, known with the error.
@@ -121,12 +116,12 @@ pub struct Facts {
 impl Facts {
     /// Milliseconds of all passes.
     pub fn frame_ms(&self) -> f64 {
-        self.passes.iter().map(|p| p.1).sum()
+        self.passes.iter().fold(0.0, |sum, p| sum + p.1)
     }
 
     /// Milliseconds of the technique's passes.
     pub fn technique_ms(&self) -> f64 {
-        self.passes.iter().filter(|p| !SHARED_PASSES.contains(&p.0)).map(|p| p.1).sum()
+        self.passes.iter().filter(|p| !SHARED_PASSES.contains(&p.0)).fold(0.0, |sum, p| sum + p.1)
     }
 }
 
@@ -199,6 +194,9 @@ pub struct Model {
     pub timeline: Timeline,
     pub advice: Advising,
     pub facts: Facts,
+    /// The number of what was ordered last from the scene's thread, and since when it is awaited.
+    pub order: u64,
+    pub ordered: Instant,
     /// None: not read since the picture changed.
     pub reading: Option<Reading>,
     pub show_help: bool,
@@ -209,6 +207,19 @@ pub struct Model {
     pub editing: usize,
     /// The view before the difference was looked at.
     look: String,
+    /// The window has no room for panel and picture side by side: the panel then covers the picture, if `show_over`.
+    pub narrow: bool,
+    pub show_over: bool,
+    /// What the technique's list is narrowed down to.
+    pub search: String,
+    /// Parameters that stand on top, by name.
+    pub pinned: BTreeSet<&'static str>,
+    /// The picture has the capture's shape.
+    pub framed: bool,
+    /// Measured rows are in no file yet.
+    pub unsaved: bool,
+    /// Asked to close with such rows, and waiting for an answer.
+    pub closing: bool,
 }
 
 impl Model {
@@ -236,12 +247,21 @@ impl Model {
             timeline,
             advice: Advising::default(),
             facts: Facts::default(),
+            order: 0,
+            ordered: Instant::now(),
             reading: None,
             show_help: false,
             show_panel: true,
             show_legend: true,
             editing: 0,
             look: String::new(),
+            narrow: false,
+            show_over: false,
+            search: String::new(),
+            pinned: BTreeSet::new(),
+            framed: false,
+            unsaved: false,
+            closing: false,
             setup,
         }
     }
@@ -253,7 +273,7 @@ impl Model {
             self.home = setup.camera;
         }
         if !restored {
-            self.history.commit(&self.setup, false);
+            self.history.commit(&self.setup, true);
             self.history.commit(&setup, true);
         }
         self.setup = setup;
@@ -375,6 +395,7 @@ impl Model {
             let again = |r: &Record| r.setup == row.setup && r.adapter == row.adapter && !row.setup.is_empty();
             self.rows.retain(|r| !again(r));
             self.rows.push(row);
+            self.unsaved = true;
         }
         self.chart.stale = true;
     }
@@ -382,6 +403,7 @@ impl Model {
     /// Empties the list of measured rows.
     pub fn clear_rows(&mut self) {
         self.rows.clear();
+        self.unsaved = false;
         self.chart.pictures.clear();
         self.chart.stale = true;
     }
@@ -398,8 +420,21 @@ impl Model {
             }
         };
         // What was changed just before is a step of its own.
-        self.history.commit(&self.setup, false);
-        setup.split = self.setup.split;
+        self.history.commit(&self.setup, true);
+        // How it is shown stays.
+        let now = &self.setup;
+        setup = Setup {
+            split: now.split,
+            arrange: now.arrange,
+            front: now.front,
+            legend: now.legend,
+            against: now.against.clone(),
+            error_dilation: now.error_dilation,
+            error_base: now.error_base,
+            error_window: now.error_window,
+            outlines: now.outlines,
+            ..setup
+        };
         let known = techniques::find(&setup.technique).is_some_and(|i| view::check(&self.setup.view, i).is_ok());
         setup.view = if known { self.setup.view.clone() } else { view::VIEWS[0].id.into() };
         // Other techniques keep what they are set to.
@@ -410,6 +445,17 @@ impl Model {
         self.camera_chosen = true;
         self.timeline.playing = false;
         self.take(setup)
+    }
+
+    /// The picture has fewer pixels than the viewport.
+    pub fn draft(&self) -> bool {
+        self.facts.size != self.facts.full
+    }
+
+    /// Since when a picture of the set-up at full resolution is awaited.
+    pub fn awaited(&self) -> Option<Instant> {
+        let awaited = (self.order != self.facts.of || self.draft()) && self.measuring.is_none();
+        awaited.then_some(self.ordered)
     }
 
     /// Something moves by itself.
@@ -441,6 +487,41 @@ impl Model {
         self.notes.push(Note { text, error: true, since: Instant::now() });
     }
 
+    /// Opens the drawer at a tab, or closes it there.
+    pub fn toggle(&mut self, tab: Tab) {
+        self.drawer = if self.drawer == Some(tab) { None } else { Some(tab) };
+    }
+
+    /// Whether the panel shows.
+    pub fn panel_shows(&self) -> bool {
+        if self.narrow { self.show_over } else { self.show_panel }
+    }
+
+    /// Hides or shows the panel.
+    pub fn toggle_panel(&mut self) {
+        let shown = if self.narrow { &mut self.show_over } else { &mut self.show_panel };
+        *shown = !*shown;
+    }
+
+    /// Goes back to the preset chosen last, or to the camera of the file, as a step.
+    pub fn go_home(&mut self) {
+        self.setup.camera = self.home;
+        self.camera_chosen = true;
+    }
+
+    /// Whether the window may close now; else it asks what is to become of the rows measured.
+    pub fn may_close(&mut self) -> bool {
+        self.closing = self.unsaved && !self.rows.is_empty();
+        !self.closing
+    }
+
+    /// Whether a technique is among those searched for.
+    pub fn finds(&self, info: &Info) -> bool {
+        let wanted = self.search.trim().to_lowercase();
+        let text = [info.id, info.title, info.paper, info.family].join(" ").to_lowercase();
+        wanted.split_whitespace().all(|word| text.contains(word))
+    }
+
     /// The scene's extent from corner to corner, metres.
     pub fn diagonal(&self) -> f32 {
         (self.bounds[1] - self.bounds[0]).length().max(1e-3)
@@ -454,14 +535,24 @@ impl Model {
 
     /// Undoes a step; the action loads the scene, where that differs.
     pub fn undo(&mut self) -> Option<Action> {
-        let before = self.history.undo(&self.setup)?;
+        self.history.commit(&self.setup, true);
+        let (before, told) = self.history.undo(&self.setup)?;
+        self.say_step(format!("Undid: {told}"));
         self.take(before)
     }
 
     /// Does an undone step again.
     pub fn redo(&mut self) -> Option<Action> {
-        let after = self.history.redo(&self.setup)?;
+        self.history.commit(&self.setup, true);
+        let (after, told) = self.history.redo(&self.setup)?;
+        self.say_step(format!("Redid: {told}"));
         self.take(after)
+    }
+
+    /// Says what a step was, instead of what the last one was.
+    fn say_step(&mut self, text: String) {
+        self.notes.retain(|n| !n.text.starts_with("Undid: ") && !n.text.starts_with("Redid: "));
+        self.say(text);
     }
 
     fn take(&mut self, mut setup: Setup) -> Option<Action> {

@@ -1,8 +1,8 @@
-//! What a technique needs of what it renders, and numbers in words.
+//! What a technique uses of what it holds and renders, and numbers in words.
 
+use super::controls::Tip;
 use super::model::{Action, Model};
 use super::panel::grouped;
-use super::style::WEAK;
 use crate::measure::{Record, params_text};
 use crate::setup::Setup;
 use crate::techniques;
@@ -11,7 +11,7 @@ use egui::{Grid, RichText, Ui};
 /// A name, a value and what it means.
 pub type Row = (&'static str, String, &'static str);
 
-/// What a measured configuration needs of what it renders; what does not apply is left out.
+/// What a measured configuration uses of what it renders; what does not apply is left out.
 pub fn rows(r: &Record) -> Vec<Row> {
     let of = |part: u64, whole: u64| {
         let share = 100.0 * part as f64 / whole.max(1) as f64;
@@ -19,20 +19,32 @@ pub fn rows(r: &Record) -> Vec<Row> {
     };
     let mut out: Vec<Row> = Vec::new();
     if let (Some(part), Some(whole)) = (r.texels_covered, r.texels) {
-        out.push(("texels covered", of(part, whole), "Texels of the maps that some pixel looks into, of all."));
+        out.push((
+            "texels used",
+            of(part, whole),
+            "Texels of the maps that some pixel looks up, out of all that are held.",
+        ));
     }
     if let (Some(part), Some(whole)) = (r.views_needed, r.views_rendered) {
-        out.push(("views needed", of(part, whole), "Maps, faces, cascades or samples that some pixel looks into."));
+        out.push((
+            "views used",
+            of(part, whole),
+            "Maps, faces, cascades or light samples that some pixel looks up, out of all that are rendered.",
+        ));
     }
     if let (Some(part), Some(whole)) = (r.triangles_drawn, r.triangles_submitted) {
         out.push((
             "triangles drawn",
             of(part, whole),
-            "At most so many have a part inside a view, of the triangles sent to the light's views.",
+            "How many, at most, have a part inside one of the light's views, out of those sent to them.",
         ));
     }
     if let Some(n) = r.fragments.filter(|n| *n > 0) {
-        out.push(("fragments", grouped(n as usize), "Runs of the fragment shader in the draws of the light's views."));
+        out.push((
+            "fragments",
+            grouped(n as usize),
+            "How often the fragment shader runs while the light's views are drawn.",
+        ));
     }
     if let (Some(needed), Some(added)) = (r.triangles_needed, r.triangles_added) {
         let sign = if added < 0 { "-" } else { "+" };
@@ -40,12 +52,12 @@ pub fn rows(r: &Record) -> Vec<Row> {
         out.push((
             "triangles, warped",
             value,
-            "Triangles that some pixel needs, and how many more are drawn where the warp splits them. Fewer where they \
+            "Triangles that some pixel needs, and how many more are drawn because the warp splits them; fewer where they \
              are too small for any texel.",
         ));
     }
     if r.rays > 0 {
-        let tip = "Shadow rays traced in one frame, of the pixels that face the light.";
+        let tip = "Shadow rays traced in one frame, out of the pixels that face the light.";
         out.push(("rays", of(r.rays, r.facing as u64), tip));
     }
     out.push(("memory held", mebibytes(r.gpu_bytes), "GPU memory that the technique holds."));
@@ -90,11 +102,11 @@ pub fn show(ui: &mut Ui, m: &Model, out: &mut Vec<Action>) {
     };
     table(ui, "needs", &rows);
     ui.horizontal(|ui| {
-        let text = if measured.is_some() { "as measured at this set-up" } else { "the rest is known once measured" };
-        ui.label(RichText::new(text).small().color(WEAK));
+        let text =
+            if measured.is_some() { "as measured with this set-up" } else { "the rest is known once it is measured" };
+        ui.label(RichText::new(text).small().weak());
         let ready = m.measuring.is_none() && m.info().refuses(&m.setup.light).is_none();
-        if measured.is_none() && ready && ui.small_button("Measure now").on_hover_text("Measure this set-up.").clicked()
-        {
+        if measured.is_none() && ready && ui.small_button("Measure now").tip("Measure this set-up.").clicked() {
             out.push(Action::Measure);
         }
     });
@@ -104,8 +116,8 @@ pub fn show(ui: &mut Ui, m: &Model, out: &mut Vec<Action>) {
 pub fn table(ui: &mut Ui, id: impl std::hash::Hash + std::fmt::Debug, rows: &[Row]) {
     Grid::new(id).num_columns(2).min_col_width(110.0).spacing([8.0, 1.0]).show(ui, |ui| {
         for (name, value, tip) in rows {
-            ui.label(RichText::new(*name).small()).on_hover_text(*tip);
-            ui.label(RichText::new(value).monospace().size(11.5)).on_hover_text(*tip);
+            ui.label(RichText::new(*name).small()).tip(*tip);
+            ui.label(RichText::new(value).monospace().size(11.5)).tip(*tip);
             ui.end_row();
         }
     });
@@ -113,7 +125,7 @@ pub fn table(ui: &mut Ui, id: impl std::hash::Hash + std::fmt::Debug, rows: &[Ro
 
 /// Whether a row was measured at this set-up, whatever its view.
 fn is_of(r: &Record, setup: &Setup) -> bool {
-    if r.technique != setup.technique || r.scene != setup.scene || r.params != params_text(setup.values()) {
+    if r.technique != setup.technique || r.scene != setup.scene || r.params != params_text(setup) {
         return false;
     }
     let seen = |s: &Setup| (s.camera, s.light, s.size, s.time, s.animation, s.seed);

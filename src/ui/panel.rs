@@ -1,26 +1,30 @@
 //! The side panel: every setting and figure, in sections that fold.
 
-use super::controls::{chips, field, parameter, row, slide};
-use super::freeze;
+use super::controls::{HEIGHT, Tip, field, parameter, row, set_panel_left, slide};
 use super::lighting;
 use super::model::{Action, Model};
-use super::style::WEAK;
-use super::{compare, needs, results, views};
+use super::{compare, freeze, needs, results, views};
+use crate::measure::stability;
+use crate::params::Spec;
 use crate::scene::builtin;
 use crate::setup::place;
 use crate::techniques;
-use egui::Response;
+use egui::collapsing_header::{CollapsingState, paint_default_icon};
 use egui::{
-    Align, Button, CollapsingHeader, ComboBox, DragValue, Layout, RichText, ScrollArea, TextEdit, Ui, UiBuilder, vec2,
+    Align, Button, CollapsingHeader, ComboBox, DragValue, Key, Label, Layout, RichText, ScrollArea, Sense, TextEdit,
+    Ui, UiBuilder, vec2,
 };
+use egui::{Modifiers, Response};
 use glam::{DVec3, Vec3};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-/// Width of the panel, points.
+/// Width of the panel at first, and the least, points.
 pub const WIDTH: f32 = 340.0;
+pub const LEAST: f32 = 300.0;
 
 /// Draws the panel's contents; changes go into the model, what only the window can do into `out`.
 pub fn show(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
+    set_panel_left(ui.ctx(), Some(ui.max_rect().left()));
     head(ui, m, out);
     ui.separator();
     // A space of its own: contents that are too wide are cut off and never widen the panel.
@@ -28,17 +32,18 @@ pub fn show(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
     let mut inside = ui.new_child(UiBuilder::new().max_rect(rest));
     inside.shrink_clip_rect(rest);
     ScrollArea::vertical().auto_shrink([false, false]).show(&mut inside, |ui| {
-        section(ui, "Scene", true, |ui| scene(ui, m, out));
+        scene(ui, m, out);
+        lighting::show(ui, m);
+        camera(ui, m);
+        ui.add_space(4.0);
         // What differs from technique to technique comes last, so that the lists above stay where they are.
         section(ui, "Technique", true, |ui| technique(ui, m));
         section(ui, "View", true, |ui| views::show(ui, m));
         section(ui, "Parameters", true, |ui| parameters(ui, m));
-        section(ui, "Light", false, |ui| lighting::show(ui, m));
-        section(ui, "Camera", false, |ui| camera(ui, m));
         if !m.scene.animations.is_empty() {
             section(ui, "Animation", true, |ui| animation(ui, m));
         }
-        section(ui, "Needs", true, |ui| needs::show(ui, m, out));
+        section(ui, "Used of held", true, |ui| needs::show(ui, m, out));
         section(ui, "Timings", true, |ui| results::timings(ui, &m.facts));
         section(ui, "Measure", false, |ui| results::measure(ui, m, out));
         section(ui, "Capture", false, |ui| capture(ui, m, out));
@@ -54,63 +59,128 @@ fn section(ui: &mut Ui, title: &str, open: bool, add: impl FnOnce(&mut Ui)) {
     });
 }
 
+/// Width of the names in the panel's head, points.
+const HEAD: f32 = 76.0;
+
+/// A row of the panel's head: what is chosen, and its details folded away below.
+pub fn choice(
+    ui: &mut Ui,
+    m: &mut Model,
+    (title, tip): (&str, &str),
+    choose: impl FnOnce(&mut Ui, &mut Model, &Response),
+    details: impl FnOnce(&mut Ui, &mut Model),
+) {
+    let id = ui.make_persistent_id(title);
+    let mut state = CollapsingState::load_with_default_open(ui.ctx(), id, false);
+    ui.horizontal(|ui| {
+        let layout = Layout::left_to_right(Align::Center);
+        let label = ui.allocate_ui_with_layout(vec2(HEAD, HEIGHT), layout, |ui| {
+            ui.set_min_width(HEAD);
+            state.show_toggle_button(ui, paint_default_icon);
+            ui.add(Label::new(RichText::new(title).strong()).sense(Sense::click()))
+        });
+        let label = label.inner.tip(tip);
+        if label.clicked() {
+            state.toggle(ui);
+        }
+        choose(ui, m, &label);
+    });
+    state.show_body_unindented(ui, |ui| {
+        details(ui, m);
+        ui.add_space(8.0);
+    });
+}
+
 fn head(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
     ui.add_space(2.0);
     ui.horizontal(|ui| {
         let undo = ui.add_enabled(m.history.can_undo(), Button::new("Undo"));
-        if undo.on_hover_text("Take back the last change of the set-up (Ctrl+Z).").clicked() {
+        if undo.tip("Take back the last change (Ctrl+Z).").clicked() {
             out.extend(m.undo());
         }
         let redo = ui.add_enabled(m.history.can_redo(), Button::new("Redo"));
-        if redo.on_hover_text("Do again what was taken back (Ctrl+Shift+Z or Ctrl+Y).").clicked() {
+        if redo.tip("Do again what was taken back (Ctrl+Shift+Z or Ctrl+Y).").clicked() {
             out.extend(m.redo());
         }
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-            let help = ui.selectable_label(m.show_help, "Help").on_hover_text("Mouse and keys (F1).");
-            if help.clicked() {
+            if ui.button("Hide").tip("Hide this panel (F9). The tab at the window's edge brings it back.").clicked() {
+                m.toggle_panel();
+            }
+            if ui.selectable_label(m.show_help, "Help").tip("Mouse and keys (F1).").clicked() {
                 m.show_help = !m.show_help;
             }
-            if ui.button("Hide").on_hover_text("Hide this panel; Tab shows it again.").clicked() {
-                m.show_panel = false;
+            let theme = ui.ctx().theme();
+            let (other, name) = match theme {
+                egui::Theme::Dark => (egui::Theme::Light, "Light theme"),
+                egui::Theme::Light => (egui::Theme::Dark, "Dark theme"),
+            };
+            if ui.button(name).tip("Change the window's colours. At first they are those of the system.").clicked() {
+                ui.ctx().set_theme(other);
             }
         });
     });
 }
 
+/// What a scene is called: a case's title, a built-in scene's name, a file's name without its folders.
+pub fn scene_name(scene: &str) -> String {
+    match stability::find(scene) {
+        Some(case) => case.title.into(),
+        None => Path::new(scene).file_name().map_or(scene.into(), |n| n.to_string_lossy().into_owned()),
+    }
+}
+
 fn scene(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
-    row(
-        ui,
-        "scene",
-        "What stands in the light: one of the scenes that come with the program, or a file.",
-        |ui, label| {
+    let tip = "What stands in the light: a scene that comes with the program, or a file. Click to fold out the file's path and the scene's size.";
+    let mut asked = Vec::new();
+    let choose = |ui: &mut Ui, m: &mut Model, label: &Response| {
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+            if ui
+                .button("Open…")
+                .tip("Choose a file: a glTF scene, a set-up, a captured picture, or results.")
+                .clicked()
+            {
+                asked.push(Action::PickFile);
+            }
             let width = ui.available_width();
-            let combo = ComboBox::from_id_salt("scene").selected_text(m.setup.scene.as_str()).width(width).truncate();
-            let shown = combo.show_ui(ui, |ui| {
-                for b in builtin::SCENES {
-                    let chosen = m.setup.scene == b.name;
-                    if ui.selectable_label(chosen, b.name).on_hover_text(b.description).clicked() && !chosen {
-                        out.push(Action::Open(b.name.into()));
+            let now = m.setup.scene.as_str();
+            let combo = ComboBox::from_id_salt("scene").selected_text(scene_name(now)).width(width).truncate();
+            let shown = combo.height(420.0).show_ui(ui, |ui| {
+                let scenes = builtin::SCENES.iter().map(|b| (b.name, b.name, b.description));
+                let cases = stability::CASES.iter().map(|c| (c.id, c.title, c.doc));
+                let mut entry = |ui: &mut Ui, (id, title, doc): (&str, &str, &str)| {
+                    let chosen = now == id;
+                    if ui.selectable_label(chosen, title).on_hover_text(doc).clicked() && !chosen {
+                        asked.push(Action::Open(id.into()));
                     }
-                }
+                };
+                scenes.for_each(|s| entry(ui, s));
+                ui.separator();
+                ui.label(RichText::new("Cases on which some techniques fail").small().weak());
+                cases.for_each(|c| entry(ui, c));
             });
-            shown.response.labelled_by(label.id).on_hover_text("Choose a built-in scene.");
-        },
-    );
+            shown.response.labelled_by(label.id).tip(format!("{now}\nChoose a built-in scene."));
+        });
+    };
+    let mut named = Vec::new();
+    choice(ui, m, ("Scene", tip), choose, |ui, m| file(ui, m, &mut named));
+    out.append(&mut asked);
+    out.append(&mut named);
+}
+
+/// The scene's file and facts.
+fn file(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
     row(
         ui,
         "file",
-        "A glTF scene (.glb, .gltf), a saved set-up (.toml) or a captured picture (.png). Files can also be dropped on the window.",
+        "A glTF scene (.glb, .gltf), a saved set-up (.toml), a captured picture (.png) or results (.csv, .json). Files can also be dropped on the window.",
         |ui, label| {
             ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-                if ui.button("Browse…").on_hover_text("Choose a file in the system's dialog.").clicked() {
-                    out.push(Action::PickFile);
-                }
                 let named = !m.open_path.trim().is_empty();
-                let open = ui.add_enabled(named, Button::new("Open")).on_hover_text("Open the file at this path.");
-                let width = ui.available_width() - 8.0;
-                let edit = ui.add_sized([width, 21.0], TextEdit::singleline(&mut m.open_path).hint_text("path"));
-                let edit = edit.labelled_by(label.id).on_hover_text("Type a path and press Enter.");
-                let entered = edit.lost_focus() && ui.input(|i| i.key_pressed(egui::Key::Enter));
+                let open = ui.add_enabled(named, Button::new("Open")).tip("Open the file at this path.");
+                let width = ui.available_width();
+                let edit = ui.add_sized([width, HEIGHT], TextEdit::singleline(&mut m.open_path).hint_text("path"));
+                let edit = edit.labelled_by(label.id).tip("Type a path and press Enter.");
+                let entered = edit.lost_focus() && ui.input(|i| i.key_pressed(Key::Enter));
                 if named && (open.clicked() || entered) {
                     out.push(Action::Open(m.open_path.trim().into()));
                 }
@@ -119,8 +189,7 @@ fn scene(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
     );
     let size = m.bounds[1] - m.bounds[0];
     let facts = format!("{} triangles, {:.1} × {:.1} × {:.1} m", grouped(m.scene.triangles()), size.x, size.y, size.z);
-    ui.label(RichText::new(facts).small().color(WEAK))
-        .on_hover_text("Size of the scene: width, height and depth in metres.");
+    ui.label(RichText::new(facts).small().weak()).tip("Size of the scene: width, height and depth in metres.");
     if !m.scene.notes.is_empty() {
         let title = format!("What the loader changed ({})", m.scene.notes.len());
         ui.collapsing(RichText::new(title).small(), |ui| {
@@ -147,83 +216,147 @@ pub fn grouped(n: usize) -> String {
 fn technique(ui: &mut Ui, m: &mut Model) {
     compare::show(ui, m);
     let chosen = m.edited();
+    let search =
+        ui.add_sized([ui.available_width() - 4.0, HEIGHT], TextEdit::singleline(&mut m.search).hint_text("search"));
+    search.widget_info(|| egui::WidgetInfo::labeled(egui::Role::TextInput, true, "search techniques"));
+    let search = search.tip(
+        "Show only techniques whose name, authors, year or family hold these words (Ctrl+F). Enter takes the first.",
+    );
+    if ui.input_mut(|i| i.consume_key(Modifiers::COMMAND, Key::F)) {
+        search.request_focus();
+    }
+    let found: Vec<_> = techniques::ALL.iter().copied().filter(|i| m.finds(i)).collect();
+    if search.lost_focus() && ui.input(|i| i.key_pressed(Key::Enter)) {
+        if let Some(first) = found.iter().find(|i| i.refuses(&m.setup.light).is_none()) {
+            m.select(first);
+            m.search.clear();
+        }
+    }
     // A high window shows more of the list.
     let most = (0.29 * ui.ctx().content_rect().height()).max(230.0);
     ScrollArea::vertical().id_salt("techniques").max_height(most).auto_shrink([false, true]).show(ui, |ui| {
         ui.spacing_mut().item_spacing.y = 2.0;
-        for info in techniques::ALL {
+        let mut family = "";
+        for info in &found {
+            if info.family != family {
+                family = info.family;
+                ui.label(RichText::new(family).small().weak());
+            }
             let refused = info.refuses(&m.setup.light);
             let button = Button::selectable(chosen.is_some_and(|c| c.id == info.id), info.title)
-                .min_size(vec2(ui.available_width(), 21.0));
+                .min_size(vec2(ui.available_width(), HEIGHT));
             let button = ui.add_enabled(refused.is_none(), button);
-            let button = button.on_hover_text(format!("{}\n{}", info.doc, info.paper));
+            let button = button.tip(format!("{}\n{}", info.doc, info.paper));
             if button.on_disabled_hover_text(refused.unwrap_or_default()).clicked() {
                 m.select(info);
             }
         }
+        if found.is_empty() {
+            ui.label(RichText::new("No technique is called that.").weak());
+        }
     });
-    if let Some(reason) = m.info().refuses(&m.setup.light) {
-        ui.label(RichText::new(reason).color(ui.visuals().warn_fg_color));
-    }
-    for note in &m.facts.notes {
-        ui.label(RichText::new(note).small().color(ui.visuals().warn_fg_color));
+    // Always a line high, so that what stands below keeps its place.
+    let notes: Vec<String> =
+        m.info().refuses(&m.setup.light).into_iter().chain(m.facts.notes.iter().cloned()).collect();
+    let text = RichText::new(notes.join(" ")).small().color(ui.visuals().warn_fg_color);
+    let line = ui.add(Label::new(text).truncate().show_tooltip_when_elided(false));
+    if !notes.is_empty() {
+        line.tip(notes.join("\n"));
     }
 }
 
 fn parameters(ui: &mut Ui, m: &mut Model) {
     let Some(chosen) = m.edited() else {
-        ui.label(RichText::new("The truth has no parameters but its samples, above.").small().color(WEAK));
+        ui.label(RichText::new("The truth has no parameters but its samples, above.").small().weak());
         return;
     };
-    ui.push_id(chosen.id, |ui| {
-        let values = m.edited_values();
-        for group in chosen.params {
-            for spec in group.specs {
-                let value = values.entry(spec.name.into()).or_insert_with(|| spec.default());
-                parameter(ui, spec, value);
-            }
+    let diagonal = m.diagonal() as f64;
+    let mut held = std::mem::take(&mut m.pinned);
+    let pinned = &mut held;
+    let values = m.edited_values();
+    let shown: Vec<&'static Spec> = chosen.specs().filter(|s| chosen.applies(s, values)).collect();
+    let mut one = |ui: &mut Ui, spec: &'static Spec, pinned: &mut std::collections::BTreeSet<&'static str>| {
+        let value = values.entry(spec.name.into()).or_insert_with(|| spec.default());
+        let mut held = pinned.contains(spec.name);
+        ui.push_id((chosen.id, spec.name), |ui| parameter(ui, spec, value, diagonal, &mut held));
+        if held {
+            pinned.insert(spec.name)
+        } else {
+            pinned.remove(spec.name)
+        };
+    };
+    let (top, rest): (Vec<_>, Vec<_>) = shown.into_iter().partition(|s| pinned.contains(s.name));
+    if !top.is_empty() {
+        ui.label(RichText::new("Pinned").small().weak());
+        top.into_iter().for_each(|spec| one(ui, spec, pinned));
+        ui.add_space(2.0);
+    }
+    let mut sections: Vec<&str> = Vec::new();
+    rest.iter().for_each(|s| {
+        if !sections.contains(&s.section) {
+            sections.push(s.section)
         }
     });
+    for title in sections {
+        let header = CollapsingHeader::new(RichText::new(title).small().weak()).id_salt(("parameters", title));
+        header.default_open(title != "Rasteriser bias").show_unindented(ui, |ui| {
+            rest.iter().filter(|s| s.section == title).for_each(|spec| one(ui, spec, pinned));
+        });
+    }
+    m.pinned = held;
 }
 
 fn camera(ui: &mut Ui, m: &mut Model) {
-    let scene = m.scene.clone();
-    let now = m.setup.camera;
-    let presets = scene.cameras.iter().map(|c| (c.name.as_str(), c.camera == now, "Look from here.".to_string()));
-    if let Some(i) = chips(ui, presets) {
-        m.setup.camera = scene.cameras[i].camera;
-        m.home = m.setup.camera;
-        m.camera_chosen = true;
-    }
-    freeze::show(ui, m);
+    let tip = "Where the picture is seen from. Click to fold out its place and field of view.";
+    choice(
+        ui,
+        m,
+        ("Camera", tip),
+        |ui, m, label| {
+            ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+                let reset = ui.add_enabled(m.setup.camera != m.home, Button::new("Reset"));
+                if reset.tip("Back to the preset chosen last, or to the camera of the file (R).").clicked() {
+                    m.go_home();
+                }
+                freeze::button(ui, m);
+                let scene = m.scene.clone();
+                let now = scene.cameras.iter().find(|c| c.camera == m.setup.camera).map_or("free", |c| c.name.as_str());
+                let combo = ComboBox::from_id_salt("camera").selected_text(now).width(ui.available_width()).truncate();
+                let shown = combo.show_ui(ui, |ui| {
+                    for preset in &scene.cameras {
+                        if ui.selectable_label(preset.camera == m.setup.camera, &preset.name).clicked() {
+                            m.home = preset.camera;
+                            m.go_home();
+                        }
+                    }
+                    freeze::from_the_light(ui, m);
+                });
+                shown
+                    .response
+                    .labelled_by(label.id)
+                    .tip("The cameras of the scene. Free: moved away from all of them.");
+            });
+        },
+        place_of_camera,
+    );
+}
+
+fn place_of_camera(ui: &mut Ui, m: &mut Model) {
+    freeze::outlines(ui, m);
+    let o = m.scene.origin;
     let c = &mut m.setup.camera;
     slide(ui, "field of view", "Vertical angle that the picture covers.", &mut c.fov, 5.0..=120.0, false, "°");
     let far = c.far;
     let tip = "Nothing nearer than this is drawn. Techniques that divide depth logarithmically depend on it.";
     slide(ui, "near", tip, &mut c.near, 1e-3..=(far * 0.5).max(2e-3), true, "m");
     let near = c.near;
-    let tip = "Nothing farther than this is drawn.";
+    let tip = "Nothing farther away than this is drawn.";
     slide(ui, "far", tip, &mut c.far, (near * 2.0)..=(near * 2.0).max(1e5), true, "m");
-    let o = scene.origin;
     vector(ui, "position", "Where the camera stands: x, y (up), z in metres.", &mut c.position, o, 0.05);
-    vector(
-        ui,
-        "target",
-        "The point that it looks at and turns around: x, y (up), z in metres.",
-        &mut c.target,
-        o,
-        0.05,
-    );
+    let tip = "The point that it looks at and turns around: x, y (up), z in metres.";
+    vector(ui, "target", tip, &mut c.target, o, 0.05);
     if c.position == c.target {
         c.target.z -= 0.01;
-    }
-    if ui
-        .button("Reset")
-        .on_hover_text("Back to the preset chosen last, or to the camera of the file (key R).")
-        .clicked()
-    {
-        m.setup.camera = m.home;
-        m.camera_chosen = true;
     }
 }
 
@@ -268,7 +401,7 @@ fn animation(ui: &mut Ui, m: &mut Model) {
     ui.horizontal(|ui| {
         let (text, tip) =
             if m.playing { ("Pause", "Stop the clock (Space).") } else { ("Play", "Let the clock run (Space).") };
-        if ui.add_sized([60.0, 21.0], Button::new(text)).on_hover_text(tip).clicked() {
+        if ui.add_sized([60.0, 21.0], Button::new(text)).tip(tip).clicked() {
             m.playing = !m.playing;
         }
         let names: Vec<String> = scene
@@ -281,7 +414,7 @@ fn animation(ui: &mut Ui, m: &mut Model) {
         let width = ui.available_width();
         let combo = ComboBox::from_id_salt("animation").width(width).truncate();
         let combo = combo.show_index(ui, &mut chosen, names.len(), |i| names.get(i).cloned().unwrap_or_default());
-        combo.on_hover_text("Which of the file's animations plays.");
+        combo.tip("Which of the file's animations plays.");
         m.setup.animation = chosen as u32;
     });
     slide(
@@ -321,11 +454,10 @@ fn capture(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
         let path = PathBuf::from(m.picture_path.trim());
         let ready = !m.capturing && !m.picture_path.trim().is_empty();
         let save = ui.add_enabled(ready, Button::new("Save picture"));
-        if save.on_hover_text("Render at this size and write the file (F12: into capture-001.png and so on).").clicked()
-        {
+        if save.tip("Render at this size and write the file (F12: into capture-001.png and so on).").clicked() {
             out.push(Action::Capture(path));
         }
-        if ui.button("Save as…").on_hover_text("Choose the file in the system's dialog.").clicked() {
+        if ui.button("Save as…").tip("Choose the file in the system's dialog.").clicked() {
             out.push(Action::PickCapture);
         }
         if m.capturing {
@@ -339,7 +471,7 @@ fn capture(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
         &mut m.setup_path,
     );
     let save = ui.add_enabled(!m.setup_path.trim().is_empty(), Button::new("Save set-up"));
-    if save.on_hover_text("Write all settings into this file (Ctrl+S).").clicked() {
+    if save.tip("Write all settings into this file (Ctrl+S).").clicked() {
         out.push(Action::SaveSetup(PathBuf::from(m.setup_path.trim())));
     }
 }
@@ -347,6 +479,6 @@ fn capture(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
 fn path_row(ui: &mut Ui, name: &str, tip: &str, path: &mut String) {
     row(ui, name, tip, |ui, label| {
         let width = ui.available_width();
-        ui.add_sized([width, 21.0], TextEdit::singleline(path)).labelled_by(label.id).on_hover_text(tip);
+        ui.add_sized([width, 21.0], TextEdit::singleline(path)).labelled_by(label.id).tip(tip);
     });
 }

@@ -1,11 +1,12 @@
 //! The panel's figures: pass times and measurements.
 
+use super::controls::Tip;
 use super::drawer::{line, progress};
 use super::model::{Action, Facts, Model};
 use super::needs::{self, main_values, percent, table, title};
-use super::style::{ACCENT, WEAK};
 use crate::frame::SHARED_PASSES;
 use crate::measure::Record;
+use crate::measure::causes::CAUSES;
 use egui::{Button, Grid, RichText, Ui};
 use egui_plot::{Line, Plot, PlotPoints};
 
@@ -14,17 +15,17 @@ pub fn timings(ui: &mut Ui, facts: &Facts) {
     Grid::new("passes").num_columns(2).min_col_width(150.0).spacing([8.0, 2.0]).show(ui, |ui| {
         for (name, ms) in &facts.passes {
             let shared = SHARED_PASSES.contains(name);
-            let name = if shared { RichText::new(*name).color(WEAK) } else { RichText::new(*name) };
+            let name = if shared { RichText::new(*name).weak() } else { RichText::new(*name) };
             let tip = if shared { "Part of every frame, whatever the technique." } else { "A pass of the technique." };
-            ui.label(name).on_hover_text(tip);
+            ui.label(name).tip(tip);
             ui.label(RichText::new(format!("{ms:9.3} ms")).monospace());
             ui.end_row();
         }
-        ui.label(RichText::new("technique").strong()).on_hover_text("The technique's passes together.");
+        ui.label(RichText::new("technique").strong()).tip("The technique's passes together.");
         ui.label(RichText::new(format!("{own:9.3} ms")).monospace().strong());
         ui.end_row();
         let memory = "GPU memory that the technique holds, such as its shadow map.";
-        ui.label(RichText::new("memory")).on_hover_text(memory);
+        ui.label(RichText::new("memory")).tip(memory);
         ui.label(RichText::new(format!("{:8.2} MiB", facts.told.gpu_bytes as f64 / 1048576.0)).monospace());
         ui.end_row();
     });
@@ -33,7 +34,7 @@ pub fn timings(ui: &mut Ui, facts: &Facts) {
         (true, false) => "wall clock, each pass waited for",
         _ => "GPU timestamps",
     };
-    ui.label(RichText::new(how).small().color(WEAK)).on_hover_text("How these times are taken.");
+    ui.label(RichText::new(how).small().weak()).tip("How these times are taken.");
     let points: PlotPoints = facts.recent.iter().enumerate().map(|(i, ms)| [i as f64, *ms]).collect();
     let plot = Plot::new("technique time")
         .height(76.0)
@@ -48,8 +49,9 @@ pub fn timings(ui: &mut Ui, facts: &Facts) {
         .allow_scroll(false)
         .allow_boxed_zoom(false)
         .show_background(false);
-    let shown = plot.show(ui, |plot| plot.line(Line::new("technique, ms", points).color(ACCENT)));
-    shown.response.on_hover_text("The technique's time in ms over the last frames at full resolution.");
+    let color = ui.visuals().hyperlink_color;
+    let shown = plot.show(ui, |plot| plot.line(Line::new("technique, ms", points).color(color)));
+    shown.response.tip("The technique's time in ms over the last frames at full resolution.");
 }
 
 pub fn measure(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
@@ -64,11 +66,11 @@ pub fn measure(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
                     "Counts right and wrong pixels against the exact shadow and times the technique, at {} × {} pixels (set under Capture). The picture waits meanwhile, so that it does not disturb the times.",
                     size[0], size[1]
                 );
-                if start.on_hover_text(tip).clicked() {
+                if start.tip(tip).clicked() {
                     out.push(Action::Measure);
                 }
                 let clear = ui.add_enabled(!m.rows.is_empty(), Button::new("Clear"));
-                if clear.on_hover_text("Remove the figures below.").clicked() {
+                if clear.tip("Remove the figures below.").clicked() {
                     m.clear_rows();
                 }
             });
@@ -90,10 +92,10 @@ pub fn measure(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
 const SHOWN: usize = 6;
 
 fn measured(ui: &mut Ui, i: usize, r: &Record) {
-    ui.label(RichText::new(title(&r.technique)).strong()).on_hover_text(r.params.replace(';', "\n"));
+    ui.label(RichText::new(title(&r.technique)).strong()).tip(r.params.replace(';', "\n"));
     let main = main_values(r);
     if !main.is_empty() {
-        ui.label(RichText::new(main).small().color(WEAK));
+        ui.label(RichText::new(main).small().weak());
     }
     let share = |n: usize| format!("{n:>9}  {:6.3} %", 100.0 * n as f64 / r.facing.max(1) as f64);
     let three = |values: [Option<f64>; 3], unit: &str| match values {
@@ -118,6 +120,9 @@ fn measured(ui: &mut Ui, i: usize, r: &Record) {
         ),
     ];
     let mut rows = counts.to_vec();
+    let causes = [r.acne_share, r.detachment_share, r.leak_share, r.missing_caster_share, r.stairs_share];
+    let caused = CAUSES.iter().zip(causes).filter(|(_, share)| *share > 0.0);
+    rows.extend(caused.map(|(cause, share)| (cause.title, percent(share), cause.doc)));
     let tip =
         "Samples a pixel of the truth that the sizes of errors below are against; the counts above are against one.";
     rows.push(("truth samples", r.truth_samples.to_string(), tip));
@@ -160,7 +165,7 @@ fn measured(ui: &mut Ui, i: usize, r: &Record) {
     ui.add_space(3.0);
     table(ui, ("needs of", i), &needs::rows(r));
     if r.wall_clock {
-        ui.label(RichText::new("times are wall clock").small().color(WEAK));
+        ui.label(RichText::new("times are wall clock").small().weak());
     }
     if !r.notes.is_empty() {
         ui.label(RichText::new(&r.notes).small().color(ui.visuals().warn_fg_color));

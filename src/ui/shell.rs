@@ -1,44 +1,97 @@
 //! The window's layout: panel, viewport, status line, messages, help, keys.
 
-use super::model::{Action, Model, Traced};
-use super::style::{ERROR, TEXT, WEAK};
+use super::controls::{set_panel_left, take_said};
+use super::history::REST;
+use super::model::{Action, Model, Tab, Traced};
 use super::viewport;
-use super::{drawer, panel};
+use super::{drawer, freeze, panel};
 use crate::view;
 use egui::{
-    Align, Align2, Area, Color32, Context, Frame, Grid, Id, Key, Label, Layout, Margin, Modifiers, Order, Panel, Rect,
+    Align, Align2, Area, Button, Context, Frame, Grid, Id, Key, Label, Layout, Margin, ModifierNames, Modifiers, Order,
+    Panel, Rect,
 };
-use egui::{RichText, Ui, vec2};
+use egui::{KeyboardShortcut, Modal, RichText, Stroke, StrokeKind, Ui, pos2, vec2};
 use std::path::PathBuf;
 use std::time::Duration;
 
 /// Seconds that a message stays which is no error.
 const NOTE_SECONDS: f32 = 6.0;
+/// A window that is narrower than this has no room for picture and panel side by side, points.
+const NARROW: f32 = 560.0;
+/// Points of picture that the panel leaves.
+const PICTURE: f32 = 200.0;
+/// Width of the tab that stands for a hidden panel, points.
+const TAB: f32 = 18.0;
 
 /// Draws everything but the picture; the rectangle that is left for that, in points.
 pub fn layout(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) -> Rect {
     keys(ui.ctx(), m, out);
-    let bar = Frame::new().fill(super::style::PANEL).inner_margin(Margin::symmetric(10, 0));
+    if let Some(text) = take_said(ui.ctx()) {
+        m.say(text);
+    }
+    let fill = ui.visuals().panel_fill;
+    let bar = Frame::new().fill(fill).inner_margin(Margin::symmetric(10, 0));
     Panel::bottom("status").exact_size(26.0).frame(bar).show(ui, |ui| status(ui, m));
-    if m.show_panel {
-        let side =
-            Frame::new().fill(super::style::PANEL).inner_margin(Margin { left: 10, right: 4, top: 6, bottom: 0 });
-        let side = Panel::right("panel").resizable(false).exact_size(panel::WIDTH).frame(side);
-        side.show(ui, |ui| panel::show(ui, m, out));
+    let room = ui.available_width();
+    m.narrow = room < NARROW;
+    let side = Frame::new().fill(fill).inner_margin(Margin { left: 10, right: 4, top: 6, bottom: 0 });
+    match (m.narrow, m.panel_shows()) {
+        (_, false) => set_panel_left(ui.ctx(), None),
+        (true, true) => {
+            let side = Panel::right("panel over").resizable(false).exact_size(panel::WIDTH.min(room - TAB)).frame(side);
+            side.show(ui, |ui| panel::show(ui, m, out));
+        }
+        (false, true) => {
+            let side = Panel::right("panel").resizable(true).default_size(panel::WIDTH).frame(side);
+            side.size_range(panel::LEAST..=room - PICTURE).show(ui, |ui| panel::show(ui, m, out));
+        }
     }
     drawer::show(ui, m, out);
-    let rect = ui.available_rect_before_wrap();
+    let mut rect = ui.available_rect_before_wrap();
+    if m.framed {
+        rect = shaped(rect, m.setup.size);
+        ui.painter().rect_stroke(rect, 0.0, Stroke::new(1.0, ui.visuals().weak_text_color()), StrokeKind::Outside);
+    }
     viewport::show(ui, rect, m, out);
     messages(ui.ctx(), rect, m);
     busy(ui.ctx(), rect, m, out);
+    tab(ui, m);
     help(ui.ctx(), m);
+    closing(ui.ctx(), m, out);
     let ctx = ui.ctx();
     // While another scene is on its way the history waits: a step undone may be what is loading.
-    if m.loading.is_none() && !ctx.input(|i| i.pointer.any_down()) && !ctx.egui_wants_keyboard_input() {
+    let busy = ctx.input(|i| i.pointer.any_down() || !i.keys_down.is_empty()) || ctx.text_edit_focused();
+    if m.loading.is_none() && !busy {
         let chosen = std::mem::take(&mut m.camera_chosen);
         m.history.commit(&m.setup, chosen);
+        if m.history.waits(&m.setup) {
+            ctx.request_repaint_after(REST);
+        }
     }
     rect
+}
+
+/// The largest rectangle in the middle of another that has the shape of a picture of this size.
+fn shaped(rect: Rect, [width, height]: [u32; 2]) -> Rect {
+    let shape = vec2(width as f32, height as f32);
+    let scale = (rect.width() / shape.x).min(rect.height() / shape.y).max(0.0);
+    Rect::from_center_size(rect.center(), shape * scale)
+}
+
+/// What brings a hidden panel back.
+fn tab(ui: &Ui, m: &mut Model) {
+    if m.panel_shows() {
+        return;
+    }
+    let edge = ui.available_rect_before_wrap();
+    let area = Area::new(Id::unique("panel's tab")).order(Order::Foreground).constrain(false);
+    area.fixed_pos(pos2(edge.right() - TAB, edge.center().y - 28.0)).show(ui.ctx(), |ui| {
+        let button = ui.add(Button::new("‹").min_size(vec2(TAB, 56.0)));
+        button.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, true, "Show the panel"));
+        if button.on_hover_text("Show the panel (F9).").clicked() {
+            m.toggle_panel();
+        }
+    });
 }
 
 /// Draws the window before the first scene is there.
@@ -51,65 +104,118 @@ pub fn opening(ui: &mut Ui, what: &str) {
     });
 }
 
-fn keys(ctx: &Context, m: &mut Model, out: &mut Vec<Action>) {
-    let typing = ctx.egui_wants_keyboard_input();
-    let pressed = |modifiers: Modifiers, key: Key| ctx.input_mut(|i| i.consume_key(modifiers, key));
-    if pressed(Modifiers::COMMAND, Key::Q) {
-        out.push(Action::Quit);
-    }
-    if pressed(Modifiers::COMMAND, Key::S) {
+/// Keys, and what they do in words and in fact.
+struct Shortcut {
+    keys: &'static [(Modifiers, Key)],
+    /// Also while text is typed.
+    typing: bool,
+    does: &'static str,
+    run: fn(&mut Model, &mut Vec<Action>),
+}
+
+const fn shortcut(
+    keys: &'static [(Modifiers, Key)],
+    does: &'static str,
+    run: fn(&mut Model, &mut Vec<Action>),
+) -> Shortcut {
+    Shortcut { keys, typing: false, does, run }
+}
+
+const fn always(
+    keys: &'static [(Modifiers, Key)],
+    does: &'static str,
+    run: fn(&mut Model, &mut Vec<Action>),
+) -> Shortcut {
+    Shortcut { keys, typing: true, does, run }
+}
+
+const NONE: Modifiers = Modifiers::NONE;
+const CTRL: Modifiers = Modifiers::COMMAND;
+const SHIFT: Modifiers = Modifiers::SHIFT;
+const VIEWS: [Key; 9] =
+    [Key::Num1, Key::Num2, Key::Num3, Key::Num4, Key::Num5, Key::Num6, Key::Num7, Key::Num8, Key::Num9];
+
+/// All shortcuts but the views' digits; of two that match, the longer stands first.
+const SHORTCUTS: &[Shortcut] = &[
+    always(&[(NONE, Key::F1)], "this help", |m, _| m.show_help = !m.show_help),
+    shortcut(&[(NONE, Key::Questionmark), (SHIFT, Key::Questionmark)], "this help", |m, _| m.show_help = !m.show_help),
+    always(&[(NONE, Key::F2)], "open or close the chart", |m, _| m.toggle(Tab::Chart)),
+    always(&[(NONE, Key::F3)], "open or close stability", |m, _| m.toggle(Tab::Stability)),
+    always(&[(NONE, Key::F4)], "open or close advice", |m, _| m.toggle(Tab::Advice)),
+    always(&[(NONE, Key::F9)], "hide or show the panel", |m, _| m.toggle_panel()),
+    shortcut(&[(NONE, Key::R)], "reset the camera", |m, _| m.go_home()),
+    shortcut(&[(NONE, Key::F)], "freeze the shadow camera, or release it", |m, _| freeze::toggle(m)),
+    shortcut(&[(NONE, Key::L)], "show or hide the legend", |m, _| m.show_legend = !m.show_legend),
+    shortcut(&[(NONE, Key::X)], "flicker between the sides of a comparison", |m, _| m.flicker()),
+    shortcut(&[(NONE, Key::B)], "show the difference A − B, or leave it", |m, _| m.toggle_difference()),
+    shortcut(&[(NONE, Key::Space)], "run or stop the animation", |m, _| {
+        m.playing = !m.playing && !m.scene.animations.is_empty();
+    }),
+    shortcut(&[(CTRL.plus(SHIFT), Key::Z), (CTRL, Key::Y)], "redo", |m, out| out.extend(m.redo())),
+    shortcut(&[(CTRL, Key::Z)], "undo, camera moves too", |m, out| out.extend(m.undo())),
+    always(&[(CTRL, Key::S)], "save the set-up", |m, out| {
         out.push(Action::SaveSetup(PathBuf::from(m.setup_path.trim())));
-    }
-    if pressed(Modifiers::NONE, Key::F12) {
-        out.push(Action::Capture(numbered()));
-    }
-    if pressed(Modifiers::NONE, Key::F1) {
-        m.show_help = !m.show_help;
-    }
-    for (key, (tab, ..)) in [Key::F2, Key::F3, Key::F4].into_iter().zip(drawer::TABS) {
-        if pressed(Modifiers::NONE, key) {
-            m.drawer = if m.drawer == Some(tab) { None } else { Some(tab) };
+    }),
+    always(&[(NONE, Key::F12)], "capture into capture-001.png and so on", |_, out| {
+        out.push(Action::Capture(numbered("capture", "png")));
+    }),
+    always(&[(SHIFT, Key::F12)], "capture at 1920 × 1080 with the legend, into figure-001.png and so on", |_, out| {
+        out.push(Action::Figure(numbered("figure", "png")));
+    }),
+    always(&[(CTRL, Key::Q)], "quit", |m, out| {
+        if m.may_close() {
+            out.push(Action::Quit);
+        }
+    }),
+];
+
+/// What the mouse does, and keys that egui or the viewport handle.
+const GESTURES: [(&str, &str); 14] = [
+    ("Left drag", "orbit around the target"),
+    ("Right drag", "look around"),
+    ("Middle drag", "pan"),
+    ("Wheel", "move towards the target and away from it"),
+    ("Double-click", "look at that point and orbit around it"),
+    ("Rest on a map or an error view", "read the value there"),
+    ("W A S D, Q E", "fly, down and up; Shift is faster"),
+    ("Drag the light", "move it; Shift: nearer and farther"),
+    ("Double-click a name", "reset that parameter; right-click: pin it to the top"),
+    ("Tab, Shift+Tab", "move the focus"),
+    ("← →", "turn the slider in focus; ↑ ↓ a number"),
+    ("Ctrl+F", "search the techniques"),
+    ("Escape", "leave a field, close this help"),
+    ("Drop a file", "open it: .glb, .gltf, .toml, .png, .csv, .json"),
+];
+
+fn keys(ctx: &Context, m: &mut Model, out: &mut Vec<Action>) {
+    let (typing, focused) = (ctx.text_edit_focused(), ctx.egui_wants_keyboard_input());
+    let pressed = |(modifiers, key): (Modifiers, Key)| ctx.input_mut(|i| i.consume_key(modifiers, key));
+    for shortcut in SHORTCUTS.iter().filter(|s| s.typing || !typing) {
+        for keys in shortcut.keys {
+            // A button in focus takes the space bar.
+            if !(focused && keys.1 == Key::Space) && pressed(*keys) {
+                (shortcut.run)(m, out);
+            }
         }
     }
     if typing {
         return;
     }
-    // The longer shortcut first: Ctrl+Z would match it too.
-    if pressed(Modifiers::COMMAND | Modifiers::SHIFT, Key::Z) || pressed(Modifiers::COMMAND, Key::Y) {
-        out.extend(m.redo());
-    }
-    if pressed(Modifiers::COMMAND, Key::Z) {
-        out.extend(m.undo());
-    }
-    if pressed(Modifiers::NONE, Key::Questionmark) || pressed(Modifiers::SHIFT, Key::Questionmark) {
-        m.show_help = !m.show_help;
-    }
-    if m.show_help && pressed(Modifiers::NONE, Key::Escape) {
+    if m.show_help && pressed((NONE, Key::Escape)) {
         m.show_help = false;
     }
-    if pressed(Modifiers::NONE, Key::Space) && !m.scene.animations.is_empty() {
-        m.playing = !m.playing;
-    }
-    if pressed(Modifiers::NONE, Key::F) {
-        super::freeze::toggle(m);
-    }
-    if pressed(Modifiers::NONE, Key::R) {
-        m.setup.camera = m.home;
-        m.camera_chosen = true;
-    }
-    let digits = [Key::Num1, Key::Num2, Key::Num3, Key::Num4, Key::Num5, Key::Num6, Key::Num7, Key::Num8, Key::Num9];
-    for (key, v) in digits.into_iter().zip(view::VIEWS) {
-        if pressed(Modifiers::NONE, key) {
+    for (key, v) in VIEWS.into_iter().zip(view::VIEWS) {
+        if pressed((NONE, key)) {
             m.setup.view = v.id.into();
         }
     }
 }
 
-/// The first of capture-001.png, capture-002.png … that does not exist yet.
-fn numbered() -> PathBuf {
+/// The first of NAME-001.ENDING, NAME-002.ENDING … that does not exist yet.
+fn numbered(name: &str, ending: &str) -> PathBuf {
     let mut i = 1;
     loop {
-        let path = PathBuf::from(format!("capture-{i:03}.png"));
+        let path = PathBuf::from(format!("{name}-{i:03}.{ending}"));
         if !path.exists() {
             return path;
         }
@@ -117,43 +223,82 @@ fn numbered() -> PathBuf {
     }
 }
 
+/// Asks what is to become of measured rows before the window closes.
+fn closing(ctx: &Context, m: &mut Model, out: &mut Vec<Action>) {
+    if !m.closing {
+        return;
+    }
+    let mut wait = true;
+    let answer = Modal::new(Id::unique("closing")).show(ctx, |ui| {
+        ui.set_max_width(340.0);
+        let rows =
+            if m.rows.len() == 1 { "1 measured row is".into() } else { format!("{} measured rows are", m.rows.len()) };
+        ui.label(format!("{rows} not saved."));
+        ui.add_space(6.0);
+        ui.horizontal_wrapped(|ui| {
+            let path = numbered("measured", "csv");
+            if ui.button(format!("Save {} and close", path.display())).clicked() {
+                out.push(Action::SaveRows(path));
+            }
+            if ui.button("Close without saving").clicked() {
+                m.unsaved = false;
+                out.push(Action::Quit);
+            }
+            wait = !ui.button("Cancel").clicked();
+        });
+    });
+    m.closing = wait && !answer.should_close();
+}
+
 fn status(ui: &mut Ui, m: &Model) {
     let f = &m.facts;
+    let error = match (f.traced, f.error) {
+        (Traced::NotServed, _) => RichText::new("no truth").weak(),
+        _ if m.order != f.of => RichText::new("error …").weak(),
+        _ if m.draft() => RichText::new("error … (draft)").weak(),
+        (Traced::Partly(p), _) => RichText::new(format!("tracing truth {:.0} %", p.done * 100.0)).weak(),
+        (Traced::Fully, None) => RichText::new("error …").weak(),
+        (Traced::Fully, Some([share, rmse])) => RichText::new(format!("error {:.3} %, RMSE {rmse:.4}", share * 100.0)),
+    };
+    let tip = format!(
+        "Against the truth, which is traced while the picture rests. Error: wrong pixels as a share of those that face the light within its cone and range, judged by one sample per pixel, which suits hard techniques. RMSE: against the truth of {}; with more than one it is fair to filters.",
+        samples(m.setup.truth_samples.shown(m.info()))
+    );
+    let how = if f.wall_clock { "Wall clock." } else { "GPU time." };
+    let [w, h] = f.size;
+    let size = RichText::new(format!("{w} × {h}"));
+    let size = if f.size == f.full { size } else { size.color(ui.visuals().warn_fg_color) };
+    let fields = [
+        (210.0, error, tip),
+        (
+            132.0,
+            RichText::new(format!("technique {:.2} ms", f.technique_ms())),
+            format!("The technique's passes together. {how}"),
+        ),
+        (
+            112.0,
+            RichText::new(format!("frame {:.1} ms", f.frame_ms())),
+            format!("All passes of the picture drawn last. {how}"),
+        ),
+        (96.0, size, "Pixels that the picture is rendered at. Fewer while it moves, if the adapter is slow; never fewer for captures and measurements.".into()),
+    ];
     ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-        let field = |ui: &mut Ui, width: f32, text: RichText, tip: &str| {
+        for (width, text, tip) in fields {
+            // A narrow window shows the first ones.
+            if ui.available_width() < width {
+                break;
+            }
             let layout = Layout::left_to_right(Align::Center);
             ui.allocate_ui_with_layout(vec2(width, 20.0), layout, |ui| {
                 ui.set_min_width(width);
                 ui.add(Label::new(text.size(12.5)).truncate()).on_hover_text(tip);
             });
-        };
-        let error = match (f.traced, f.error) {
-            (Traced::NotServed, _) => RichText::new("no exact shadow").color(WEAK),
-            (Traced::Partly(p), _) => RichText::new(format!("tracing {:.0} %", p.done * 100.0)).color(WEAK),
-            (Traced::Fully, None) => RichText::new("error …").color(WEAK),
-            (Traced::Fully, Some([share, rmse])) => {
-                RichText::new(format!("error {:.3} %, RMSE {rmse:.4}", share * 100.0)).color(TEXT)
-            }
-        };
-        let tip = format!(
-            "Against the exact shadow in this picture, which is traced while the picture rests. Error: wrong pixels as a share of those that face the light, within its cone and range, against one sample a pixel, which suits hard techniques. RMSE: against the truth of {}, which is fair to filters if it is more than one.",
-            samples(m.setup.truth_samples.shown(m.info()))
-        );
-        field(ui, 210.0, error, &tip);
-        let how = if f.wall_clock { "Wall clock." } else { "GPU time." };
-        let technique = RichText::new(format!("technique {:.2} ms", f.technique_ms()));
-        field(ui, 132.0, technique, &format!("The technique's passes together. {how}"));
-        let frame = RichText::new(format!("frame {:.1} ms", f.frame_ms()));
-        field(ui, 112.0, frame, &format!("All passes of the picture drawn last. {how}"));
-        let [w, h] = f.size;
-        let size = RichText::new(format!("{w} × {h}"));
-        let size = if f.size == f.full { size } else { size.color(super::style::SUN) };
-        field(ui, 96.0, size, "Pixels that the picture is rendered at. Fewer while it moves, if the adapter is slow; never fewer for captures and measurements.");
+        }
         ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
             // The name's first part; all of it is in the tooltip.
             let name = f.adapter.split(" (").next().unwrap_or_default();
             let software = if f.software { " (software)" } else { "" };
-            let adapter = RichText::new(format!("{name}{software}")).size(12.5).color(WEAK);
+            let adapter = RichText::new(format!("{name}{software}")).size(12.5).weak();
             let tip = format!("{}: the graphics adapter. Start with --adapter NAME to use another.", f.adapter);
             ui.add(Label::new(adapter).truncate()).on_hover_text(tip);
         });
@@ -162,7 +307,7 @@ fn status(ui: &mut Ui, m: &Model) {
 
 /// Samples in words.
 fn samples(n: u32) -> String {
-    if n == 1 { "one sample a pixel".into() } else { format!("{n} samples a pixel") }
+    if n == 1 { "one sample per pixel".into() } else { format!("{n} samples per pixel") }
 }
 
 fn messages(ctx: &Context, rect: Rect, m: &mut Model) {
@@ -175,14 +320,14 @@ fn messages(ctx: &Context, rect: Rect, m: &mut Model) {
     let area = Area::new(Id::unique("messages")).order(Order::Foreground).fixed_pos(rect.min + vec2(12.0, 12.0));
     area.show(ctx, |ui| {
         for (i, note) in m.notes.iter().enumerate() {
-            let color = if note.error { ERROR } else { super::style::ACCENT };
-            let frame = Frame::popup(ui.style()).stroke(egui::Stroke::new(1.0, color.gamma_multiply(0.7)));
+            let color = if note.error { ui.visuals().error_fg_color } else { ui.visuals().hyperlink_color };
+            let frame = Frame::popup(ui.style()).stroke(Stroke::new(1.0, color.gamma_multiply(0.7)));
             frame.show(ui, |ui| {
                 let width = (rect.width() - 60.0).clamp(120.0, 620.0);
                 ui.horizontal_top(|ui| {
                     ui.vertical(|ui| {
                         ui.set_width(width - 30.0);
-                        ui.add(Label::new(RichText::new(&note.text).color(TEXT)).wrap().selectable(true));
+                        ui.add(Label::new(RichText::new(&note.text)).wrap().selectable(true));
                     });
                     if ui.small_button("×").on_hover_text("Dismiss.").clicked() {
                         dismissed = Some(i);
@@ -221,43 +366,27 @@ fn busy(ctx: &Context, rect: Rect, m: &Model, out: &mut Vec<Action>) {
     });
 }
 
-const HELP: [(&str, &str); 22] = [
-    ("Left drag", "orbit around the target"),
-    ("Right drag", "look around"),
-    ("Middle drag", "pan"),
-    ("Wheel", "nearer to the target, farther from it"),
-    ("Double-click", "look at that point and orbit around it"),
-    ("Rest on a map, an error", "read the value there"),
-    ("W A S D, Q E", "fly, down and up; Shift is faster"),
-    ("R", "reset the camera"),
-    ("F", "freeze the shadow camera, release it"),
-    ("Drag the sun or lamp", "move the light; Shift: nearer and farther"),
-    ("1 … 9", "choose a view"),
-    ("Space", "run or stop the animation"),
-    ("Tab", "hide or show the panel"),
-    ("F2, F3, F4", "chart, stability, advice"),
-    ("Ctrl+Z", "undo"),
-    ("Ctrl+Shift+Z, Ctrl+Y", "redo"),
-    ("Ctrl+S", "save the set-up"),
-    ("F12", "capture into capture-001.png, …"),
-    ("Double-click a name", "reset that parameter"),
-    ("Drop a file", "open it: .glb, .gltf, .toml, .png, .csv, .json"),
-    ("F1 or ?", "this help"),
-    ("Ctrl+Q", "quit"),
-];
-
 fn help(ctx: &Context, m: &mut Model) {
     if !m.show_help {
         return;
     }
     let mut open = true;
-    let window = egui::Window::new("Mouse and keys").open(&mut open).collapsible(false).resizable(false);
-    window.anchor(Align2::CENTER_CENTER, vec2(-panel::WIDTH / 2.0, 0.0)).show(ctx, |ui| {
-        Grid::new("help").num_columns(2).spacing([24.0, 5.0]).show(ui, |ui| {
-            for (key, does) in HELP {
-                ui.label(RichText::new(key).color(Color32::WHITE));
+    let window = egui::Window::new("Mouse and keys").open(&mut open).collapsible(false).resizable(false).vscroll(true);
+    let room = ctx.content_rect().size();
+    window.default_height(room.y - 80.0).anchor(Align2::CENTER_CENTER, vec2(0.0, 0.0)).show(ctx, |ui| {
+        Grid::new("help").num_columns(2).spacing([24.0, 4.0]).show(ui, |ui| {
+            let mut line = |keys: String, does: &str| {
+                ui.label(RichText::new(keys).strong());
                 ui.label(does);
                 ui.end_row();
+            };
+            let mac = ctx.os() == egui::os::OperatingSystem::Mac;
+            let named =
+                |keys: &(Modifiers, Key)| KeyboardShortcut::new(keys.0, keys.1).format(&ModifierNames::NAMES, mac);
+            GESTURES.iter().for_each(|(keys, does)| line((*keys).into(), does));
+            line("1 … 9".into(), "choose a view");
+            for s in SHORTCUTS.iter().filter(|s| s.keys[0].1 != Key::Questionmark) {
+                line(s.keys.iter().map(named).collect::<Vec<_>>().join(", "), s.does);
             }
         });
     });

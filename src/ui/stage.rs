@@ -1,43 +1,63 @@
-//! When to render what: few pixels while something moves, all of them at rest, then the exact shadow.
+//! The scene's thread: when to render what. Few pixels while something moves, all of them at rest, then the exact shadow.
+//!
+//! It has a device of its own, so that neither a long frame nor a read-back keeps the window from answering. The window
+//! leaves an order, of which only the newest counts, and requests, each of which is answered; pictures and figures come
+//! back through the window's post.
 
-use super::model::{Model, Tab, Traced};
-use super::work::{Desk, Done};
+use super::model::{Facts, Traced};
+use super::work::{Done, Post};
 use crate::frame::{Ask, Renderer, Truth};
-use crate::gpu::TimerMode;
+use crate::gpu::{GivenUp, Gpu, TimerMode};
 use crate::measure::{Record, metrics, params_text};
-use crate::setup::Setup;
-use crate::techniques;
+use crate::scene::Scene;
+use crate::scene::geometry::Geometry;
+use crate::setup::{Arrange, Setup};
 use crate::truth::{Progress, Samples};
-use anyhow::Result;
-use glam::Vec3;
-use std::time::{Duration, Instant};
+use crate::{techniques, view};
+use anyhow::{Context, Result, anyhow};
+use std::collections::VecDeque;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant, SystemTime};
 
 /// Shares of the viewport's side that are rendered at.
 const SCALES: [f64; 6] = [1.0, 0.75, 0.5, 0.375, 0.25, 1.0 / 6.0];
-/// Milliseconds that a frame may take while the scene moves; while only the technique or the view changes; and
-/// then, where the truth is there already, which fewer pixels would lose.
+/// Milliseconds that a frame may take while the scene moves, and while only the technique or the view changes.
 const MOVING_MS: f64 = 50.0;
-const TUNING_MS: f64 = 160.0;
-const KEEPING_MS: f64 = 400.0;
+const TUNING_MS: f64 = 100.0;
 /// At rest the picture goes straight to full resolution, if that takes no longer.
-const STEP_MS: f64 = 120.0;
-/// Milliseconds of truth that are traced between two frames at rest.
+const STEP_MS: f64 = 400.0;
+/// Milliseconds of truth that are traced between two looks at what is ordered.
 const TRUTH_MS: f64 = 60.0;
-/// What counts as rest.
+/// Share of the truth after which the picture is drawn with it.
+const TRUTH_STEP: f32 = 0.1;
+/// What counts as rest though a button is held.
 const SETTLE: Duration = Duration::from_millis(180);
+/// A frame that has taken longer is given up where another one is wanted.
+const PATIENCE: Duration = Duration::from_millis(150);
 /// Frames kept for the chart.
 const RECENT: usize = 200;
+/// How often changed shaders are looked for.
+const RELOAD: Duration = Duration::from_millis(500);
 
-/// When to come again.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Next {
-    Now,
-    In(Duration),
-    /// Not before something changes.
-    Rest,
+/// What the window wants to see.
+pub struct Order {
+    /// Counts what the orders ask to see.
+    pub number: u64,
+    pub setup: Setup,
+    pub scene: Arc<Scene>,
+    /// Pixels of the viewport.
+    pub full: [u32; 2],
+    /// Something moves or is being dragged: the next order is about to come.
+    pub moving: bool,
+    /// The chart follows: errors are counted even while something moves.
+    pub follow: bool,
+    /// Something is being measured, which rendering would disturb.
+    pub paused: bool,
 }
 
-/// What changed since the last frame.
+/// What changed between two orders.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Change {
     Nothing,
@@ -49,368 +69,600 @@ enum Change {
     Scene,
 }
 
-/// Renders the viewport's picture, a frame at a time.
+impl Order {
+    fn change(&self, before: &Order) -> Change {
+        let (now, old) = (&self.setup, &before.setup);
+        let scene = |s: &Setup| (s.camera, s.light, s.time, s.animation, s.seed);
+        if self.full != before.full || !Arc::ptr_eq(&self.scene, &before.scene) || scene(now) != scene(old) {
+            return Change::Scene;
+        }
+        let technique = |s: &Setup| {
+            let maps = (s.shadow_camera, s.outlines);
+            (s.technique.clone(), s.truth_samples, s.values().clone(), s.against.clone(), maps)
+        };
+        if technique(now) != technique(old) {
+            return Change::Technique;
+        }
+        let look = |s: &Setup| {
+            let errors = (s.error_dilation, s.error_base, s.error_window);
+            (s.view.clone(), s.split, s.arrange, s.front, s.overlay.clone(), errors)
+        };
+        if look(now) != look(old) { Change::View } else { Change::Nothing }
+    }
+
+    /// Whether the picture of another order, of the same technique and scene, needs only to be drawn again for this one.
+    fn same_frame(&self, drawn: &Order) -> bool {
+        let (now, old) = (&self.setup, &drawn.setup);
+        if now.overlay != old.overlay || now.overlay.is_some() {
+            return false;
+        }
+        if now.sides() > 1 {
+            // Parts that have the whole viewport's size, put together in another way.
+            let whole = |s: &Setup| s.arrange != Arrange::SideBySide && s.sides() == 2;
+            return now.view == old.view && (now.arrange == old.arrange || whole(now) && whole(old));
+        }
+        // What the CPU makes of a frame is made with it.
+        !view::is_judged(&now.view) && (now.view == old.view || view::index(&now.view).is_some())
+    }
+
+    fn same(&self, other: &Order) -> bool {
+        let flags = |o: &Order| (o.moving, o.follow, o.paused);
+        self.change(other) == Change::Nothing && flags(self) == flags(other)
+    }
+}
+
+/// What is answered, in the order in which it is asked.
+pub enum Request {
+    /// Take a scene onto the device, for the first order that names it. The number comes back with the answer.
+    Load(u64, Setup, Arc<Scene>, Box<Geometry>),
+    /// Read what the view shows at a place of the viewport (0 to 1 from its upper left corner).
+    Value([f32; 2]),
+    /// Find the surface there.
+    Point([f32; 2]),
+}
+
+/// A picture, sRGB-encoded, rows from the top.
+pub struct Picture {
+    pub size: [u32; 2],
+    /// Pixels of the viewport that it was rendered for.
+    pub full: [u32; 2],
+    pub rgba: Vec<u8>,
+}
+
+/// What lies ready for the thread.
+#[derive(Default)]
+struct Mail {
+    order: Option<Arc<Order>>,
+    requests: VecDeque<Request>,
+    closed: bool,
+}
+
+#[derive(Default)]
+struct Inbox {
+    mail: Mutex<Mail>,
+    arrived: Condvar,
+}
+
+impl Inbox {
+    fn lock(&self) -> MutexGuard<'_, Mail> {
+        // Nobody panics while holding it, and what it holds would be whole all the same.
+        self.mail.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn put(&self, put: impl FnOnce(&mut Mail)) {
+        put(&mut self.lock());
+        self.arrived.notify_one();
+    }
+
+    /// What has arrived, at the latest at `until`.
+    fn wait(&self, until: Option<Instant>) -> Mail {
+        let mut mail = self.lock();
+        while mail.order.is_none() && mail.requests.is_empty() && !mail.closed {
+            let left = until.map(|at| at.saturating_duration_since(Instant::now()));
+            mail = match left {
+                None => self.arrived.wait(mail).unwrap_or_else(PoisonError::into_inner),
+                Some(Duration::ZERO) => break,
+                Some(left) => self.arrived.wait_timeout(mail, left).unwrap_or_else(PoisonError::into_inner).0,
+            };
+        }
+        let closed = mail.closed;
+        Mail { closed, ..std::mem::take(&mut mail) }
+    }
+}
+
+/// The window's end of the scene's thread.
 pub struct Stage {
-    pub renderer: Renderer,
-    drawn: Option<Setup>,
-    full: [u32; 2],
-    size: [u32; 2],
-    scale: f64,
-    changed: Instant,
-    change: Change,
-    /// Nanoseconds a pixel, of all passes but the truth and of the truth.
-    cost: f64,
-    truth_cost: f64,
-    /// Samples of pixels that the last frame traced of the truth.
-    truth_samples: f64,
-    traced: Progress,
-    /// How much of the truth is in the picture drawn last, and whether that frame lets it go on alone.
-    drawn_truth: Progress,
-    traceable: bool,
-    /// The last frame made do with one sample a pixel where more are wanted.
-    coarse: bool,
-    picture: Option<wgpu::Texture>,
-    /// The picture is an earlier, complete one of fewer pixels.
-    keeping: bool,
-    /// Frames since the size changed.
-    steady: u32,
-    failed: bool,
-    /// The errors have been asked for; those of some picture are being counted.
-    counting: bool,
-    pending: bool,
-    /// Counts the changes, so that late errors are known as such.
-    generation: u64,
-    awaiting_times: u32,
+    inbox: Arc<Inbox>,
+    thread: Option<JoinHandle<()>>,
+    last: Option<Arc<Order>>,
 }
 
 impl Stage {
-    pub fn new(renderer: Renderer) -> Stage {
+    /// Starts the thread, with a device of its own of the adapter of this name.
+    pub fn start(post: Post, adapter: String, software: bool) -> Stage {
+        let inbox = Arc::<Inbox>::default();
+        let mail = inbox.clone();
+        let work = move || {
+            // Its device's threads inherit what it has at the time.
+            if software {
+                give_way();
+            }
+            let done = catch_unwind(AssertUnwindSafe(|| Painter::new(mail, &post, &adapter)?.run()));
+            let failure = match done {
+                Ok(Ok(())) => return,
+                Ok(Err(e)) => e,
+                Err(panic) => {
+                    let text = panic.downcast_ref::<String>().cloned();
+                    let text = text.or(panic.downcast_ref::<&str>().map(|s| s.to_string()));
+                    anyhow!("{}", text.unwrap_or("the reason is not known".into()))
+                }
+            };
+            post.send(Done::Broken(failure.context("rendering has stopped; open the scene again to go on")));
+        };
+        let thread = std::thread::Builder::new().name("scene".into()).spawn(work).ok();
+        Stage { inbox, thread, last: None }
+    }
+
+    /// Whether the thread has ended.
+    pub fn ended(&self) -> bool {
+        self.thread.as_ref().is_none_or(|t| t.is_finished())
+    }
+
+    /// Leaves an order, unless it is the same as the last one. Its number, which counts what is to be seen.
+    pub fn order(&mut self, mut order: Order) -> u64 {
+        if let Some(last) = self.last.as_ref().filter(|last| last.same(&order)) {
+            return last.number;
+        }
+        // What is answered with another picture.
+        let new = self.last.as_ref().map_or(Change::Scene, |last| order.change(last)) > Change::Nothing;
+        order.number = self.last.as_ref().map_or(0, |last| last.number) + new as u64;
+        let order = Arc::new(order);
+        self.last = Some(order.clone());
+        self.inbox.put(|mail| mail.order = Some(order.clone()));
+        order.number
+    }
+
+    pub fn ask(&self, request: Request) {
+        self.inbox.put(|mail| {
+            // Of places to be read only the last is still under the pointer.
+            if let Request::Value(_) = request {
+                mail.requests.retain(|r| !matches!(r, Request::Value(_)));
+            }
+            mail.requests.push_back(request);
+        });
+    }
+
+    /// Ends the thread and waits for it: a driver must not be torn down under it.
+    pub fn close(&mut self) {
+        self.inbox.put(|mail| mail.closed = true);
+        if let Some(thread) = self.thread.take() {
+            // A panic has been said already.
+            let _ = thread.join();
+        }
+    }
+}
+
+/// Lets the interface's threads run first, where the scene is drawn by the same cores.
+fn give_way() {
+    // What is not allowed is done without.
+    #[cfg(target_os = "linux")]
+    let _ = rustix::process::nice(10);
+}
+
+/// When to come again.
+enum Next {
+    Now,
+    At(Instant),
+    /// Not before something arrives.
+    Rest,
+}
+
+/// What a frame takes: `fixed` milliseconds, and `slope` for each pixel.
+struct Cost {
+    fixed: f64,
+    slope: f64,
+    /// Pixels and milliseconds of the last frame.
+    last: Option<[f64; 2]>,
+}
+
+impl Cost {
+    fn of(&self, pixels: f64) -> f64 {
+        self.fixed + self.slope * pixels
+    }
+
+    fn learn(&mut self, pixels: f64, ms: f64) {
+        match self.last {
+            Some([p, t]) if pixels > 1.5 * p || p > 1.5 * pixels => {
+                self.slope = ((ms - t) / (pixels - p)).clamp(0.05 * ms / pixels, ms / pixels);
+                self.fixed = ms - self.slope * pixels;
+            }
+            _ => {
+                let by = ms / self.of(pixels).max(1e-6);
+                (self.fixed, self.slope) = (self.fixed * by, self.slope * by);
+            }
+        }
+        self.last = Some([pixels, ms]);
+    }
+}
+
+/// What the thread does.
+struct Painter<'a> {
+    inbox: Arc<Inbox>,
+    post: &'a Post,
+    gpu: Arc<Gpu>,
+    renderer: Option<Renderer>,
+    /// Of the scene that is about to be shown.
+    loaded: Option<Renderer>,
+    /// The order before, and that of the picture.
+    before: Option<Arc<Order>>,
+    drawn: Option<Arc<Order>>,
+    size: [u32; 2],
+    changed: Instant,
+    /// The most that changed since the last rest.
+    change: Change,
+    /// Of all passes but the truth.
+    cost: Cost,
+    /// Nanoseconds of a sample of a pixel.
+    truth_cost: f64,
+    /// How much of the truth there is of the present size, and how much of it the picture shows.
+    traced: Progress,
+    drawn_truth: Progress,
+    /// The errors of the picture have been counted.
+    counted: bool,
+    /// The picture made do with one sample a pixel where more are wanted.
+    coarse: bool,
+    failed: bool,
+    /// The last frame was given up.
+    gave_up: bool,
+    facts: Facts,
+    shaders: Option<SystemTime>,
+    looked: Instant,
+}
+
+impl Painter<'_> {
+    fn new<'a>(inbox: Arc<Inbox>, post: &'a Post, adapter: &str) -> Result<Painter<'a>> {
+        let gpu = Gpu::new(Some(adapter)).context("no second device could be opened")?;
         // Before anything is timed: half a GPU's worth of caution for software.
-        let cost = if renderer.gpu.software() { 250.0 } else { 2.0 };
-        Stage {
-            renderer,
+        let slope = if gpu.software() { 250e-6 } else { 2e-6 };
+        let facts = Facts { adapter: gpu.info.name.clone(), software: gpu.software(), ..Facts::default() };
+        Ok(Painter {
+            inbox,
+            post,
+            shaders: gpu.shaders.changed(),
+            gpu: Arc::new(gpu),
+            renderer: None,
+            loaded: None,
+            before: None,
             drawn: None,
-            full: [0; 2],
             size: [0; 2],
-            scale: 1.0,
             changed: Instant::now(),
             change: Change::Scene,
-            cost,
-            truth_cost: cost * 2.0,
-            truth_samples: 0.0,
+            cost: Cost { fixed: 0.0, slope, last: None },
+            truth_cost: slope * 2e6,
             traced: Progress::default(),
             drawn_truth: Progress::default(),
-            traceable: false,
+            counted: false,
             coarse: false,
-            picture: None,
-            keeping: false,
-            steady: 0,
             failed: false,
-            counting: false,
-            pending: false,
-            generation: 0,
-            awaiting_times: 0,
+            gave_up: false,
+            facts,
+            looked: Instant::now(),
+        })
+    }
+
+    fn run(&mut self) -> Result<()> {
+        let mut order: Option<Arc<Order>> = None;
+        let mut until = None;
+        loop {
+            let watched = self.shaders.map(|_| self.looked + RELOAD);
+            let mail = self.inbox.wait(until.into_iter().chain(watched).min());
+            if mail.closed {
+                return Ok(());
+            }
+            mail.requests.into_iter().for_each(|r| self.answer(r));
+            order = mail.order.or(order);
+            let Some(order) = &order else { continue };
+            self.reload(order);
+            until = match self.step(order) {
+                Ok(Next::Now) => Some(Instant::now()),
+                Ok(Next::At(at)) => Some(at),
+                Ok(Next::Rest) => None,
+                Err(e) => {
+                    self.failed = true;
+                    self.drawn = None;
+                    // Nothing more is to be waited for.
+                    (self.facts.size, self.facts.full) = (order.full, order.full);
+                    self.send(order, None);
+                    self.post.send(Done::Failed(e));
+                    None
+                }
+            };
         }
     }
 
-    /// The picture, once there is one that belongs to the set-up.
-    pub fn picture(&self) -> Option<&wgpu::Texture> {
-        self.picture.as_ref()
+    fn answer(&mut self, request: Request) {
+        let pixel =
+            |at: [f32; 2]| [0, 1].map(|i| ((at[i] * self.size[i] as f32) as u32).min(self.size[i].saturating_sub(1)));
+        // After a frame that was given up there is nothing to read.
+        let held = self.renderer.as_ref().filter(|_| self.drawn.is_some());
+        match request {
+            Request::Load(job, setup, scene, geometry) => {
+                let bounds = geometry.bounds;
+                self.loaded = None;
+                let opened = Renderer::with_geometry(self.gpu.clone(), scene.clone(), *geometry).map(|r| {
+                    self.loaded = Some(r);
+                    (setup, scene, bounds)
+                });
+                self.post.send(Done::Opened(job, opened.map(Box::new)));
+            }
+            Request::Value(at) => {
+                let value = held.map_or(Ok(None), |r| r.value_at(pixel(at)));
+                self.post.send(Done::Value(at, value));
+            }
+            Request::Point(at) => {
+                let point = held.map_or(Ok(None), |r| r.position_at(pixel(at)));
+                self.post.send(Done::Point(point));
+            }
+        }
     }
 
-    /// Renders the model's set-up for a viewport of `full` pixels, if that is due.
-    pub fn frame(&mut self, m: &mut Model, full: [u32; 2], desk: &Desk) -> Next {
-        if full.contains(&0) {
-            return Next::Rest;
+    /// Makes all passes anew from changed shaders; on an error those in use stay.
+    fn reload(&mut self, order: &Order) {
+        if self.shaders.is_none() || self.looked.elapsed() < RELOAD {
+            return;
         }
-        let change = self.what_changed(&m.setup, full);
+        self.looked = Instant::now();
+        let newest = self.gpu.shaders.changed();
+        let Some(renderer) = self.renderer.as_mut().filter(|_| newest.is_some() && newest != self.shaders) else {
+            return;
+        };
+        self.shaders = newest;
+        let ask = Ask { size: [16; 2], truth: Truth::All, analysis: false, timed: false, picture: true, fresh: false };
+        let made = Renderer::new(self.gpu.clone(), renderer.scene().clone())
+            .and_then(|mut made| made.render(&order.setup, ask).map(|_| made));
+        let done = made.map(|made| {
+            *renderer = made;
+            self.drawn = None;
+            self.failed = false;
+        });
+        self.post.send(Done::Reloaded(done));
+    }
+
+    /// Does what is due next.
+    fn step(&mut self, order: &Arc<Order>) -> Result<Next> {
+        if self.loaded.as_ref().is_some_and(|r| Arc::ptr_eq(r.scene(), &order.scene)) {
+            // The old one first: it may be large.
+            self.renderer = None;
+            self.renderer = self.loaded.take();
+            self.drawn = None;
+        }
+        let change = self.before.replace(order.clone()).map_or(Change::Scene, |before| order.change(&before));
         if change > Change::Nothing {
             let settled = self.changed.elapsed() > SETTLE;
             self.change = if settled { change } else { self.change.max(change) };
             self.changed = Instant::now();
             self.failed = false;
         }
-        if change > Change::View {
-            self.generation += 1;
-            self.counting = false;
-            m.facts.error = None;
-            m.facts.notes.clear();
+        let here = self.renderer.as_ref().is_some_and(|r| Arc::ptr_eq(r.scene(), &order.scene));
+        if order.paused || order.full.contains(&0) || !here || self.failed {
+            return Ok(Next::Rest);
         }
-        self.full = full;
-        m.facts.full = full;
-        if self.failed {
-            return Next::Rest;
-        }
-        let rest = self.changed.elapsed() >= SETTLE && !m.moving();
-        let served = techniques::TRUTH.refuses(&m.setup.light).is_none();
-        let shown = served && m.setup.needs_truth();
-        let scale = self.next_scale(rest, shown);
-        let size = full.map(|side| ((side as f64 * scale).round() as u32).max(1));
-        let refining = scale < 1.0;
-        let missing = served && (self.traced.done < 1.0 || self.coarse);
-        let still = change == Change::Nothing && size == self.size && rest && !refining;
-        // The truth may have been completed by a frame that drew no picture.
-        let mut redraw = self.keeping && self.traced.covered >= 1.0;
-        if still && missing && self.traceable && !self.coarse {
-            match self.trace() {
-                Ok(()) => self.times(m),
-                Err(e) => {
-                    m.fail(&e);
-                    self.failed = true;
-                    return Next::Rest;
-                }
+        let rest = !order.moving || self.changed.elapsed() >= SETTLE;
+        let served = techniques::TRUTH.refuses(&order.setup.light).is_none();
+        let shown = served && order.setup.needs_truth();
+        let due = self.drawn.as_ref().map_or(Change::Scene, |d| order.change(d));
+        let scale = self.scale(order, due, rest, shown);
+        let size = order.full.map(|side| ((side as f64 * scale).round() as u32).max(1));
+        if due > Change::Nothing || size != self.size || rest && self.coarse {
+            let same = self.drawn.as_ref().is_some_and(|d| order.same_frame(d));
+            if due == Change::View && size == self.size && same {
+                self.redraw(order)?;
+            } else {
+                self.draw(order, size, rest, [served, shown])?;
             }
-            // Whole rows first, then a better mean of all.
-            let (now, drawn) = (self.traced, self.drawn_truth);
-            let covered = now.covered >= 1.0 && (self.keeping || drawn.covered < 1.0);
-            let step = !self.keeping && (now.covered - drawn.covered >= 0.2 || now.done - drawn.done >= 0.2);
-            redraw = shown && (covered || now.done >= 1.0 || step);
-            if !redraw {
-                m.facts.traced = match self.traced.done < 1.0 {
-                    // What covers the untraced part of the picture fits the picture that is shown.
-                    true if shown && !self.keeping => Traced::Partly(Progress { covered: drawn.covered, ..now }),
-                    true => Traced::Partly(now),
-                    false => Traced::Fully,
-                };
-                return Next::Now;
-            }
+            return Ok(Next::Now);
         }
-        let due = redraw
-            || change > Change::Nothing
-            || size != self.size
-            || (rest && missing && !refining)
-            || self.drawn.is_none();
-        if !due {
-            self.times(m);
-            if rest && !refining && served && !missing && !self.counting {
-                self.count(m, desk);
-            }
-            let waiting = self.awaiting_times > 0;
-            return match (rest, waiting) {
-                (true, false) => Next::Rest,
-                (true, true) => Next::In(Duration::from_millis(30)),
-                (false, _) => Next::In(SETTLE.saturating_sub(self.changed.elapsed()).max(Duration::from_millis(1))),
-            };
+        if !rest {
+            return Ok(Next::At(self.changed + SETTLE));
         }
-        // While the scene moves every frame needs all of its truth: what an earlier frame left would be a lie. One sample
-        // a pixel must do until it rests.
-        let several = m.setup.truth_samples.shown(m.info()) > 1;
-        self.coarse = several && (refining || !rest && self.change == Change::Scene);
-        let samples = if self.coarse { Samples::Fixed(1) } else { m.setup.truth_samples };
-        let setup = Setup { truth_samples: samples, ..m.setup.clone() };
-        let truth = match () {
-            _ if !served => Truth::Off,
-            _ if rest && !refining => Truth::Some((TRUTH_MS * 1e6 / self.truth_cost) as u32),
-            _ if shown && self.change == Change::Scene => Truth::All,
-            _ if shown => Truth::Some((TRUTH_MS * 1e6 / self.truth_cost) as u32),
-            _ => Truth::Off,
-        };
-        let before = if size == self.size && change < Change::Scene { self.traced.samples } else { 0 };
-        self.steady = if size == self.size { self.steady + 1 } else { 0 };
-        self.size = size;
-        // A complete picture of fewer pixels stays until one of all pixels is complete too.
-        let complete = |traced: Progress| shown && traced.covered >= 1.0;
-        self.keeping = change == Change::Nothing && rest && !refining && !redraw && complete(self.drawn_truth);
-        let ask = Ask { size, truth, analysis: false, timed: true, picture: !self.keeping, fresh: false };
-        match self.renderer.draw(&setup, ask) {
-            Ok(told) => {
-                self.traced = told.truth;
-                self.traceable = truth != Truth::Off;
-                if ask.picture {
-                    self.drawn_truth = told.truth;
-                    self.picture = self.renderer.output().cloned();
-                    m.reading = None;
-                    m.facts.size = size;
-                }
-                self.truth_samples = told.truth.samples.saturating_sub(before) as f64;
-                m.facts.told = told;
-            }
-            Err(e) => {
-                m.fail(&e);
-                self.failed = true;
-                return Next::Rest;
-            }
+        if served && !self.whole() {
+            self.trace(order, shown)?;
+            return Ok(Next::Now);
         }
-        self.drawn = Some(m.setup.clone());
-        self.scale = scale;
-        self.awaiting_times = self.times_late();
-        self.times(m);
-        m.facts.keeping = self.keeping;
-        m.facts.traced = match served {
-            false => Traced::NotServed,
-            true if refining => Traced::Partly(Progress::default()),
-            true if self.traced.done < 1.0 || self.coarse => Traced::Partly(self.traced),
-            true => Traced::Fully,
-        };
-        if refining && shown && self.traced.done >= 1.0 {
-            // A complete truth at fewer pixels: right as far as it goes.
-            m.facts.traced = if self.coarse { Traced::Partly(self.traced) } else { Traced::Fully };
+        if served && !self.counted {
+            self.count(order)?;
         }
-        // The chart's live point follows while sliders move, as fast as pictures are counted.
-        let followed = m.drawer == Some(Tab::Chart) && !self.pending;
-        if followed && served && !self.coarse && self.traced.done >= 1.0 && self.size == self.full {
-            self.count(m, desk);
-        }
-        Next::Now
+        Ok(Next::Rest)
     }
 
-    fn what_changed(&self, setup: &Setup, full: [u32; 2]) -> Change {
-        let Some(d) = &self.drawn else { return Change::Scene };
-        let scene = |s: &Setup| (s.camera, s.light, s.time, s.animation, s.seed);
-        if full != self.full || scene(d) != scene(setup) {
-            return Change::Scene;
-        }
-        let technique = |s: &Setup| (s.technique.clone(), s.truth_samples, s.shadow_camera);
-        let sides = d.against != setup.against;
-        if sides || technique(d) != technique(setup) || d.params.get(&d.technique) != setup.params.get(&setup.technique)
-        {
-            return Change::Technique;
-        }
-        let look = |s: &Setup| (s.view.clone(), s.split, s.arrange, s.front, s.overlay.clone(), s.outlines);
-        if look(d) != look(setup) { Change::View } else { Change::Nothing }
+    /// All of the truth is traced that is asked for.
+    fn whole(&self) -> bool {
+        self.traced.done >= 1.0
     }
 
     /// The share of the side to render at next.
-    fn next_scale(&self, rest: bool, truth: bool) -> f64 {
-        let pixels = self.full[0] as f64 * self.full[1] as f64;
-        if rest {
-            // In steps, so that a touch in between does not wait for the whole picture.
-            let straight = pixels * self.cost * 1e-6 <= STEP_MS || self.drawn.is_none() || self.scale >= 0.5;
-            return if straight { 1.0 } else { (self.scale * 2.0).min(1.0) };
+    fn scale(&self, order: &Order, due: Change, rest: bool, truth: bool) -> f64 {
+        let pixels = order.full[0] as f64 * order.full[1] as f64;
+        if rest && (due == Change::Nothing || self.cost.of(pixels) <= STEP_MS) {
+            return 1.0;
         }
-        // Only what moves needs all of its truth in every frame.
+        // Only what moves needs its truth anew in every frame.
         let moving = self.change == Change::Scene;
-        let predicted = pixels * (self.cost + if moving && truth { self.truth_cost } else { 0.0 }) * 1e-6;
-        let allowed = match moving {
-            true => MOVING_MS,
-            false if self.traced.done >= 1.0 && self.size == self.full => KEEPING_MS,
-            false => TUNING_MS,
-        };
-        let wanted = (allowed / predicted.max(1e-3)).sqrt();
+        let slope = self.cost.slope + if moving && truth { self.truth_cost * 1e-6 } else { 0.0 };
+        let allowed = if moving { MOVING_MS } else { TUNING_MS };
+        // Where few pixels take as long as none, fewer still are no help.
+        let room = (allowed - self.cost.fixed).max(0.5 * self.cost.fixed);
+        let wanted = (room / (slope * pixels).max(1e-3)).sqrt();
         // A little room before more pixels are drawn, so that the size does not swing.
-        let fits = |s: &f64| if *s > self.scale { *s * 1.2 <= wanted } else { *s <= wanted * 1.1 };
+        let now = self.size[0] as f64 / order.full[0] as f64;
+        let fits = |s: &f64| if *s > now { *s * 1.2 <= wanted } else { *s <= wanted * 1.1 };
         SCALES.iter().copied().find(fits).unwrap_or(SCALES[SCALES.len() - 1])
     }
 
-    /// Takes in pass times that have arrived.
-    fn times(&mut self, m: &mut Model) {
-        if self.awaiting_times == 0 {
-            return;
+    /// Renders a frame.
+    fn draw(&mut self, order: &Arc<Order>, size: [u32; 2], rest: bool, [served, shown]: [bool; 2]) -> Result<()> {
+        let Some(renderer) = &mut self.renderer else { return Ok(()) };
+        let draft = size != order.full;
+        let mut setup = order.setup.clone();
+        let info = techniques::find_or_say(&setup.technique)?;
+        // While the scene moves every frame needs all of its truth: what an earlier frame left would be a lie. One sample
+        // a pixel must do.
+        let at_once = draft || !rest && self.change == Change::Scene;
+        let coarse = at_once && setup.truth_samples.shown(info) > 1;
+        if coarse {
+            setup.truth_samples = Samples::Fixed(1);
         }
-        let stamps = self.renderer.timer.mode() == TimerMode::Stamps;
-        if stamps {
-            // Errors of polling show when the frame's own check runs.
-            let _ = self.renderer.gpu.device.poll(wgpu::PollType::Poll);
+        let over = setup.overlay.as_ref().is_some_and(|o| view::waits(&o.view));
+        let waits = draft && (view::waits(&setup.view) || over);
+        if waits {
+            setup.view = view::VIEWS[0].id.into();
+            setup.overlay = None;
         }
-        if let Err(e) = self.renderer.collect_times(false) {
-            m.fail(&e);
-        }
-        self.awaiting_times -= 1;
-        let f = &mut m.facts;
-        f.wall_clock = !stamps;
-        let latest = &self.renderer.timer.latest;
-        let traced: f64 = latest.iter().filter(|p| p.0 == "truth").map(|p| p.1).sum();
-        if traced > 0.0 && self.truth_samples > 0.0 {
-            let cost = (traced * 1e6 / self.truth_samples).max(0.01);
-            self.truth_cost = cost.clamp(self.truth_cost / 4.0, self.truth_cost * 4.0);
-        }
-        if latest.iter().all(|p| p.0 == "truth") {
-            // The truth went on alone: the list keeps the last whole frame.
-            return;
-        }
-        f.passes = self.renderer.timer.by_name();
-        // Timestamps come some frames late: those of another size do not count.
-        if f.passes.is_empty() || (stamps && self.steady < 3 && self.awaiting_times > 5) {
-            return;
-        }
-        let pixels = self.size[0] as f64 * self.size[1] as f64;
-        let cost = (f.frame_ms() - traced) * 1e6 / pixels;
-        self.cost += (cost.max(0.01) - self.cost) * 0.6;
-        if self.size == self.full && !stamps || self.awaiting_times == 19 {
+        let truth = match () {
+            _ if !shown => Truth::Off,
+            _ if at_once => Truth::All,
+            _ => Truth::Some((TRUTH_MS * 1e6 / self.truth_cost) as u32),
+        };
+        let start = Instant::now();
+        // While something moves each frame is drawn to its end, or there would be none; and never are two given up in a row.
+        let (inbox, this, whole) = (self.inbox.clone(), order.clone(), !rest || self.gave_up);
+        self.gpu.give_up_when(move || {
+            let mail = inbox.lock();
+            let other = || mail.order.as_ref().is_some_and(|o| o.change(&this) > Change::View);
+            mail.closed || !whole && start.elapsed() > PATIENCE && other()
+        });
+        let ask = Ask { size, truth, analysis: false, timed: true, picture: true, fresh: false };
+        let drawn = renderer.draw(&setup, ask);
+        self.gpu.give_up_when(|| false);
+        let told = match drawn {
+            Err(e) if e.is::<GivenUp>() => {
+                self.gave_up = true;
+                self.drawn = None;
+                return Ok(());
+            }
+            drawn => drawn?,
+        };
+        let rgba = renderer.read_picture()?;
+        let ms = start.elapsed().as_secs_f64() * 1e3;
+        renderer.collect_times(true)?;
+        let traced = told.traced;
+        (self.traced, self.drawn_truth, self.coarse) = (told.truth, told.truth, coarse);
+        (self.gave_up, self.counted, self.size) = (false, false, size);
+        self.drawn = Some(order.clone());
+        let f = &mut self.facts;
+        f.wall_clock = renderer.timer.mode() == TimerMode::Wall;
+        f.passes = renderer.timer.by_name();
+        let truth_ms = f.passes.iter().find(|p| p.0 == "truth").map_or(0.0, |p| p.1);
+        self.cost.learn(size[0] as f64 * size[1] as f64, ms - truth_ms);
+        if !draft {
             if f.recent.len() == RECENT {
                 f.recent.pop_front();
             }
             f.recent.push_back(f.technique_ms());
+            f.seconds.insert(info.id, (ms - truth_ms) * 1e-3);
         }
-    }
-
-    /// Goes on with the truth alone; the picture stays.
-    fn trace(&mut self) -> Result<()> {
-        let before = self.traced.samples;
-        self.traced = self.renderer.trace((TRUTH_MS * 1e6 / self.truth_cost) as u32)?;
-        self.truth_samples = self.traced.samples.saturating_sub(before) as f64;
-        self.awaiting_times = self.times_late();
-        Ok(())
-    }
-
-    /// Passes after which times are no longer waited for.
-    fn times_late(&self) -> u32 {
-        if self.renderer.timer.mode() == TimerMode::Stamps { 20 } else { 1 }
-    }
-
-    /// Has the errors of the picture counted.
-    fn count(&mut self, m: &mut Model, desk: &Desk) {
-        self.counting = true;
-        self.pending = true;
-        if let Err(e) = self.start_counting(m, desk) {
-            self.pending = false;
-            m.fail(&e);
-        }
-    }
-
-    /// Reads back what the errors need, and has them counted on a thread.
-    fn start_counting(&mut self, m: &mut Model, desk: &Desk) -> Result<()> {
-        m.facts.notes = self.renderer.notes()?;
-        let visibility = self.renderer.read_visibility()?;
-        let (hard, mean) = (self.renderer.read_hard_truth()?, self.renderer.read_truth()?);
-        let mask = self.renderer.read_mask()?;
-        let (width, generation) = (self.size[0] as usize, self.generation);
-        let row = Record {
-            technique: m.setup.technique.clone(),
-            params: params_text(m.setup.values()),
-            gpu_bytes: m.facts.told.gpu_bytes,
-            gpu_ms: m.facts.technique_ms(),
-            truth_samples: m.setup.truth_samples.shown(m.info()),
-            ..Record::default()
+        (f.size, f.full, f.waits, f.told) = (size, order.full, waits, told);
+        f.error = None;
+        f.notes.clear();
+        f.known = renderer.known()?;
+        self.learn_truth(truth_ms, traced);
+        self.facts.traced = match served {
+            false => Traced::NotServed,
+            true if coarse => Traced::Partly(Progress::default()),
+            true => self.so_far(),
         };
-        desk.start(move |post| {
-            let e = metrics::errors(&visibility, &hard, &mean, &mask, width);
-            let boundary_p95_px = e.boundary.map(|b| b.p95 as f64);
-            let (error_share, rmse, mae, beyond_tolerance) = (e.share(), e.rmse, e.mae, e.beyond_tolerance);
-            let row = Record { error_share, rmse, mae, beyond_tolerance, boundary_p95_px, ..row };
-            post.send(Done::Counted(generation, Box::new(row)));
-        });
+        self.send(order, Some(rgba));
+        if order.follow && !draft && !coarse && self.whole() && served {
+            self.count(order)?;
+        }
         Ok(())
     }
 
-    /// Takes note that errors are counted; whether they belong to the present set-up.
-    pub fn counted(&mut self, generation: u64) -> bool {
-        self.pending = false;
-        generation == self.generation
+    fn so_far(&self) -> Traced {
+        if self.whole() { Traced::Fully } else { Traced::Partly(self.traced) }
     }
 
-    /// The surface point under a place of the viewport (0 to 1), if there is one.
-    pub fn point_at(&self, at: [f32; 2]) -> Result<Option<Vec3>> {
-        self.renderer.position_at(self.pixel(at))
+    fn learn_truth(&mut self, ms: f64, samples: u64) {
+        if ms > 0.0 && samples > 0 {
+            let cost = (ms * 1e6 / samples as f64).max(0.01);
+            self.truth_cost = cost.clamp(self.truth_cost / 4.0, self.truth_cost * 4.0);
+        }
     }
 
-    /// What the view shows at a place of the viewport (0 to 1), in words, if it shows values.
-    pub fn value_at(&self, at: [f32; 2]) -> Result<Option<String>> {
-        self.renderer.value_at(self.pixel(at))
-    }
-
-    fn pixel(&self, at: [f32; 2]) -> [u32; 2] {
-        [0, 1].map(|i| ((at[i] * self.size[i] as f32) as u32).min(self.size[i].saturating_sub(1)))
-    }
-
-    /// Makes all passes anew from changed shaders; on an error those in use stay.
-    pub fn reload(&mut self, setup: &Setup) -> Result<()> {
-        let mut renderer = Renderer::new(self.renderer.gpu.clone(), self.renderer.scene().clone())?;
-        renderer.render(
-            setup,
-            Ask { size: [16, 16], truth: Truth::All, analysis: false, timed: false, picture: true, fresh: false },
-        )?;
-        *self = Stage::new(renderer);
+    /// Draws the same frame in another view, or with more of the truth.
+    fn redraw(&mut self, order: &Arc<Order>) -> Result<()> {
+        let Some(renderer) = &mut self.renderer else { return Ok(()) };
+        renderer.redraw(&order.setup)?;
+        let rgba = renderer.read_picture()?;
+        self.drawn_truth = self.traced;
+        self.drawn = Some(order.clone());
+        self.send(order, Some(rgba));
         Ok(())
+    }
+
+    /// Goes on with the truth.
+    fn trace(&mut self, order: &Arc<Order>, shown: bool) -> Result<()> {
+        let Some(renderer) = &mut self.renderer else { return Ok(()) };
+        let (start, before) = (Instant::now(), self.traced.samples);
+        self.traced = renderer.trace((TRUTH_MS * 1e6 / self.truth_cost) as u32)?;
+        self.gpu.wait()?;
+        renderer.collect_times(true)?;
+        self.learn_truth(start.elapsed().as_secs_f64() * 1e3, self.traced.samples.saturating_sub(before));
+        self.facts.traced = self.so_far();
+        let (now, drawn) = (self.traced, self.drawn_truth);
+        // Whole rows first, then a better mean of all.
+        let step = now.covered - drawn.covered >= TRUTH_STEP || now.done - drawn.done >= 2.0 * TRUTH_STEP;
+        // What is rendered anew for it is so only once it is whole.
+        let again = order.same_frame(order) && order.setup.against.is_empty();
+        let step = step && again;
+        if shown && (step || now.covered >= 1.0 && drawn.covered < 1.0 || self.whole()) {
+            return if again { self.redraw(order) } else { self.draw(order, self.size, true, [true, shown]) };
+        }
+        self.send(order, None);
+        Ok(())
+    }
+
+    /// Counts the errors of the picture.
+    fn count(&mut self, order: &Arc<Order>) -> Result<()> {
+        let Some(renderer) = &mut self.renderer else { return Ok(()) };
+        self.counted = true;
+        let setup = &order.setup;
+        self.facts.notes = renderer.notes()?;
+        let visibility = renderer.read_visibility()?;
+        let (hard, mean) = (renderer.read_hard_truth()?, renderer.read_truth()?);
+        let (mask, width) = (renderer.read_mask()?, renderer.read_width()?);
+        let e = metrics::errors(&visibility, &hard, &mean, &mask, width);
+        let mut errors = vec![Some(e)];
+        for side in 1..setup.sides() {
+            let seen = if setup.is_truth(side) { None } else { Some(renderer.read_side(side)?) };
+            errors.push(seen.map(|visibility| metrics::errors(&visibility, &hard, &mean, &mask, width)));
+        }
+        if let Some(Some(first)) = errors.first_mut() {
+            first.causes = renderer.causes().map(|c| c.counts);
+        }
+        self.facts.known.errors = errors;
+        self.facts.error = Some([e.share(), e.rmse]);
+        self.post.send(Done::Counted(Box::new(Record {
+            technique: setup.technique.clone(),
+            params: params_text(setup),
+            gpu_bytes: self.facts.told.gpu_bytes,
+            gpu_ms: self.facts.technique_ms(),
+            truth_samples: setup.truth_samples.shown(techniques::find_or_say(&setup.technique)?),
+            error_share: e.share(),
+            rmse: e.rmse,
+            mae: e.mae,
+            beyond_tolerance: e.beyond_tolerance,
+            boundary_p95_px: e.boundary.map(|b| b.p95 as f64),
+            ..Record::default()
+        })));
+        self.send(order, None);
+        Ok(())
+    }
+
+    /// Hands in what is known, with a picture of the present size.
+    fn send(&mut self, order: &Order, rgba: Option<Vec<u8>>) {
+        self.facts.of = order.number;
+        let picture = rgba.map(|rgba| Picture { size: self.size, full: order.full, rgba });
+        self.post.send(Done::Drawn(Box::new(self.facts.clone()), picture));
     }
 }

@@ -1,9 +1,9 @@
 //! The chart tab's controls: what is swept, and files.
 
+use super::chart;
 use super::controls::chips;
 use super::drawer::{beside, line, pick_techniques, progress};
 use super::model::{Action, Model};
-use super::{chart, style::WEAK};
 use crate::measure::{self, Axis};
 use crate::setup::Setup;
 use crate::techniques;
@@ -27,7 +27,7 @@ pub fn show(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
 
 fn controls(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
     pick_techniques(ui, m);
-    ui.label(RichText::new("over").small().color(WEAK));
+    ui.label(RichText::new("over").small().weak());
     let all = m.chart.range.all;
     let first = "Each technique over its first main parameter only, such as the resolution.";
     let every = "Each technique over all combinations of its main parameters.";
@@ -75,7 +75,7 @@ fn start(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
 
 /// The set-ups of a sweep over the techniques' main parameters, or over the first of them.
 fn configurations(setup: &Setup, chosen: &[String], all: bool) -> Result<Vec<Setup>> {
-    let setup = Setup { view: "shaded".into(), ..setup.clone() };
+    let setup = setup.measured();
     if all {
         return measure::expand(&setup, chosen, &[], true);
     }
@@ -90,7 +90,7 @@ fn configurations(setup: &Setup, chosen: &[String], all: bool) -> Result<Vec<Set
 
 fn files(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
     let tip = "Save writes .svg or .png: the chart, .csv or .json: the figures. Open reads the figures of a sweep, .csv or .json; such files can also be dropped on the window.";
-    ui.label(RichText::new("file").small().color(WEAK)).on_hover_text(tip);
+    ui.label(RichText::new("file").small().weak()).on_hover_text(tip);
     ui.with_layout(Layout::right_to_left(Align::Min), |ui| {
         let path = m.chart.path.trim().to_string();
         let is = |endings: &[&str]| endings.iter().any(|e| path.to_ascii_lowercase().ends_with(e));

@@ -5,7 +5,6 @@ use super::drawer::{beside, line, pick_techniques, progress};
 use super::model::{Action, Model};
 use super::needs::percent;
 use super::plotting::{Labels, color, short};
-use super::style::{ACCENT, LINE, TEXT, WEAK};
 use crate::measure::stability::{self, CASES, Case, Point, Stability};
 use crate::setup::Setup;
 use egui::{Button, ComboBox, DragValue, FontId, Grid, Label, RichText, Role, Slider, Ui, WidgetInfo, vec2};
@@ -58,7 +57,7 @@ impl Model {
     /// Moves along the path. It is no step that can be undone, like flying.
     pub fn scrub(&mut self, t: f32) {
         let Some(case) = self.case() else { return };
-        self.history.commit(&self.setup, false);
+        self.history.commit(&self.setup, true);
         self.timeline.t = t.clamp(0.0, 1.0);
         (case.place)(&mut self.setup, self.timeline.t);
         self.history.absorb(&self.setup);
@@ -86,10 +85,10 @@ fn controls(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
     let tip = chosen.map_or("A scene with a path on which some techniques fail.", |c| c.doc);
     shown.response.on_hover_text(tip).widget_info(|| WidgetInfo::labeled(Role::ComboBox, true, "case"));
     let Some(case) = chosen else {
-        ui.label(RichText::new(tip).small().color(WEAK));
+        ui.label(RichText::new(tip).small().weak());
         return;
     };
-    ui.label(RichText::new(case.doc).small().color(WEAK));
+    ui.label(RichText::new(case.doc).small().weak());
     if m.case().is_none() {
         let open = ui.add_enabled(m.loading.is_none(), Button::new(format!("Open {}", case.id)));
         if open.on_hover_text("Load the case's scene.").clicked() {
@@ -136,7 +135,7 @@ fn found(ui: &mut Ui, m: &mut Model) {
                 "How much visibility changes from frame to frame beyond the truth's change: mean along the path.",
             ),
         ] {
-            ui.label(RichText::new(head).small().color(WEAK)).on_hover_text(tip);
+            ui.label(RichText::new(head).small().weak()).on_hover_text(tip);
         }
         ui.end_row();
         for track in &found.tracks {
@@ -154,7 +153,7 @@ fn found(ui: &mut Ui, m: &mut Model) {
         }
     });
     for (id, why) in &found.left_out {
-        ui.label(RichText::new(format!("{id}: {why}")).small().color(WEAK));
+        ui.label(RichText::new(format!("{id}: {why}")).small().weak());
     }
     if let Some(t) = to {
         m.timeline.playing = false;
@@ -171,6 +170,7 @@ fn path(ui: &mut Ui, m: &mut Model, _: &mut Vec<Action>) {
     let at = case.map(|_| m.timeline.t as f64);
     let found = m.timeline.found.as_ref();
     let most = found.iter().flat_map(|f| &f.tracks).flat_map(|t| &t.points).filter_map(value).fold(0.0, f64::max);
+    let (weak, accent) = (ui.visuals().weak_text_color(), ui.visuals().hyperlink_color);
     let plot = Plot::new(("stability", flicker))
         .show_x(false)
         .show_y(false)
@@ -180,7 +180,7 @@ fn path(ui: &mut Ui, m: &mut Model, _: &mut Vec<Action>) {
         .include_y(if most > 0.0 { most } else { 0.01 })
         .set_margin_fraction(vec2(0.02, 0.08))
         .y_axis_min_width(44.0)
-        .grid_color(LINE)
+        .grid_color(ui.visuals().window_stroke.color)
         .allow_drag(false)
         .allow_zoom(false)
         .allow_scroll(false)
@@ -198,14 +198,14 @@ fn path(ui: &mut Ui, m: &mut Model, _: &mut Vec<Action>) {
             _ => String::new(),
         });
     let shown = plot.show(ui, |plot| {
-        plot.hline(HLine::new("", 0.0).color(WEAK.gamma_multiply(0.5)).width(1.0).allow_hover(false));
+        plot.hline(HLine::new("", 0.0).color(weak.gamma_multiply(0.5)).width(1.0).allow_hover(false));
         for track in found.iter().flat_map(|f| &f.tracks) {
             let points = track.points.iter().filter_map(|p| Some([p.t as f64, value(p)?]));
             let points: PlotPoints = points.collect();
             plot.line(Line::new("", points).color(color(&track.technique)).width(1.6).allow_hover(false));
         }
         if let Some(t) = at {
-            plot.vline(VLine::new("", t).color(ACCENT).width(1.2).allow_hover(false));
+            plot.vline(VLine::new("", t).color(accent).width(1.2).allow_hover(false));
         }
     });
     let frame = *shown.transform.frame();
@@ -222,9 +222,9 @@ fn path(ui: &mut Ui, m: &mut Model, _: &mut Vec<Action>) {
             Some(_) => "Run: error and flicker along the path appear here.",
             None => "Choose a case: its scene opens, and its path can be played.",
         };
-        let galley = ui.painter().layout(text.into(), FontId::proportional(13.0), WEAK, frame.width() - 40.0);
+        let galley = ui.painter().layout(text.into(), FontId::proportional(13.0), weak, frame.width() - 40.0);
         let place = egui::Align2::CENTER_CENTER.anchor_size(frame.center(), galley.size());
-        ui.painter().galley(place.min, galley, WEAK);
+        ui.painter().galley(place.min, galley, weak);
     }
     let r = shown.response.interact(egui::Sense::click_and_drag());
     if case.is_some()
@@ -264,7 +264,7 @@ fn transport(ui: &mut Ui, m: &mut Model, case: Option<&'static Case>) {
             m.scrub(t);
         }
         let value = short_signed((case.value)(m.timeline.t) as f64);
-        let text = RichText::new(format!("{name} {value} {unit}").replace(" °", "°")).small().color(TEXT);
+        let text = RichText::new(format!("{name} {value} {unit}").replace(" °", "°")).small();
         ui.add(Label::new(text).truncate());
     });
 }

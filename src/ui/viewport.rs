@@ -1,10 +1,10 @@
 //! The viewport: camera by mouse and keys, the split line, and what is written over the picture.
 
-use super::model::{Action, Model, Traced};
-use super::style::TEXT;
+use super::model::{Action, Model, Reading, Traced};
+use super::style::{ACCENT, TEXT};
 use super::{compare, freeze, gizmo, legend};
 use crate::view;
-use egui::{Align2, Color32, CursorIcon, FontId, Id, Key, PointerButton, Pos2, Rect, Sense, Ui, pos2, vec2};
+use egui::{Align2, Color32, CursorIcon, FontId, Id, Key, PointerButton, Pos2, Rect, Sense, Ui, vec2};
 
 /// Radians that a drag of one point turns.
 const TURN: f32 = 0.006;
@@ -40,8 +40,9 @@ pub fn show(ui: &mut Ui, rect: Rect, m: &mut Model, out: &mut Vec<Action>) {
         out.push(Action::Focus([at.x, at.y]));
     }
     fly(ui, m);
-    untraced(ui, rect, m);
+    tracing(ui, rect, m);
     let free = if m.show_legend { legend::show(ui, rect, m) } else { rect };
+    draft(ui, free, m);
     compare::over(ui, free, m);
     gizmo::show(ui, rect, m);
     if m.setup.shadow_camera.is_some() {
@@ -54,18 +55,22 @@ pub fn show(ui: &mut Ui, rect: Rect, m: &mut Model, out: &mut Vec<Action>) {
 }
 
 /// The common views that have a value at each pixel; a technique's maps have one too.
-const VALUED: [&str; 6] = ["visibility", "truth", "error", "difference", "acne", "detachment"];
+const VALUED: [&str; 8] =
+    ["visibility", "truth", "error", "difference", "causes", "error-density", "error-size", "flip"];
 
 /// Reads the view's value under the pointer, while the picture is at rest.
-fn read(ui: &Ui, rect: Rect, pointer: Option<Pos2>, m: &Model, out: &mut Vec<Action>) {
+fn read(ui: &Ui, rect: Rect, pointer: Option<Pos2>, m: &mut Model, out: &mut Vec<Action>) {
     let valued = view::index(&m.setup.view).is_none() || VALUED.contains(&m.setup.view.as_str());
     let traced = !m.setup.needs_truth() || m.facts.traced == Traced::Fully;
-    let rest = m.facts.size == m.facts.full && !m.facts.keeping && !m.moving() && m.measuring.is_none();
+    let rest = !m.draft() && !m.moving() && m.measuring.is_none();
     let (Some(pointer), true) = (pointer, valued && traced && rest) else { return };
     let at = (pointer - rect.min) / rect.size();
     let at = [at.x, at.y];
     match m.reading.as_ref().filter(|r| r.at == at) {
-        None => out.push(Action::Read(at)),
+        None => {
+            m.reading = Some(Reading { at, text: None });
+            out.push(Action::Read(at));
+        }
         Some(reading) => {
             if let Some(text) = &reading.text {
                 let left = pointer.x > rect.center().x;
@@ -99,17 +104,25 @@ fn fly(ui: &Ui, m: &mut Model) {
     }
 }
 
-/// Shades the part of the picture whose truth is still missing, where the view shows it.
-fn untraced(ui: &Ui, rect: Rect, m: &Model) {
-    let done = m.facts.traced.covered();
-    if m.facts.traced == Traced::NotServed || done >= 1.0 || m.facts.keeping || !m.setup.needs_truth() {
+/// How far the exact shadow is traced: a thin bar along the upper edge.
+fn tracing(ui: &Ui, rect: Rect, m: &Model) {
+    if let (Traced::Partly(progress), false) = (m.facts.traced, m.draft()) {
+        let bar = Rect::from_min_size(rect.min, vec2(rect.width(), 3.0));
+        let painter = ui.painter().with_clip_rect(rect);
+        painter.rect_filled(bar, 0.0, Color32::from_black_alpha(90));
+        painter.rect_filled(bar.with_max_x(rect.left() + rect.width() * progress.done), 0.0, ACCENT);
+    }
+}
+
+/// Says that the picture has fewer pixels than it will have.
+fn draft(ui: &Ui, rect: Rect, m: &Model) {
+    if !m.draft() {
         return;
     }
-    let rest = Rect::from_min_max(pos2(rect.left(), rect.top() + rect.height() * done), rect.max);
-    let painter = ui.painter().with_clip_rect(rect);
-    painter.rect_filled(rest, 0.0, Color32::from_rgba_unmultiplied(19, 21, 25, 240));
-    let text = format!("tracing the exact shadow: {:.0} %", done * 100.0);
-    painter.text(rest.center(), Align2::CENTER_CENTER, text, FontId::proportional(14.0), TEXT);
+    let [width, height] = m.facts.size;
+    let waits = if m.facts.waits { "; this view waits for the full resolution" } else { "" };
+    let text = format!("draft {width} × {height}, refining{waits}");
+    label(ui, rect, rect.right_bottom() - vec2(12.0, 12.0), Align2::RIGHT_BOTTOM, &text);
 }
 
 /// Text on a dark ground over the picture.

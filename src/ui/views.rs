@@ -2,7 +2,6 @@
 
 use super::controls::{chips, row, slide};
 use super::model::Model;
-use super::style::WEAK;
 use crate::setup::Overlay;
 use crate::truth::{COUNTS, Samples};
 use crate::view::{self, Group, View};
@@ -21,7 +20,7 @@ pub fn show(ui: &mut Ui, m: &mut Model) {
         if views.is_empty() {
             continue;
         }
-        ui.label(RichText::new(group.title()).small().color(WEAK));
+        ui.label(RichText::new(group.title()).small().weak());
         let tip = |v: &View| match view::index(v.id) {
             Some(i) if i < 9 => format!("{} (key {})", v.doc, i + 1),
             _ => v.doc.to_string(),

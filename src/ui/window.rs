@@ -2,21 +2,20 @@
 
 use super::canvas::Canvas;
 use super::chart::Picture;
-use super::model::{Action, Job, Model, Reading, Tab};
-use super::stage::{Next, Stage};
-use super::work::{Desk, Done, Loaded};
+use super::model::{Action, Job, Model, Tab};
+use super::stage::{Order, Request, Stage};
+use super::work::{Desk, Done, Loaded, Opened};
 use super::{Ended, shell, style};
 use crate::chart::{COSTS, ERRORS};
-use crate::frame::Renderer;
 use crate::gpu::{self, Gpu};
 use crate::measure::stability;
 use crate::setup::Setup;
 use anyhow::{Context, Result};
-use egui::{Event, Key, Modifiers, Rect, TextureOptions};
+use egui::{Event, RawInput, Rect, TextureOptions, TexturesDelta};
 use glam::Vec3;
 use std::path::Path;
 use std::sync::Arc;
-use std::time::{Duration, Instant, SystemTime};
+use std::time::{Duration, Instant};
 use winit::application::ApplicationHandler;
 use winit::dpi::LogicalSize;
 use winit::event::{StartCause, WindowEvent};
@@ -25,8 +24,8 @@ use winit::window::{Window, WindowId};
 
 /// The scene that opens when none is named.
 const FIRST: &str = "bench";
-/// How often changed shaders are looked for.
-const RELOAD: Duration = Duration::from_millis(500);
+/// Between two passes that nobody's input asks for.
+const FRAME: Duration = Duration::from_millis(16);
 /// How long the camera takes to turn to a point.
 const GLIDE: f32 = 0.3;
 
@@ -48,6 +47,7 @@ impl App {
     /// How it went, after the event loop has ended.
     pub fn ended(mut self) -> Result<Ended> {
         if let Some(open) = &mut self.open {
+            open.stage.close();
             open.desk.close();
         }
         self.error.map_or(Ok(Ended::Closed), Err)
@@ -72,7 +72,7 @@ impl ApplicationHandler for App {
 
     fn new_events(&mut self, _: &ActiveEventLoop, cause: StartCause) {
         if let (StartCause::ResumeTimeReached { .. }, Some(open)) = (cause, &mut self.open) {
-            open.window.request_redraw();
+            open.request_pass();
         }
     }
 
@@ -82,14 +82,15 @@ impl ApplicationHandler for App {
                 self.error = Some(e);
                 event_loop.exit();
             }
-            open.window.request_redraw();
+            open.request_pass();
         }
     }
 
     fn window_event(&mut self, event_loop: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
         let Some(open) = &mut self.open else { return };
         match &event {
-            WindowEvent::CloseRequested => event_loop.exit(),
+            WindowEvent::CloseRequested if open.model.as_mut().is_none_or(Model::may_close) => event_loop.exit(),
+            WindowEvent::CloseRequested => open.window.request_redraw(),
             WindowEvent::RedrawRequested => {
                 if open.redraw(event_loop) {
                     event_loop.exit();
@@ -100,7 +101,7 @@ impl ApplicationHandler for App {
             _ => {}
         }
         if open.input.on_window_event(&open.window, &event).repaint {
-            open.window.request_redraw();
+            open.request_pass();
         }
     }
 
@@ -122,27 +123,29 @@ struct Glide {
 struct Open {
     // Dropped in this order: the surface before the device and the window.
     canvas: Canvas,
-    stage: Option<Stage>,
-    gpu: Arc<Gpu>,
+    gpu: Gpu,
     input: egui_winit::State,
     ctx: egui::Context,
     window: Arc<Window>,
     desk: Desk,
+    stage: Stage,
     /// None until the first scene is there.
     model: Option<Model>,
     /// What is shown as being opened before there is a model.
     opening: String,
-    /// Why what was named at the start could not be opened.
-    unopened: Option<anyhow::Error>,
     /// Number of the latest request to load, to measure.
     loading: u64,
     measuring: u64,
     /// The loading is of a step that was undone or redone.
     restoring: bool,
+    /// What had to be saved first is saved.
+    quit: bool,
     glide: Option<Glide>,
     clock: Instant,
-    shaders: Option<SystemTime>,
-    looked: Instant,
+    /// Pixels of the viewport in the last pass.
+    full: [u32; 2],
+    /// A pass is asked for; one that comes unasked is the window system's, which has lost what the window showed.
+    asked: bool,
 }
 
 impl Open {
@@ -150,11 +153,11 @@ impl Open {
         let attributes = Window::default_attributes()
             .with_title("Shadowscope")
             .with_inner_size(LogicalSize::new(1280.0, 800.0))
-            .with_min_inner_size(LogicalSize::new(640.0, 360.0));
+            .with_min_inner_size(LogicalSize::new(300.0, 200.0));
         let window = Arc::new(event_loop.create_window(attributes).context("no window can be opened")?);
         let instance = gpu::instance();
         let surface = instance.create_surface(window.clone()).context("the window cannot be drawn on")?;
-        let gpu = Arc::new(Gpu::on(&instance, Some(&surface), adapter)?);
+        let gpu = Gpu::on(&instance, Some(&surface), adapter)?;
         let size = window.inner_size();
         let canvas = Canvas::new(&gpu, surface, [size.width, size.height])?;
         let ctx = egui::Context::default();
@@ -163,25 +166,31 @@ impl Open {
         let scale = window.scale_factor() as f32;
         let input =
             egui_winit::State::new(ctx.clone(), egui::ViewportId::ROOT, &window, Some(scale), None, Some(limit));
+        let desk = Desk::new(wake);
         Ok(Open {
             canvas,
-            stage: None,
-            shaders: gpu.shaders.changed(),
+            stage: Stage::start(desk.post(), gpu.info.name.clone(), gpu.software()),
             gpu,
             input,
             ctx,
             window,
-            desk: Desk::new(wake),
+            desk,
             model: None,
             opening: String::new(),
-            unopened: None,
             loading: 0,
             measuring: 0,
             restoring: false,
+            quit: false,
             glide: None,
             clock: Instant::now(),
-            looked: Instant::now(),
+            full: [0; 2],
+            asked: false,
         })
+    }
+
+    fn request_pass(&mut self) {
+        self.asked = true;
+        self.window.request_redraw();
     }
 
     /// Starts to open something; what is open stays until it is there.
@@ -204,7 +213,7 @@ impl Open {
             Some(m) => m.loading = Some(name),
             None => self.opening = name,
         }
-        self.window.request_redraw();
+        self.request_pass();
     }
 
     /// Takes in what the threads have done.
@@ -213,15 +222,55 @@ impl Open {
     /// Not even the first scene can be drawn.
     fn take_in(&mut self) -> Result<()> {
         while let Some(done) = self.desk.take() {
-            if let Done::Loaded(job, loaded) = done {
-                if job == self.loading {
-                    self.loaded(loaded)?;
+            match done {
+                Done::Loaded(job, Ok(loaded)) if job == self.loading => {
+                    if self.stage.ended() {
+                        self.stage = Stage::start(self.desk.post(), self.gpu.info.name.clone(), self.gpu.software());
+                    }
+                    let Loaded { setup, scene, geometry } = *loaded;
+                    self.stage.ask(Request::Load(job, setup, scene, Box::new(geometry)));
+                    continue;
                 }
-                continue;
+                Done::Loaded(job, Err(e)) if job == self.loading => {
+                    self.opened(Err(e))?;
+                    continue;
+                }
+                Done::Opened(job, opened) if job == self.loading => {
+                    self.opened(opened)?;
+                    continue;
+                }
+                Done::Broken(e) if self.model.is_none() => return Err(e),
+                _ => {}
             }
             let Some(m) = &mut self.model else { continue };
             match done {
-                Done::Loaded(..) => {}
+                // Of something that is no longer wanted.
+                Done::Loaded(..) | Done::Opened(..) => {}
+                Done::Drawn(facts, picture) => {
+                    m.facts = *facts;
+                    if let Some(picture) = picture {
+                        self.canvas.take(&self.gpu, picture);
+                        m.reading = None;
+                    }
+                }
+                Done::Value(at, Ok(text)) => {
+                    if let Some(reading) = m.reading.as_mut().filter(|r| r.at == at) {
+                        reading.text = text;
+                    }
+                }
+                Done::Point(Ok(Some(to))) if to.distance(m.setup.camera.position) > m.setup.camera.near => {
+                    self.glide = Some(Glide { from: m.setup.camera.target, to, start: Instant::now() });
+                }
+                Done::Point(Ok(_)) => {}
+                Done::Reloaded(Ok(())) => {
+                    m.notes.retain(|n| !n.error);
+                    m.say("Shaders reloaded.");
+                }
+                Done::Value(_, Err(e)) | Done::Point(Err(e)) | Done::Reloaded(Err(e)) | Done::Failed(e) => m.fail(&e),
+                Done::Broken(e) => {
+                    m.loading = None;
+                    m.fail(&e);
+                }
                 Done::Progress(job, done, what) => {
                     if let Some(running) = m.measuring.as_mut().filter(|_| job == self.measuring) {
                         running.done = done;
@@ -251,11 +300,17 @@ impl Open {
                     }
                 }
                 Done::Measured(..) | Done::Stability(..) | Done::Advised(..) => {}
-                Done::Saved(Ok(path)) => m.say(format!("Saved {}.", path.display())),
+                Done::Saved(Ok(path)) => {
+                    m.unsaved &= path.extension().is_none_or(|e| e != "csv" && e != "json");
+                    self.quit |= m.closing && !m.unsaved;
+                    m.say(format!("Saved {}.", path.display()));
+                }
                 Done::Saved(Err(e)) | Done::Read(_, Err(e)) => m.fail(&e),
                 Done::Read(path, Ok(rows)) => {
                     m.say(format!("{} rows of {} are in the chart.", rows.len(), path.display()));
+                    let unsaved = m.unsaved;
                     m.adopt(rows);
+                    m.unsaved = unsaved;
                     m.drawer = Some(Tab::Chart);
                 }
                 Done::Pictured(setup, drawn) => {
@@ -275,12 +330,7 @@ impl Open {
                         Err(e) => m.fail(&e),
                     }
                 }
-                Done::Counted(generation, row) => {
-                    if self.stage.as_mut().is_some_and(|s| s.counted(generation)) {
-                        m.facts.error = Some([row.error_share, row.rmse]);
-                    }
-                    m.chart.live(*row);
-                }
+                Done::Counted(row) => m.chart.live(*row),
                 Done::PickedFile(path) => self.load(path.to_string_lossy().into_owned()),
                 Done::PickedCapture(path) => {
                     m.picture_path = path.to_string_lossy().into_owned();
@@ -291,45 +341,25 @@ impl Open {
         Ok(())
     }
 
-    fn loaded(&mut self, loaded: Result<Box<Loaded>>) -> Result<()> {
-        if let Some(m) = &mut self.model {
-            m.loading = None;
-        }
-        let shown = loaded.and_then(|l| {
-            let Loaded { setup, scene, geometry } = *l;
-            let bounds = geometry.bounds;
-            let renderer = Renderer::with_geometry(self.gpu.clone(), scene.clone(), geometry)?;
-            Ok((setup, scene, bounds, renderer))
-        });
-        match (shown, &mut self.model) {
-            (Ok((setup, scene, bounds, renderer)), Some(m)) => {
-                let restored = std::mem::take(&mut self.restoring);
+    fn opened(&mut self, opened: Result<Box<Opened>>) -> Result<()> {
+        let Some(m) = &mut self.model else {
+            let (setup, scene, bounds) = *opened?;
+            self.model = Some(Model::new(setup, scene, bounds));
+            return Ok(());
+        };
+        m.loading = None;
+        let restored = std::mem::take(&mut self.restoring);
+        match opened.map(|o| *o) {
+            Ok((setup, scene, bounds)) => {
                 m.open(setup, scene, bounds, restored);
-                self.stage = Some(Stage::new(renderer));
                 self.glide = None;
             }
-            (Ok((setup, scene, bounds, renderer)), None) => {
-                let mut m = Model::new(setup, scene, bounds);
-                m.facts.adapter = self.gpu.info.name.clone();
-                m.facts.software = self.gpu.software();
-                self.stage = Some(Stage::new(renderer));
-                // A file that could not be opened is named over the scene that opened instead.
-                if let Some(e) = self.unopened.take() {
-                    m.fail(&e);
-                }
-                self.model = Some(m);
-            }
-            (Err(e), Some(m)) => {
-                if std::mem::take(&mut self.restoring) {
+            Err(e) => {
+                if restored {
                     m.keep_history();
                 }
                 m.fail(&e);
             }
-            (Err(e), None) if self.opening != FIRST => {
-                self.unopened = Some(e);
-                self.load(FIRST.into());
-            }
-            (Err(e), None) => return Err(e),
         }
         Ok(())
     }
@@ -341,68 +371,51 @@ impl Open {
             event_loop.set_control_flow(ControlFlow::Wait);
             return false;
         }
+        let start = Instant::now();
         self.canvas.resize([size.width, size.height]);
-        let mut raw = self.input.take_egui_input(&self.window);
-        self.take_tab(&mut raw);
+        if !std::mem::take(&mut self.asked) {
+            self.canvas.expose();
+        }
+        let raw = self.input.take_egui_input(&self.window);
         let mut actions = Vec::new();
         let mut rect = Rect::NOTHING;
-        let ctx = self.ctx.clone();
-        let quiet = egui::RawInput { events: Vec::new(), dropped_files: Vec::new(), ..raw.clone() };
-        let mut output = ctx.run_ui(raw, |ui| match &mut self.model {
-            Some(m) => rect = shell::layout(ui, m, &mut actions),
-            None => shell::opening(ui, &self.opening),
-        });
-        self.input.handle_platform_output(&self.window, std::mem::take(&mut output.platform_output));
-        let quit = actions.contains(&Action::Quit);
+        let (ctx, mut delta, mut output) = (self.ctx.clone(), TexturesDelta::default(), egui::FullOutput::default());
+        for part in parts(raw) {
+            output = ctx.run_ui(part, |ui| match &mut self.model {
+                Some(m) => rect = shell::layout(ui, m, &mut actions),
+                None => shell::opening(ui, &self.opening),
+            });
+            self.input.handle_platform_output(&self.window, std::mem::take(&mut output.platform_output));
+            delta.append(std::mem::take(&mut output.textures_delta));
+        }
+        let quit = self.quit || actions.contains(&Action::Quit);
         for action in actions {
             self.act(action);
         }
         self.tick();
-        self.reload();
 
         let scale = output.pixels_per_point;
-        let [left, top, right, bottom] =
-            [rect.left(), rect.top(), rect.right(), rect.bottom()].map(|v| (v * scale).round());
-        let full = if rect.is_positive() { [(right - left) as u32, (bottom - top) as u32] } else { [0; 2] };
-        let mut next = Next::Rest;
-        if let (Some(stage), Some(m)) = (&mut self.stage, &mut self.model)
-            && m.measuring.is_none()
-        {
-            let covered = m.facts.traced.covered();
-            next = stage.frame(m, full, &self.desk);
-            if covered != m.facts.traced.covered() && m.setup.needs_truth() {
-                // What covers the untraced part must fit this picture, not the last one.
-                let again = ctx.run_ui(quiet, |ui| _ = shell::layout(ui, m, &mut Vec::new()));
-                output.shapes = again.shapes;
-                output.textures_delta.append(again.textures_delta);
-            }
-        }
-        let picture = self.stage.as_ref().and_then(Stage::picture).filter(|_| !full.contains(&0));
-        let picture = picture.map(|p| (p, [left, top, right - left, bottom - top]));
-        let jobs = self.ctx.tessellate(output.shapes, scale);
-        let presented = self.canvas.present(&self.gpu, picture, &jobs, output.textures_delta, scale);
+        let viewport = if rect.is_positive() { (rect * scale).round() } else { Rect::ZERO };
+        self.order([viewport.width() as u32, viewport.height() as u32]);
+        let presented = self.canvas.show(&self.gpu, &ctx, output.shapes, delta, viewport, scale);
         if let (Err(e), Some(m)) = (self.gpu.check(), &mut self.model) {
             m.fail(&e);
         }
 
         let root = output.viewport_output.get(&egui::ViewportId::ROOT);
         let mut wait = root.map_or(Duration::MAX, |v| v.repaint_delay);
-        match next {
-            Next::Now => wait = Duration::ZERO,
-            Next::In(time) => wait = wait.min(time),
-            Next::Rest => {}
-        }
         if self.glide.is_some() || self.model.as_ref().is_some_and(|m| m.moving() && m.measuring.is_none()) {
             wait = Duration::ZERO;
         }
-        if self.shaders.is_some() {
-            wait = wait.min(RELOAD);
-        }
         if !presented {
-            wait = wait.max(Duration::from_millis(20)).min(Duration::from_millis(200));
+            wait = wait.min(Duration::from_millis(200));
+        }
+        // What was changed after the layout shows in the next.
+        if wait < FRAME {
+            wait = FRAME.saturating_sub(start.elapsed());
         }
         if wait.is_zero() {
-            self.window.request_redraw();
+            self.request_pass();
         }
         event_loop.set_control_flow(match Instant::now().checked_add(wait) {
             Some(at) if !wait.is_zero() && wait < Duration::from_secs(3600) => ControlFlow::WaitUntil(at),
@@ -411,19 +424,25 @@ impl Open {
         quit
     }
 
-    /// Tab hides and shows the panel, except while text is typed.
-    fn take_tab(&mut self, raw: &mut egui::RawInput) {
+    /// Orders the picture that the model describes, for a viewport of `full` pixels.
+    fn order(&mut self, full: [u32; 2]) {
         let Some(m) = &mut self.model else { return };
-        if self.ctx.egui_wants_keyboard_input() {
-            return;
-        }
-        raw.events.retain(|e| match e {
-            Event::Key { key: Key::Tab, modifiers: Modifiers::NONE, pressed, repeat, .. } => {
-                m.show_panel ^= *pressed && !repeat;
-                false
-            }
-            _ => true,
+        let held = self
+            .ctx
+            .input(|i| i.pointer.any_down() || !i.keys_down.is_empty() || i.smooth_scroll_delta != egui::Vec2::ZERO);
+        let resized = std::mem::replace(&mut self.full, full) != full;
+        let number = self.stage.order(Order {
+            number: 0,
+            setup: m.setup.clone(),
+            scene: m.scene.clone(),
+            full,
+            moving: held || resized || self.glide.is_some() || m.moving(),
+            follow: m.drawer == Some(Tab::Chart),
+            paused: m.measuring.is_some(),
         });
+        if std::mem::replace(&mut m.order, number) != number {
+            m.ordered = Instant::now();
+        }
     }
 
     /// Lets the clock run, and the camera turn; camera and light keep to places that a file can hold.
@@ -442,28 +461,6 @@ impl Open {
             }
         }
         m.setup.count_from(m.scene.origin);
-    }
-
-    /// Rebuilds the passes where shaders are read from a folder and have changed.
-    fn reload(&mut self) {
-        if self.shaders.is_none() || self.looked.elapsed() < RELOAD {
-            return;
-        }
-        self.looked = Instant::now();
-        let newest = self.gpu.shaders.changed();
-        if newest == self.shaders || newest.is_none() {
-            return;
-        }
-        self.shaders = newest;
-        if let (Some(stage), Some(m)) = (&mut self.stage, &mut self.model) {
-            match stage.reload(&m.setup) {
-                Ok(()) => {
-                    m.notes.retain(|n| !n.error);
-                    m.say("Shaders reloaded.");
-                }
-                Err(e) => m.fail(&e),
-            }
-        }
     }
 
     /// Begins a measurement: its number, and the adapter to use.
@@ -499,22 +496,22 @@ impl Open {
             Action::PickFile => self.desk.pick_file(),
             Action::PickCapture => self.desk.pick_capture(),
             Action::Measure => {
-                let setup = Setup { view: "shaded".into(), ..m.setup.clone() };
+                let setup = m.setup.measured();
                 let (job, adapter) = self.job("Measuring");
                 self.desk.measure(job, adapter, scene, setup.clone(), vec![setup]);
             }
             Action::Sweep(setups) => {
-                let base = Setup { view: "shaded".into(), ..m.setup.clone() };
+                let base = m.setup.measured();
                 let (job, adapter) = self.job("Sweep");
                 self.desk.measure(job, adapter, scene, base, setups);
             }
             Action::Stability(case, techniques, frames) => {
-                let setup = Setup { size: stability::SIZE, ..m.setup.clone() };
+                let setup = Setup { size: stability::SIZE, ..m.setup.measured() };
                 let (job, adapter) = self.job("Stability");
                 self.desk.stability(job, adapter, scene, setup, (case, techniques, frames));
             }
             Action::Advise(budget, techniques) => {
-                let setup = Setup { view: "shaded".into(), ..m.setup.clone() };
+                let setup = m.setup.measured();
                 let (job, adapter) = self.job("Advice");
                 self.desk.advise(job, adapter, scene, setup, (budget, techniques));
             }
@@ -540,30 +537,41 @@ impl Open {
                     self.desk.capture(self.gpu.info.name.clone(), m.scene.clone(), m.setup.clone(), path);
                 }
             }
+            Action::Figure(path) => {
+                if !m.capturing {
+                    m.capturing = true;
+                    let setup = Setup { size: [1920, 1080], legend: true, ..m.setup.clone() };
+                    self.desk.capture(self.gpu.info.name.clone(), m.scene.clone(), setup, path);
+                }
+            }
             Action::SaveSetup(path) => match save(m, &path) {
                 Ok(()) => m.say(format!("Saved {}.", path.display())),
                 Err(e) => m.fail(&e),
             },
-            Action::Focus(at) => {
-                let point = self.stage.as_ref().map(|s| s.point_at(at)).transpose();
-                match point {
-                    Ok(Some(Some(to))) if to.distance(m.setup.camera.position) > m.setup.camera.near => {
-                        self.glide = Some(Glide { from: m.setup.camera.target, to, start: Instant::now() });
-                    }
-                    Ok(_) => {}
-                    Err(e) => m.fail(&e),
-                }
-            }
-            Action::Read(at) => match self.stage.as_ref().map_or(Ok(None), |s| s.value_at(at)) {
-                Ok(text) => {
-                    m.reading = Some(Reading { at, text });
-                    self.window.request_redraw();
-                }
-                Err(e) => m.fail(&e),
-            },
+            Action::Focus(at) => self.stage.ask(Request::Point(at)),
+            Action::Read(at) => self.stage.ask(Request::Value(at)),
             Action::Quit => {}
         }
     }
+}
+
+/// Cuts what has come in behind each press and release: egui tests all that a pass is given at the last place of the
+/// pointer.
+fn parts(raw: RawInput) -> Vec<RawInput> {
+    let cut = |e: &Event| matches!(e, Event::PointerButton { .. });
+    let mut events: Vec<Vec<Event>> = raw.events.split_inclusive(cut).map(<[Event]>::to_vec).collect();
+    if events.is_empty() {
+        events.push(Vec::new());
+    }
+    let mut first = Some(raw);
+    let mut rest = None;
+    let part = |events| {
+        let raw = first.take().or_else(|| rest.clone()).unwrap_or_default();
+        // Files are dropped once.
+        rest.get_or_insert_with(|| RawInput { events: Vec::new(), dropped_files: Vec::new(), ..raw.clone() });
+        RawInput { events, ..raw }
+    };
+    events.into_iter().map(part).collect()
 }
 
 /// Writes the set-up as TOML.

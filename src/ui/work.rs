@@ -1,5 +1,7 @@
 //! Work beside the window: loading, measuring, capturing, file dialogs. Each on a thread of its own.
 
+use super::model::Facts;
+use super::stage::Picture;
 use crate::chart::{self, Axis};
 use crate::frame::{Ask, Renderer, Truth};
 use crate::gpu::Gpu;
@@ -10,12 +12,13 @@ use crate::scene::Scene;
 use crate::scene::geometry::Geometry;
 use crate::setup::{self, Setup};
 use crate::{capture, techniques};
-use anyhow::{Context, Result, anyhow, bail};
+use anyhow::{Context, Result, bail};
 use egui::ColorImage;
+use glam::Vec3;
 use std::cell::Cell;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
@@ -28,9 +31,25 @@ pub struct Loaded {
     pub geometry: Geometry,
 }
 
+/// A set-up, its scene, and that scene's lowest and highest corner.
+pub type Opened = (Setup, Arc<Scene>, [Vec3; 2]);
+
 /// What a thread has done. Numbers tell which request it answers.
 pub enum Done {
+    /// A scene is read and built, and ready for the device.
     Loaded(u64, Result<Box<Loaded>>),
+    /// It can be drawn.
+    Opened(u64, Result<Box<Opened>>),
+    /// What the scene's thread knows now, with a new picture if there is one.
+    Drawn(Box<Facts>, Option<Picture>),
+    /// The value under a place of the viewport, in words.
+    Value([f32; 2], Result<Option<String>>),
+    /// The surface there.
+    Point(Result<Option<Vec3>>),
+    Reloaded(Result<()>),
+    /// The scene's thread goes on; it has ended.
+    Failed(anyhow::Error),
+    Broken(anyhow::Error),
     /// Share done, and what it is at.
     Progress(u64, f32, String),
     Row(Box<Record>),
@@ -44,7 +63,7 @@ pub enum Done {
     /// A row's set-up, small.
     Pictured(String, Result<ColorImage>),
     /// The errors of the picture.
-    Counted(u64, Box<Record>),
+    Counted(Box<Record>),
     PickedFile(PathBuf),
     PickedCapture(PathBuf),
 }
@@ -72,6 +91,8 @@ pub struct Desk {
     drawing: Vec<JoinHandle<()>>,
     /// The measurement that is still wanted.
     measuring: Arc<AtomicU64>,
+    /// Nothing is wanted any more.
+    closed: Arc<AtomicBool>,
     /// To the thread that draws small pictures, once there is one.
     pictures: Option<Sender<(Setup, String, Arc<Scene>)>>,
 }
@@ -117,7 +138,19 @@ impl Watch {
 impl Desk {
     pub fn new(wake: EventLoopProxy<()>) -> Desk {
         let (sender, receiver) = channel();
-        Desk { post: Post { sender, wake }, receiver, drawing: Vec::new(), measuring: Arc::default(), pictures: None }
+        Desk {
+            post: Post { sender, wake },
+            receiver,
+            drawing: Vec::new(),
+            measuring: Arc::default(),
+            closed: Arc::default(),
+            pictures: None,
+        }
+    }
+
+    /// Where threads hand in what they have done.
+    pub fn post(&self) -> Post {
+        self.post.clone()
     }
 
     /// The next thing done.
@@ -159,8 +192,9 @@ impl Desk {
         let wanted = self.measuring.clone();
         wanted.store(job, Ordering::Relaxed);
         let thread = self.start(move |post| {
-            let watch = Watch { post: post.clone(), job, wanted, said: Cell::new(None) };
-            let result = renderer(&adapter, scene).and_then(|mut r| work(&mut r, &watch));
+            let watch = Watch { post: post.clone(), job, wanted: wanted.clone(), said: Cell::new(None) };
+            let unwanted = move || wanted.load(Ordering::Relaxed) != job;
+            let result = renderer(&adapter, scene, unwanted).and_then(|mut r| work(&mut r, &watch));
             post.send(done(job, result));
         });
         self.drawing.push(thread);
@@ -219,8 +253,9 @@ impl Desk {
 
     /// Captures a set-up into a file, likewise.
     pub fn capture(&mut self, adapter: String, scene: Arc<Scene>, setup: Setup, path: PathBuf) {
+        let closed = self.closed();
         let thread = self.start(move |post| {
-            let captured = renderer(&adapter, scene).and_then(|mut r| capture::capture(&mut r, &setup, &path));
+            let captured = renderer(&adapter, scene, closed).and_then(|mut r| capture::capture(&mut r, &setup, &path));
             post.send(Done::Captured(captured.map(|notes| (path, notes))));
         });
         self.drawing.push(thread);
@@ -230,7 +265,8 @@ impl Desk {
     pub fn picture(&mut self, adapter: String, setup: Setup, key: String, scene: Arc<Scene>) {
         if self.pictures.is_none() {
             let (sender, requests) = channel();
-            self.drawing.push(self.start(move |post| draw_small(&adapter, &requests, post)));
+            let closed = self.closed();
+            self.drawing.push(self.start(move |post| draw_small(&adapter, &requests, closed, post)));
             self.pictures = Some(sender);
         }
         if let Some(sender) = &self.pictures {
@@ -274,9 +310,16 @@ impl Desk {
         });
     }
 
+    /// Tells whether the window has closed.
+    fn closed(&self) -> impl Fn() -> bool + Clone + Send + Sync + 'static {
+        let closed = self.closed.clone();
+        move || closed.load(Ordering::Relaxed)
+    }
+
     /// Waits for the threads that draw: a driver must not be torn down under them.
     pub fn close(&mut self) {
         self.cancel_measuring();
+        self.closed.store(true, Ordering::Relaxed);
         self.pictures = None;
         for thread in self.drawing.drain(..) {
             // A thread that panicked has said so already.
@@ -293,13 +336,18 @@ fn prepared(mut setup: Setup, scene: Scene) -> Result<Box<Loaded>> {
 }
 
 /// Draws small pictures for as long as they are asked for.
-fn draw_small(adapter: &str, requests: &Receiver<(Setup, String, Arc<Scene>)>, post: &Post) {
+fn draw_small(
+    adapter: &str,
+    requests: &Receiver<(Setup, String, Arc<Scene>)>,
+    closed: impl Fn() -> bool + Clone + Send + Sync + 'static,
+    post: &Post,
+) {
     // The scene's name, and the device that holds it.
     let mut held: Option<(String, Renderer)> = None;
     loop {
         match requests.recv_timeout(IDLE) {
             Ok((setup, key, scene)) => {
-                let drawn = small(adapter, &mut held, setup, scene);
+                let drawn = small(adapter, &mut held, setup, scene, closed.clone());
                 post.send(Done::Pictured(key, drawn));
             }
             Err(RecvTimeoutError::Timeout) => held = None,
@@ -313,6 +361,7 @@ fn small(
     held: &mut Option<(String, Renderer)>,
     mut setup: Setup,
     scene: Arc<Scene>,
+    closed: impl Fn() -> bool + Send + Sync + 'static,
 ) -> Result<ColorImage> {
     let [width, height] = setup.size.map(u64::from);
     let size = [SMALL, ((SMALL as u64 * height / width.max(1)) as u32).clamp(1, 2 * SMALL)];
@@ -325,7 +374,7 @@ fn small(
         Some(held) => held,
         None => {
             let scene = if scene.name == setup.scene { scene } else { Arc::new(setup::load_scene(&setup.scene)?) };
-            held.insert((setup.scene.clone(), renderer(adapter, scene)?))
+            held.insert((setup.scene.clone(), renderer(adapter, scene, closed)?))
         }
     };
     renderer
@@ -346,7 +395,9 @@ fn save_rows(rows: &[Record], [cost, error]: [&Axis; 2], path: &Path) -> Result<
     }
 }
 
-fn renderer(adapter: &str, scene: Arc<Scene>) -> Result<Renderer> {
-    let gpu = Gpu::new(Some(adapter)).with_context(|| anyhow!("no second device could be opened"))?;
+/// A renderer on a device of its own, which gives a frame up where it is `unwanted`.
+fn renderer(adapter: &str, scene: Arc<Scene>, unwanted: impl Fn() -> bool + Send + Sync + 'static) -> Result<Renderer> {
+    let gpu = Gpu::new(Some(adapter)).context("no second device could be opened")?;
+    gpu.give_up_when(unwanted);
     Renderer::new(Arc::new(gpu), scene)
 }

@@ -21,10 +21,12 @@ use subdivide::Subdivide;
 crate::params! {
     /// How casters are drawn into a warped map.
     pub struct RasterParams {
-        /// Linear: corners are moved, edges stay straight, so that large triangles miss their places. Subdivide: triangles are split where an edge would deviate by more than `tolerance`. Exact: every texel's ray meets the triangles themselves.
-        raster: choice("exact", ["linear", "subdivide", "exact"]),
-        /// Subdivide: how far an edge may lie beside its warped image.
-        tolerance: float(0.5, 0.05..=16.0, "texels"),
+        "Raster" {
+            /// How casters are drawn. Linear: corners are moved and edges stay straight, so that large triangles end up in the wrong place. Subdivide: triangles are split where an edge would deviate by more than the tolerance. Exact: each texel's ray meets the triangles themselves.
+            raster: choice("exact", ["linear", "subdivide", "exact"]),
+            /// How far an edge may deviate from its warped image before its triangle is split.
+            tolerance: float(0.5, 0.05..=16.0, "texels") if raster = "subdivide",
+        }
     }
 }
 
@@ -241,7 +243,7 @@ impl Warped {
         if f.wants_any_map() {
             f.run(&self.inspect).bind_all(&all).per_pixel();
         }
-        f.show_depth("shadow-map", &map, &base.light_view);
+        f.offer_maps(std::slice::from_ref(&map), &base.light_view, &[p.resolution]);
         if f.setup.view == "counts-before" {
             let counts = self.counts(f.gpu, p.resolution);
             f.clear(&counts);

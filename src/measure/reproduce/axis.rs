@@ -151,11 +151,11 @@ pub fn free_parameter(b: &mut Bench) -> Result<String> {
     let (image, eye) = (scope.image(), scope.eye());
     let fit = lispsm::fit(&scope, &image, &scope.seen(), lispsm::Strength { strength: 1.0, fade: 0.9 });
     // Of the technique: no warp, n_opt, and the full perspective, which psm draws.
-    let near = format!("least_near={}", CAMERA.near);
+    let near = format!("min_near={}", CAMERA.near);
     let kinds: [(&str, f64, &str, Vec<&str>); 3] = [
         ("n = ∞", f64::INFINITY, "lispsm", vec!["strength=0"]),
         ("n_opt", fit.n, "lispsm", vec!["strength=1"]),
-        ("n = near", eye.near, "psm", vec!["delta_mode=fixed", "delta=0", &near]),
+        ("n = near", eye.near, "psm", vec!["slide=fixed", "slide_back=0", &near]),
     ];
     let head = ["n", "n, m", "m at near: closed form", "at far", "largest m: closed form", "measured", "drawn by"];
     let mut lines = vec![head.map(String::from).to_vec()];

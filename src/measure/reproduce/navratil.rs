@@ -428,8 +428,8 @@ pub fn post_perspective(b: &mut Bench) -> Result<String> {
         setup.select("psm")?;
         if light.kind() == "spot" {
             // An eye slid back has another plane.
-            setup.set("delta_mode=fixed", &["psm".into()])?;
-            setup.set("delta=0", &["psm".into()])?;
+            setup.set("slide=fixed", &["psm".into()])?;
+            setup.set("slide_back=0", &["psm".into()])?;
         }
         setup.view = "pps".into();
         out += &format!("{says}.\n{}", b.capture(&format!("navratil-{figure}.png"), says, &setup)?);

@@ -9,6 +9,7 @@ use glam::vec3;
 
 pub const CASE: Case = Case {
     id: "st-behind",
+    title: "Behind: a warp turned inside out",
     doc: "The sun moves from ahead of the camera to exactly behind it: in psm's perspective space it passes through \
           infinity and comes out inverted, and lispsm and tsm lose what they gain.",
     axis: "sun's azimuth from the view direction, °",

@@ -11,9 +11,10 @@ use glam::vec3;
 
 pub const CASE: Case = Case {
     id: "st-contact",
-    doc: "Boxes rest on the floor, some there twice, while the bias grows to 10 cm: shadows come off their casters and \
-          light leaks under plates in every map with a bias (shadow-map, pcf); shadow-volume meets caps exactly in the \
-          receiver's plane.",
+    title: "Contact: peter-panning",
+    doc: "Boxes rest on the floor, some of them twice in the same place, while the bias grows to 10 cm: shadows come \
+          off their casters, and light leaks under plates, in every map with a bias (shadow-map, pcf and all the \
+          others).",
     axis: "bias, m",
     value: |t| bias(t) as f32,
     place,

@@ -10,8 +10,9 @@ use std::f32::consts::TAU;
 
 pub const CASE: Case = Case {
     id: "st-corner",
-    doc: "Teeth with tips of 10° turn under the sun: edsm and sssm round off or merge sharp corners by their priorities, \
-          shadow-map and pcf cut the tips where they are thinner than a texel.",
+    title: "Corner: thin tips",
+    doc: "Teeth with tips of 10° turn under the sun: shadow-map and pcf cut the tips where they are thinner than a \
+          texel.",
     axis: "sun's azimuth, °",
     value: azimuth,
     place: |setup, t| setup.light = light_at(t),

@@ -9,9 +9,10 @@ use glam::{Vec2, Vec3, vec3};
 
 pub const CASE: Case = Case {
     id: "st-degenerate",
-    doc: "Triangles without area, twins with either winding, slivers and sheets whose plane holds the sun, while the camera \
-          swings from straight down to an empty sky: what divides by an area or a count (rtw, notw, shadow-volume, every \
-          fit) must not crash or yield NaN.",
+    title: "Degenerate: triangles without area",
+    doc: "Triangles without area, twins with either winding, slivers and sheets whose plane holds the sun, while the \
+          camera swings from straight down to an empty sky: what divides by an area or a count (rtw, notw, every \
+          fit) must neither crash nor yield NaN.",
     axis: "camera's pitch, °",
     value: pitch,
     place: |setup, t| setup.camera = camera_at(t),

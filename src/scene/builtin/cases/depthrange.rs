@@ -8,9 +8,10 @@ use glam::{Vec3, vec2, vec3};
 
 pub const CASE: Case = Case {
     id: "st-depthrange",
-    doc: "Far over near is 100 000, and a sail a pixel large, 900 m away, comes into view: what is fitted to the \
-          receivers (shadow-map, pcf, sdsm) stretches over all of it, pssm's splits leave the terrace one cascade, and \
-          depth runs out of bits.",
+    title: "Depth range: near and far apart",
+    doc: "Far over near is 100 000, and a sail a pixel in size, 900 m away, comes into view: what is fitted to the \
+          receivers (shadow-map, pcf, sdsm) stretches over all of it, pssm's splits leave the terrace one cascade, \
+          and depth runs out of bits.",
     axis: "camera's heading, °",
     value: heading,
     place: |setup, t| setup.camera = camera_at(t),

@@ -10,8 +10,10 @@ use std::f32::consts::TAU;
 
 pub const CASE: Case = Case {
     id: "st-diagonal",
-    doc: "Two islands lie on a diagonal of the light's image, in the middle of the path on one of its axes: rtw spends \
-          half its map on the two corners without any, notw need not, and shadow-map and pcf waste all between.",
+    title: "Diagonal: two islands",
+    doc: "Two islands lie on a diagonal of the light's image, and in the middle of the path on one of its axes: rtw \
+          spends half its map on the two empty corners, which notw can avoid, and shadow-map and pcf waste all that \
+          lies between.",
     axis: "sun's azimuth, °",
     value: azimuth,
     place: |setup, t| setup.light = light_at(t),

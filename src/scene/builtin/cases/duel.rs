@@ -9,8 +9,9 @@ use glam::{Vec3, vec3};
 
 pub const CASE: Case = Case {
     id: "st-duel",
+    title: "Duel: sun and camera face to face",
     doc: "Sun and camera come to face each other: the warps of psm, lispsm and tsm degenerate, all cascades of pssm \
-          overlap, izb's lists grow long, and texels of shadow-map and pcf stretch into strips on the floor.",
+          overlap, and the texels of shadow-map and pcf stretch into strips on the floor.",
     axis: "sun's azimuth from the view direction, °",
     value: azimuth,
     place: |setup, t| setup.light = light_at(t),

@@ -9,8 +9,9 @@ use glam::{Vec3, vec3};
 
 pub const CASE: Case = Case {
     id: "st-fence",
-    doc: "Light falls through two lattices, one high, one low: vsm, esm and msm leak where a filter meets both depths, \
-          pcss mixes the blockers, sssm finds two edges in a texel, and pcf's blur closes the gaps.",
+    title: "Fence: two lattices",
+    doc: "Light falls through two lattices, one high and one low: shadow-map turns the bars into stairs, and pcf's \
+          blur closes the gaps.",
     axis: "sun's azimuth from the view direction, °",
     value: azimuth,
     place: |setup, t| setup.light = light_at(t),

@@ -9,9 +9,9 @@ use glam::{Vec2, Vec3, vec3};
 
 pub const CASE: Case = Case {
     id: "st-foliage",
-    doc: "Open leaf cards, each there twice, by the hundred one behind the other under a high sun: shadow-volume counts \
-          beyond the 256 that eight stencil bits hold, csm-conservative's inner map loses every small triangle, edsm and \
-          sssm find nothing but boundaries; shadow-map and pcf blotch the specks of light.",
+    title: "Foliage: hundreds of leaves",
+    doc: "Open leaf cards, each of them twice in the same place, stand by the hundred one behind another under a \
+          high sun: shadow-map and pcf blotch the specks of light.",
     axis: "sun elevation, °",
     value: elevation,
     place: |setup, t| setup.light = light_at(t),

@@ -9,8 +9,9 @@ use glam::vec3;
 
 pub const CASE: Case = Case {
     id: "st-grazing",
-    doc: "The sun sinks until it grazes the floor: projection aliasing and acne beyond the slope limit in every shadow \
-          map (shadow-map, pcf, all warped ones), and shadows thinner than a texel in edsm.",
+    title: "Grazing: projection aliasing",
+    doc: "The sun sinks until it grazes the floor: projection aliasing and acne beyond the slope limit in every \
+          shadow map (shadow-map, pcf, all warped ones).",
     axis: "sun elevation, °",
     value: elevation,
     place: |setup, t| setup.light = light_at(t),

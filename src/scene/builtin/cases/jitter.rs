@@ -8,8 +8,9 @@ use glam::{Mat3, vec3};
 
 pub const CASE: Case = Case {
     id: "st-jitter",
-    doc: "The camera moves sideways by a sixty-fourth of a texel a frame, then turns as slowly: fits that are not \
-          snapped to the texels crawl (shadow-map, pcf, pssm but its stable fit), warps swim (lispsm, tsm, rtw, \
+    title: "Jitter: crawling edges",
+    doc: "The camera moves sideways by a sixty-fourth of a texel per frame, then turns as slowly: fits that are not \
+          snapped to the texels crawl (shadow-map, pcf, pssm with any fit but stable), warps swim (lispsm, tsm, rtw, \
           notw), and sdsm's boxes pop.",
     axis: "frame",
     value: |t| t * (FRAMES - 1) as f32,

@@ -9,8 +9,8 @@ use glam::{vec2, vec3};
 
 pub const CASE: Case = Case {
     id: "st-lightinview",
-    doc: "A lamp circles through the view frustum and out behind the camera: cube needs one face, then all six, ipsm \
-          jumps from one map to two, and notw's gain comes and goes.",
+    title: "Light in view: a circling light",
+    doc: "A light circles through the view frustum and out behind the camera: the gain of notw comes and goes.",
     axis: "lamp's angle on its circle, °",
     value: angle,
     place: |setup, t| setup.light = light_at(t),

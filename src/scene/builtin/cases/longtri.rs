@@ -8,8 +8,10 @@ use glam::{Vec3, vec2, vec3};
 
 pub const CASE: Case = Case {
     id: "st-longtri",
-    doc: "Triangles 200 m long cross a small detail that the camera closes in on: warped maps drawn with straight edges \
-          (rtw, notw, dual-paraboloid, logpsm) bend or lose their shadows unless the triangles are split.",
+    title: "Long triangles: bent edges",
+    doc: "Triangles 200 m long cross a small detail that the camera closes in on: warped maps drawn with straight \
+          edges (rtw, notw, logpsm with the linear raster) bend or lose their shadows unless the triangles are \
+          split.",
     axis: "distance from the detail, m",
     value: distance,
     place: |setup, t| setup.camera = camera_at(t),

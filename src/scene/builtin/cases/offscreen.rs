@@ -8,8 +8,10 @@ use glam::{Vec3, vec3};
 
 pub const CASE: Case = Case {
     id: "st-offscreen",
-    doc: "The camera turns away from a lattice mast whose shadow stays in the picture: a fit or cull that keeps only \
-          casters in view loses it (pssm, sdsm, lispsm, tsm, cube), and a depth range reaching up to it costs bits.",
+    title: "Off screen: a caster out of view",
+    doc: "The camera turns away from a lattice mast whose shadow stays in the picture: a fit or a cull that keeps \
+          only casters in view loses it (pssm, sdsm, lispsm, tsm), and a depth range that reaches up to it costs \
+          bits.",
     axis: "camera's heading, °",
     value: heading,
     place: |setup, t| setup.camera = camera_at(t),

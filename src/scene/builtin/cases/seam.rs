@@ -9,8 +9,9 @@ use glam::vec3;
 
 pub const CASE: Case = Case {
     id: "st-seam",
-    doc: "A wall runs from the camera into the distance, under the sun across every split of pssm, sdsm and cssm, under the \
-          scene's lamp across the faces of cube and the rim of dual-paraboloid: seams, and pcf taps beyond a map's edge.",
+    title: "Seam: across the splits",
+    doc: "A wall runs from the camera into the distance, across every split of pssm and sdsm: seams, and taps of pcf \
+          beyond the map's edge.",
     axis: "camera's way, m",
     value: way,
     place: |setup, t| setup.camera = camera_at(t),

@@ -8,8 +8,9 @@ use glam::vec3;
 
 pub const CASE: Case = Case {
     id: "st-single-plane",
-    doc: "One level plane, seen from above until the horizon rises into the picture: the ground truth of aliasing error, \
-          where lixel-per-pixel and optimal-light-plane can be exact until the plane is edge-on; any shadow here is acne.",
+    title: "Single plane: nothing casts",
+    doc: "One level plane, seen from above until the horizon rises into the picture: a test of the aliasing error, \
+          whose value is known here; any shadow is acne.",
     axis: "camera's pitch, °",
     value: pitch,
     place: |setup, t| setup.camera = camera_at(t),

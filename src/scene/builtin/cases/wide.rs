@@ -9,8 +9,8 @@ use glam::{Vec3, vec3};
 
 pub const CASE: Case = Case {
     id: "st-wide",
-    doc: "A square light 3 m above the floor grows to 5 m: area-uniform shows bands, pcss guesses from one view, cssm with \
-          two samples a side draws four hard shadows, and area-adaptive's corners agree on what they all miss.",
+    title: "Wide: a growing area light",
+    doc: "A square light 3 m above the floor grows to 5 m. No technique with a shadow map serves it yet.",
     axis: "side of the light, m",
     value: side,
     place: |setup, t| setup.light = light_at(t),

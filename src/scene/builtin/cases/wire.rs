@@ -8,8 +8,9 @@ use glam::vec3;
 
 pub const CASE: Case = Case {
     id: "st-wire",
-    doc: "Wires a fifth of a texel thick (map of 1024²) over a court: shadow-map and pcf drop most of each wire, hybrid-pcf \
-          is certain and wrong where all its texels miss one, csm-conservative misses none.",
+    title: "Wire: thinner than a texel",
+    doc: "Wires a fifth of a texel thick (in a map of 1024²) hang over a court: shadow-map and pcf drop most of each \
+          wire.",
     axis: "camera's way, m",
     value: way,
     place: |setup, t| setup.camera = camera_at(t),

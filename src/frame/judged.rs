@@ -1,0 +1,148 @@
+//! Pictures of a frame's errors that the CPU makes of its visibility and truth.
+
+use super::figure::shaded;
+use super::{NO_FRAME, Renderer, STORED, Shading, Targets, know_scene};
+use crate::gpu::{Pass, Recorder, Slot};
+use crate::measure::causes::{self, Causes};
+use crate::measure::metrics;
+use crate::scene::geometry::Geometry;
+use crate::setup::Setup;
+use crate::truth::Tracing;
+use crate::view;
+use anyhow::{Context, Result};
+use wgpu::TextureFormat as Format;
+
+/// What a judgement is made of.
+pub(super) struct Judged<'a> {
+    pub geometry: &'a Geometry,
+    pub truth: &'a Tracing,
+    /// The frame's, if it was analysed and its technique has maps.
+    pub aliasing: Option<wgpu::TextureView>,
+    pub targets: &'a mut Targets,
+    pub classify: &'a Pass,
+}
+
+impl Judged<'_> {
+    /// Reads back which pixels count, as [`metrics`] names them.
+    pub fn mask(&mut self, recorder: &mut Recorder) -> Result<Vec<u32>> {
+        let t = &mut *self.targets;
+        let mask = t.mask.get(recorder.gpu, "mask", t.size()?, Format::R32Uint, STORED);
+        recorder.run(self.classify).bind("mask", &mask).per_pixel();
+        recorder.submit();
+        Ok(bytemuck::pod_collect_to_vec(&read(recorder, &t.mask)?))
+    }
+
+    /// Visibility and hard truth, a number a pixel.
+    fn labels(&self, recorder: &Recorder) -> Result<[Vec<f32>; 2]> {
+        let number = |slot| anyhow::Ok(bytemuck::pod_collect_to_vec(&read(recorder, slot)?));
+        Ok([number(&self.targets.visibility)?, number(self.truth.hard().context(NO_FRAME)?)?])
+    }
+
+    /// Tells the causes of the wrong pixels apart; the hard truth must be there.
+    pub fn causes(&mut self, recorder: &mut Recorder) -> Result<Causes> {
+        let (gpu, size) = (recorder.gpu, self.targets.size()?);
+        let mut held = Slot::default();
+        let evidence = held.get(gpu, "evidence", size, Format::Rgba32Uint, STORED);
+        let visibility = Targets::view(&self.targets.visibility)?;
+        self.truth.explain(recorder, visibility, self.aliasing.as_ref(), &evidence);
+        let mask = self.mask(recorder)?;
+        let [visibility, hard] = self.labels(recorder)?;
+        let evidence: Vec<causes::Evidence> = bytemuck::pod_collect_to_vec(&read(recorder, &held)?);
+        Ok(causes::split(&visibility, &hard, &mask, &evidence, self.geometry.casters(), size[0] as usize))
+    }
+
+    /// Share of wrong pixels around each, as [`metrics::density`].
+    fn density(&mut self, recorder: &mut Recorder, window: u32) -> Result<Vec<f32>> {
+        let mask = self.mask(recorder)?;
+        let [visibility, hard] = self.labels(recorder)?;
+        Ok(metrics::density(&visibility, &hard, &mask, self.targets.size()?[0] as usize, window as usize))
+    }
+
+    /// The FLIP difference of the shaded picture from that with the truth, a number a pixel.
+    fn flip(&mut self, setup: &Setup, recorder: &mut Recorder, shading: &mut Shading) -> Result<Vec<f32>> {
+        let (gpu, t) = (recorder.gpu, &*self.targets);
+        let (size, map) = (t.size()?, Targets::view(&t.map)?);
+        let shaded = shaded(setup);
+        let mut picture = |visibility: &Slot| {
+            let mut held = Slot::default();
+            let output = held.get(gpu, "picture to compare", size, Format::Rgba8Unorm, STORED);
+            recorder.set("visibility", Targets::view(visibility)?);
+            recorder.set("output", &output);
+            shading.record(recorder, shaded, map, (None, None))?;
+            recorder.submit();
+            read(recorder, &held)
+        };
+        let truth = self.truth.shown().context(NO_FRAME)?;
+        let (test, reference) = (picture(&t.visibility)?, picture(truth)?);
+        recorder.set("visibility", Targets::view(&t.visibility)?);
+        recorder.set("output", Targets::view(&t.output)?);
+        Ok(metrics::flip_map(&reference, &test, size))
+    }
+
+    /// What the set-up's view shows, if that is made here: a number a pixel, all 0 until the truth is there, and the
+    /// causes if it shows those.
+    pub fn values(
+        &mut self,
+        setup: &Setup,
+        recorder: &mut Recorder,
+        shading: &mut Shading,
+    ) -> Result<Option<(Vec<f32>, Option<Causes>)>> {
+        if !view::is_judged(&setup.view) {
+            return Ok(None);
+        }
+        let [width, height] = self.targets.size()?;
+        // What is recorded is to be read back.
+        recorder.submit();
+        let (covered, done) = (self.truth.covered(), self.truth.progress().done >= 1.0);
+        Ok(Some(match setup.view.as_str() {
+            "causes" if covered => {
+                let causes = self.causes(recorder)?;
+                (causes.classes.iter().map(|c| *c as f32).collect(), Some(causes))
+            }
+            "error-density" if covered => (self.density(recorder, setup.error_window)?, None),
+            "flip" if done => (self.flip(setup, recorder, shading)?, None),
+            _ => (vec![0.0; (width * height) as usize], None),
+        }))
+    }
+}
+
+fn read(recorder: &Recorder, slot: &Slot) -> Result<Vec<u8>> {
+    recorder.gpu.read_texture(slot.texture().context(NO_FRAME)?)
+}
+
+impl Renderer {
+    /// Tells the causes of the last frame's wrong pixels apart. That frame must have traced the truth, and been analysed:
+    /// where it was not, or the technique has no maps, an edge's errors are told by pixels alone.
+    pub fn read_causes(&mut self) -> Result<Causes> {
+        self.judge(|judged, recorder| judged.causes(recorder))
+    }
+
+    /// Classes of the last frame's pixels, as [`crate::measure::metrics`] names them.
+    pub fn read_mask(&mut self) -> Result<Vec<u32>> {
+        self.judge(|judged, recorder| judged.mask(recorder))
+    }
+
+    /// The causes of the last frame's wrong pixels, if its view showed them.
+    pub fn causes(&self) -> Option<&Causes> {
+        self.causes.as_ref()
+    }
+
+    fn judge<T>(&mut self, what: impl FnOnce(&mut Judged, &mut Recorder) -> Result<T>) -> Result<T> {
+        let size = self.targets.size()?;
+        let mut recorder = Recorder::new(&self.gpu, &mut self.timer, false, size);
+        know_scene(&mut recorder, &self.scene_gpu);
+        recorder.set("frame", &self.frame_buffer);
+        recorder.set("g_position", Targets::view(&self.targets.position)?);
+        recorder.set("g_surface", Targets::view(&self.targets.surface)?);
+        let mut judged = Judged {
+            geometry: &self.geometry,
+            truth: &self.truth,
+            aliasing: self.analysis.aliasing_view().cloned(),
+            targets: &mut self.targets,
+            classify: &self.classify,
+        };
+        let result = what(&mut judged, &mut recorder)?;
+        recorder.finish()?;
+        Ok(result)
+    }
+}
