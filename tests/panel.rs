@@ -183,6 +183,59 @@ fn a_camera_preset_is_a_step() {
     assert_eq!(setup(&harness), before);
 }
 
+/// The shadow camera stays where it was frozen, and is released by the same key or button; each is a step.
+#[test]
+fn the_shadow_camera_freezes_and_is_released() {
+    let mut harness = harness("cubes", 1600.0);
+    let before = setup(&harness);
+    harness.key_press(egui::Key::F);
+    harness.run_steps(3);
+    harness.state_mut().model.setup.camera.position.x += 1.0;
+    harness.run_steps(3);
+    assert_eq!(setup(&harness).shadow_camera, Some(before.camera));
+    assert_eq!(setup(&harness).frozen(), Some(before.camera));
+    click(&mut harness, "Freeze");
+    assert_eq!(setup(&harness).shadow_camera, None);
+    harness.key_press_modifiers(egui::Modifiers::COMMAND, egui::Key::Z);
+    harness.run_steps(3);
+    assert_eq!(setup(&harness).shadow_camera, Some(before.camera), "releasing is a step");
+    open(&mut harness, "Camera");
+    click(&mut harness, "outlines");
+    setup(&harness).check().unwrap();
+}
+
+/// From the light's own camera all of the scene is in the picture, and what the light reaches of a lamp's cone.
+#[test]
+fn the_lights_own_view_is_a_preset() {
+    let mut harness = harness("cubes", 1600.0);
+    let scene = harness.state().model.scene.clone();
+    for light in scene.lights.iter().filter(|l| !matches!(l.light, Light::RectArea { .. })) {
+        harness.state_mut().model.setup.light = light.light;
+        harness.run_steps(2);
+        harness.get_by_role_and_label(egui::accesskit::Role::ComboBox, "Camera").click();
+        harness.run_steps(3);
+        harness.get_by_label("from the light").click();
+        harness.run_steps(3);
+        let s = setup(&harness);
+        s.check().unwrap();
+        match light.light {
+            Light::Directional { .. } => {
+                assert!(s.camera.forward().distance(light.light.axis()) < 1e-4);
+                let seen = s.camera.projection(1.0) * s.camera.view();
+                for i in 0..8 {
+                    let bounds = harness.state().model.bounds;
+                    let corner = glam::Vec3::from_array([0, 1, 2].map(|a| bounds[i >> a & 1][a]));
+                    assert!(seen.project_point3(corner).truncate().abs().max_element() <= 1.0, "{corner} is not seen");
+                }
+            }
+            Light::Spot { outer_angle, .. } => {
+                assert!(s.camera.position == light.light.position() && s.camera.fov == 2.0 * outer_angle);
+            }
+            _ => assert_eq!(s.camera.position, light.light.position()),
+        }
+    }
+}
+
 #[test]
 fn undo_goes_back_to_the_scene_before() {
     let mut harness = harness("cubes", 1200.0);

@@ -11,6 +11,7 @@ mod compare;
 mod controls;
 mod drawer;
 mod errors;
+mod freeze;
 mod gizmo;
 mod history;
 mod legend;

@@ -4,7 +4,7 @@ use super::controls::{HEIGHT, Tip, field, parameter, row, set_panel_left, slide}
 use super::lighting;
 use super::model::{Action, Model};
 use super::style::TEXT;
-use super::{compare, needs, results, views};
+use super::{compare, freeze, needs, results, views};
 use crate::measure::stability;
 use crate::params::Spec;
 use crate::scene::builtin;
@@ -344,6 +344,7 @@ fn camera(ui: &mut Ui, m: &mut Model) {
                 if reset.tip("Back to the preset chosen last, or to the camera of the file (R).").clicked() {
                     m.go_home();
                 }
+                freeze::button(ui, m);
                 let scene = m.scene.clone();
                 let now = scene.cameras.iter().find(|c| c.camera == m.setup.camera).map_or("free", |c| c.name.as_str());
                 let combo = ComboBox::from_id_salt("camera").selected_text(now).width(ui.available_width()).truncate();
@@ -354,6 +355,7 @@ fn camera(ui: &mut Ui, m: &mut Model) {
                             m.go_home();
                         }
                     }
+                    freeze::from_the_light(ui, m);
                 });
                 shown
                     .response
@@ -366,6 +368,7 @@ fn camera(ui: &mut Ui, m: &mut Model) {
 }
 
 fn place_of_camera(ui: &mut Ui, m: &mut Model) {
+    freeze::outlines(ui, m);
     let o = m.scene.origin;
     let c = &mut m.setup.camera;
     slide(ui, "field of view", "Vertical angle that the picture covers.", &mut c.fov, 5.0..=120.0, false, "°");

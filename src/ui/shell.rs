@@ -4,7 +4,7 @@ use super::controls::{set_panel_left, take_said};
 use super::history::REST;
 use super::model::{Action, Model, Tab, Traced};
 use super::viewport;
-use super::{drawer, panel};
+use super::{drawer, freeze, panel};
 use crate::view;
 use egui::{
     Align, Align2, Area, Button, Context, Frame, Grid, Id, Key, Label, Layout, Margin, ModifierNames, Modifiers, Order,
@@ -144,6 +144,7 @@ const SHORTCUTS: &[Shortcut] = &[
     always(&[(NONE, Key::F4)], "open or close advice", |m, _| m.toggle(Tab::Advice)),
     always(&[(NONE, Key::F9)], "hide or show the panel", |m, _| m.toggle_panel()),
     shortcut(&[(NONE, Key::R)], "reset the camera", |m, _| m.go_home()),
+    shortcut(&[(NONE, Key::F)], "freeze the shadow camera, or release it", |m, _| freeze::toggle(m)),
     shortcut(&[(NONE, Key::L)], "show or hide the legend", |m, _| m.show_legend = !m.show_legend),
     shortcut(&[(NONE, Key::X)], "flicker between the sides of a comparison", |m, _| m.flicker()),
     shortcut(&[(NONE, Key::B)], "show the difference A − B, or leave it", |m, _| m.toggle_difference()),

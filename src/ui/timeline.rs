@@ -80,7 +80,8 @@ impl Model {
         let mut kept = self.setup.clone();
         let_go(&mut kept);
         let (camera, light, scene) = (setup.camera, setup.light, std::mem::take(&mut setup.scene));
-        *setup = Setup { scene, origin: setup.origin, time: 0.0, animation: 0, camera, light, ..kept };
+        *setup =
+            Setup { scene, origin: setup.origin, time: 0.0, animation: 0, camera, light, shadow_camera: None, ..kept };
         let serves = |id: &str| techniques::find(id).is_some_and(|i| i.refuses(&light).is_none());
         if !serves(&setup.technique) {
             let other = techniques::ALL.iter().find(|i| serves(i.id));
@@ -90,6 +91,7 @@ impl Model {
         setup.complete();
         if techniques::find(&setup.technique).is_none_or(|i| view::check(&setup.view, i).is_err()) {
             setup.view = view::VIEWS[0].id.into();
+            setup.overlay = None;
         }
     }
 
