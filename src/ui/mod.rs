@@ -16,6 +16,7 @@ mod gizmo;
 mod history;
 mod legend;
 mod lighting;
+mod maps;
 mod model;
 mod needs;
 mod panel;

@@ -3,6 +3,7 @@
 use super::advice::Advising;
 use super::chart::Chart;
 use super::history::History;
+use super::maps::Maps;
 use super::timeline::Timeline;
 use crate::frame::{SHARED_PASSES, Told};
 use crate::legend::Known;
@@ -204,6 +205,7 @@ pub struct Model {
     pub show_panel: bool,
     /// The legend lies over the picture.
     pub show_legend: bool,
+    pub maps: Maps,
     /// The side of the comparison that the panel edits, from 0.
     pub editing: usize,
     /// The view before the difference was looked at.
@@ -254,6 +256,7 @@ impl Model {
             show_help: false,
             show_panel: true,
             show_legend: true,
+            maps: Maps::default(),
             editing: 0,
             look: String::new(),
             narrow: false,

@@ -56,6 +56,8 @@ pub struct Order {
     pub follow: bool,
     /// Something is being measured, which rendering would disturb.
     pub paused: bool,
+    /// The map that is looked into, from 0.
+    pub map: Option<u32>,
 }
 
 /// What changed between two orders.
@@ -107,7 +109,7 @@ impl Order {
     }
 
     fn same(&self, other: &Order) -> bool {
-        let flags = |o: &Order| (o.moving, o.follow, o.paused);
+        let flags = |o: &Order| (o.moving, o.follow, o.paused, o.map);
         self.change(other) == Change::Nothing && flags(self) == flags(other)
     }
 }
@@ -317,6 +319,9 @@ struct Painter<'a> {
     counted: bool,
     /// The picture made do with one sample a pixel where more are wanted.
     coarse: bool,
+    /// The last frame was analysed, and the map that was handed in of it.
+    analysed: bool,
+    mapped: Option<u32>,
     failed: bool,
     /// The last frame was given up.
     gave_up: bool,
@@ -350,6 +355,8 @@ impl Painter<'_> {
             drawn_truth: Progress::default(),
             counted: false,
             coarse: false,
+            analysed: false,
+            mapped: None,
             failed: false,
             gave_up: false,
             facts,
@@ -471,6 +478,10 @@ impl Painter<'_> {
         if !rest {
             return Ok(Next::At(self.changed + SETTLE));
         }
+        if let Some(layer) = order.map.filter(|layer| self.mapped != Some(*layer) && size == order.full) {
+            self.map(order, layer, [served, shown])?;
+            return Ok(Next::Now);
+        }
         if served && !self.whole() {
             self.trace(order, shown)?;
             return Ok(Next::Now);
@@ -545,7 +556,8 @@ impl Painter<'_> {
             let other = || mail.order.as_ref().is_some_and(|o| o.change(&this) > Change::View);
             mail.closed || !whole && start.elapsed() > PATIENCE && other()
         });
-        let ask = Ask { size, truth, analysis: false, timed: true, picture: true, fresh: false };
+        let analysis = !draft && rest && order.map.is_some();
+        let ask = Ask { size, truth, analysis, timed: true, picture: true, fresh: false };
         let drawn = renderer.draw(&setup, ask);
         self.gpu.give_up_when(|| false);
         let told = match drawn {
@@ -564,6 +576,7 @@ impl Painter<'_> {
         let stays = due == Change::View && size == self.size;
         (self.gave_up, self.scale, self.size) = (false, scale, size);
         self.drawn = Some(order.clone());
+        (self.analysed, self.mapped) = (analysis, None);
         let f = &mut self.facts;
         f.wall_clock = renderer.timer.mode() == TimerMode::Wall;
         f.passes = renderer.timer.by_name();
@@ -646,6 +659,18 @@ impl Painter<'_> {
             };
         }
         self.send(order, None);
+        Ok(())
+    }
+
+    /// Hands one of the technique's maps in; of a frame that was not analysed after another that is.
+    fn map(&mut self, order: &Arc<Order>, layer: u32, truth: [bool; 2]) -> Result<()> {
+        if !self.analysed {
+            self.draw(order, (Change::View, true), self.scale, self.size, truth)?;
+        }
+        let Some(renderer) = self.renderer.as_mut().filter(|_| self.analysed) else { return Ok(()) };
+        let map = renderer.read_layer(layer)?;
+        self.mapped = Some(layer);
+        self.post.send(Done::Map(Box::new(map)));
         Ok(())
     }
 

@@ -267,6 +267,10 @@ impl Open {
                     self.glide = Some(Glide { from: m.setup.camera.target, to, start: Instant::now() });
                 }
                 Done::Point(Ok(_)) => {}
+                Done::Map(map) => match *map {
+                    Some(map) if m.maps.wanted().is_some() => m.maps.take(map),
+                    _ => m.maps.forget(),
+                },
                 Done::Reloaded(Ok(())) => {
                     m.notes.retain(|n| !n.error);
                     m.say("Shaders reloaded.");
@@ -444,6 +448,7 @@ impl Open {
             moving: held || resized || self.glide.is_some() || m.moving(),
             follow: m.drawer == Some(Tab::Chart),
             paused: m.measuring.is_some(),
+            map: m.maps.wanted(),
         });
         if std::mem::replace(&mut m.order, number) != number {
             m.ordered = Instant::now();

@@ -3,7 +3,7 @@
 use super::model::Facts;
 use super::stage::Picture;
 use crate::chart::{self, Axis};
-use crate::frame::{Ask, Renderer, Truth};
+use crate::frame::{Ask, MapLayer, Renderer, Truth};
 use crate::gpu::Gpu;
 use crate::measure::advise::{self, Advice, Budget};
 use crate::measure::stability::{self, Stability};
@@ -49,6 +49,8 @@ pub enum Done {
     /// The surface there.
     Point(Result<Option<Vec3>>),
     Reloaded(Result<()>),
+    /// The map that the viewer shows; None: the technique has none.
+    Map(Box<Option<MapLayer>>),
     /// The scene's thread goes on; it has ended.
     Failed(anyhow::Error),
     Broken(anyhow::Error),
