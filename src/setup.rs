@@ -57,7 +57,7 @@ pub struct Setup {
     /// Start of every random pattern.
     #[serde(default)]
     pub seed: u32,
-    /// How many samples a pixel the truth averages.
+    /// How many samples per pixel the truth averages.
     #[serde(default)]
     pub truth_samples: Samples,
     /// Pixels by which wrong ones grow in views of errors, 0 to 2, and what lies under them.
@@ -406,8 +406,16 @@ impl Setup {
 
     /// The set-up without technique, parameters and view: what the configurations of one sweep share.
     pub fn around(&self) -> Setup {
-        let blank = String::new();
-        Setup { technique: blank.clone(), view: blank, split: 0.0, params: BTreeMap::new(), ..self.alone() }
+        Setup {
+            technique: String::new(),
+            view: String::new(),
+            split: 0.0,
+            error_dilation: 0,
+            error_base: Base::Dark,
+            error_window: default_window(),
+            params: BTreeMap::new(),
+            ..self.alone()
+        }
     }
 
     /// Selects a technique by its id.

@@ -47,9 +47,14 @@ fn click(harness: &mut Harness<'static, State>, label: &str) {
     harness.run_steps(3);
 }
 
-/// Opens a section that starts closed.
+/// Opens a section that starts closed, or closes one that is open.
 fn open(harness: &mut Harness<'static, State>, section: &str) {
-    click(harness, section);
+    use egui::accesskit::Role;
+    // In the panel's head a combo box bears the same name.
+    match harness.query_by_role_and_label(Role::Label, section) {
+        Some(name) => name.click(),
+        None => click(harness, section),
+    }
     harness.run_steps(20);
 }
 

@@ -13,7 +13,7 @@ use shadowscope::params::{Condition, Kind, Spec, Test, Value, Values};
 use shadowscope::scene::{
     Animation, Camera, Channel, Interpolation, Local, Material, Node, Property, Scene, Texture, builtin,
 };
-use shadowscope::setup::{Setup, scene_camera};
+use shadowscope::setup::{Base, Setup, scene_camera};
 use shadowscope::techniques::{self, Info};
 
 /// A built-in scene at a size.
@@ -148,6 +148,116 @@ fn bias_trades_acne_for_detachment() {
     assert!(good.share() < 0.005, "{good:?}");
     assert!(good.shadow_correct > 300, "{good:?}");
     assert_eq!((detached.shadow_correct, detached.shadow_incorrect), (0, 0), "{detached:?}");
+}
+
+/// The wrong pixels of a technique by cause: acne, detachment, leak, missing caster, stairs.
+fn causes(r: &mut Renderer, s: &mut Setup, technique: &str, sets: &[&str]) -> [usize; 5] {
+    let e = errors(r, s, technique, sets);
+    r.render(s, Ask { analysis: true, ..ask(s) }).unwrap();
+    let found = r.read_causes().unwrap();
+    assert_eq!(found.counts.iter().sum::<usize>(), e.lit_incorrect + e.shadow_incorrect, "{technique} {sets:?}");
+    assert_eq!(found.facing, e.facing);
+    let shown = Setup { view: "causes".into(), ..s.clone() };
+    r.render(&shown, ask(&shown)).unwrap();
+    assert_eq!(r.causes(), Some(&found), "the view shows the same");
+    found.counts
+}
+
+/// Each way to spoil a shadow is called by its name.
+#[test]
+fn errors_are_told_by_their_cause() {
+    let (mut r, mut s) = built_in("st-contact", "default", [320, 200]);
+    let most = |counts: [usize; 5], cause: usize, rest: usize| {
+        let all: usize = counts.iter().sum();
+        assert!(all > 50 && (all - counts[cause]) * rest < all, "{cause} of {counts:?}");
+    };
+    most(causes(&mut r, &mut s, "shadow-map", &["bias=0", "slope_bias=0"]), 0, 5);
+    most(causes(&mut r, &mut s, "shadow-map", &["bias=0.1", "resolution=2048"]), 1, 8);
+    most(causes(&mut r, &mut s, "shadow-map", &["bias=0", "slope_bias=1", "resolution=96"]), 4, 2);
+    // A kernel hides no wrong bias, and rays make no error.
+    most(causes(&mut r, &mut s, "pcf", &["bias=0.1", "resolution=2048"]), 1, 8);
+    assert_eq!(causes(&mut r, &mut s, "rt-hard", &[]), [0; 5]);
+}
+
+/// Light that passes through part of a caster leaks, also where nothing has texels; where all of it passes the caster is
+/// missing.
+#[test]
+fn a_leak_is_no_missing_caster() {
+    let sheet = |turned: &dyn Fn(f32) -> bool| {
+        let mut triangles = floor(Vec2::splat(-6.0), Vec2::splat(6.0), 0.0);
+        for i in 0..8 {
+            let x = -2.0 + 0.5 * i as f32;
+            for [a, b, c] in floor(Vec2::new(x, -2.0), Vec2::new(x + 0.5, 2.0), 1.5) {
+                triangles.push(if turned(x) { [a, c, b] } else { [a, b, c] });
+            }
+        }
+        let view = camera(Vec3::new(4.0, 7.0, 7.0), Vec3::ZERO);
+        let light = sun(Vec3::new(0.3, 1.0, 0.2));
+        start(scene(vec![mesh(&triangles, 0)], vec![material(Vec3::ONE)], view, light), [240, 180])
+    };
+    // The ray that stops only at front faces goes through what is turned.
+    let one_sided = ["two_sided=false"];
+    let (mut r, mut s) = sheet(&|_| true);
+    let [acne, detached, leak, missing, stairs] = causes(&mut r, &mut s, "rt-hard", &one_sided);
+    assert!(missing > 500 && acne + detached + leak + stairs == 0, "{:?}", [acne, detached, leak, missing, stairs]);
+    let (mut r, mut s) = sheet(&|x| x < -0.5);
+    let [acne, detached, leak, missing, stairs] = causes(&mut r, &mut s, "rt-hard", &one_sided);
+    assert!(leak > 150 && acne + detached + missing == 0 && stairs < leak, "{:?}", [leak, missing, stairs]);
+    let (mut r, mut s) = sheet(&|_| false);
+    assert_eq!(causes(&mut r, &mut s, "rt-hard", &one_sided), [0; 5]);
+}
+
+/// Marked errors grow by as many pixels as asked for, over light as over dark; the density is that of the definition, and
+/// FLIP's map has FLIP's mean.
+#[test]
+fn views_of_errors_show_the_errors() {
+    let (mut r, mut s) = built_in("st-contact", "default", [160, 100]);
+    errors(&mut r, &mut s, "shadow-map", &["resolution=64"]);
+    let [w, h] = s.size.map(|x| x as usize);
+    let mut draw = |s: &Setup| {
+        r.render(s, ask(s)).unwrap();
+        r.read_picture().unwrap()
+    };
+    for view in ["error", "causes", "error-size"] {
+        let at = |dilation, base| Setup { view: view.into(), error_dilation: dilation, error_base: base, ..s.clone() };
+        // What differs between dark and light is no mark.
+        let mut marks = |dilation| {
+            let [dark, light] = [Base::Dark, Base::Light].map(|base| draw(&at(dilation, base)));
+            let pairs = dark.chunks_exact(4).zip(light.chunks_exact(4));
+            pairs.map(|(a, b)| a == b).collect::<Vec<bool>>()
+        };
+        let wrong = marks(0);
+        assert!(wrong.iter().filter(|m| **m).count() > 50, "{view}");
+        for n in 1..=2usize {
+            let near = |i: usize| {
+                let (x, y) = (i % w, i / w);
+                (y.saturating_sub(n)..(y + n + 1).min(h))
+                    .any(|y| (x.saturating_sub(n)..(x + n + 1).min(w)).any(|x| wrong[y * w + x]))
+            };
+            assert_eq!(marks(n as u32), (0..w * h).map(near).collect::<Vec<bool>>(), "{view}, {n}");
+        }
+    }
+    let window = 7;
+    s.view = "error-density".into();
+    s.error_window = window as u32;
+    r.render(&s, ask(&s)).unwrap();
+    let (v, t, mask) = (r.read_visibility().unwrap(), r.read_hard_truth().unwrap(), r.read_mask().unwrap());
+    for (i, share) in r.read_map().unwrap().into_iter().enumerate() {
+        let (x, y) = (i % w, i / w);
+        let near = |j: &usize| (j % w).abs_diff(x) <= window / 2 && (j / w).abs_diff(y) <= window / 2;
+        let around: Vec<usize> = (0..w * h).filter(near).filter(|j| mask[*j] == FACING).collect();
+        let wrong = around.iter().filter(|j| (v[**j] >= 0.5) != (t[**j] >= 0.5)).count();
+        let expected = if mask[i] == FACING { wrong as f32 / around.len() as f32 } else { -1.0 };
+        assert_eq!(share, expected, "{x}, {y}");
+    }
+    s.view = "flip".into();
+    r.render(&s, ask(&s)).unwrap();
+    let map = r.read_map().unwrap();
+    s.view = "shaded".into();
+    r.render(&s, ask(&s)).unwrap();
+    let (picture, exact) = (r.read_picture().unwrap(), r.read_truth_picture(&s).unwrap());
+    let mean = map.iter().map(|x| f64::from(*x)).sum::<f64>() / map.len() as f64;
+    assert!(mean > 0.0 && mean == measure::metrics::flip(&exact, &picture, s.size), "{mean}");
 }
 
 /// A floor alone is lit everywhere, exactly, under every filter and bias that should hold.

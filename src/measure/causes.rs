@@ -162,9 +162,22 @@ pub fn split(
     if !depths.is_empty() {
         depths.sort_unstable_by(f32::total_cmp);
         let depth = SPARE * quantile(&depths, 0.95);
-        let in_gap = |i: usize| matches!(classes[i], LEAK | MISSING) && evidence[i].distance() <= depth;
-        let found: Vec<usize> = all.clone().filter(|i| in_gap(*i)).collect();
-        found.into_iter().for_each(|i| classes[i] = DETACHMENT);
+        let in_gap = |i: usize| evidence[i].distance() <= depth;
+        // Of a caster that seems to be missing most of the shadow must lie so near.
+        let mut eaten = vec![[0u32; 2]; shadows.len()];
+        for i in all.clone().filter(|i| classes[*i] == MISSING) {
+            eaten[caster(i)][in_gap(i) as usize] += 1;
+        }
+        for i in all.clone() {
+            let gap = match classes[i] {
+                MISSING => eaten[caster(i)][1] > eaten[caster(i)][0],
+                LEAK => in_gap(i),
+                _ => false,
+            };
+            if gap {
+                classes[i] = DETACHMENT;
+            }
+        }
     }
     let mut counts = [0; CAUSES.len()];
     classes.iter().filter(|c| **c > 0).for_each(|c| counts[*c as usize - 1] += 1);

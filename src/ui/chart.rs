@@ -10,7 +10,7 @@ use crate::setup::Setup;
 use egui::{Align2, Color32, ComboBox, FontId, Grid, Pos2, Rect, RichText, Role, Sense, Stroke, TextureHandle};
 use egui::{Ui, Vec2, WidgetInfo, vec2};
 use egui_plot::{Line, LineStyle, Plot, PlotPoint, PlotPoints, Points};
-use std::collections::{BTreeMap, HashMap, VecDeque};
+use std::collections::{HashMap, VecDeque};
 
 /// Places of the live point that are kept.
 const TRAIL: usize = 32;
@@ -21,7 +21,7 @@ const LIVE: [&str; 7] = ["error_share", "rmse", "mae", "beyond_tolerance", "boun
 /// Of these what is against the averaged truth: known where the picture has that of as many samples as measurements take.
 const AVERAGED: [&str; 3] = ["rmse", "mae", "beyond_tolerance"];
 
-/// Whether a frame with a truth of so many samples a pixel tells a figure as a measurement would.
+/// Whether a frame with a truth of so many samples per pixel tells a figure as a measurement would.
 fn told(m: &Model, axis: &Axis, samples: u32) -> bool {
     LIVE.contains(&axis.id) && (!AVERAGED.contains(&axis.id) || samples == m.setup.truth_samples.measured())
 }
@@ -78,17 +78,9 @@ impl Chart {
     fn sort(&mut self, rows: &[Record]) {
         self.lines = chart::series(rows);
         let mut views: Vec<Option<Setup>> = Vec::new();
-        // What is left is all but the technique: scene, camera, light, size, clock.
-        let left = |s: Setup| Setup {
-            technique: String::new(),
-            params: BTreeMap::new(),
-            split: 0.0,
-            view: String::new(),
-            ..s
-        };
         self.seen.clear();
         for r in rows {
-            let view = r.setup().ok().map(left);
+            let view = r.setup().ok().map(|s| s.around());
             let known = views.iter().position(|v| *v == view);
             self.seen.push(known.unwrap_or(views.len()));
             if known.is_none() {
