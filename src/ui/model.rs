@@ -41,7 +41,8 @@ pub enum Action {
     Advise(Budget, Vec<String>),
     CancelMeasuring,
     /// Write the measured rows: .svg and .png the chart, .csv and .json the figures.
-    SaveRows(PathBuf),
+    /// Write what a tab of the drawer shows: as a chart or as figures, by the file's ending.
+    Export(Tab, PathBuf),
     /// Render a small picture of this set-up (JSON, as a row holds it).
     Thumbnail(String),
     Capture(PathBuf),

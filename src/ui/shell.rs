@@ -243,7 +243,7 @@ fn closing(ctx: &Context, m: &mut Model, out: &mut Vec<Action>) {
         ui.horizontal_wrapped(|ui| {
             let path = numbered("measured", "csv");
             if ui.button(format!("Save {} and close", path.display())).clicked() {
-                out.push(Action::SaveRows(path));
+                out.push(Action::Export(Tab::Chart, path));
             }
             if ui.button("Close without saving").clicked() {
                 m.unsaved = false;

@@ -1,8 +1,8 @@
 //! The stability tab: a case's path, and error and flicker along it.
 
 use super::controls::chips;
-use super::drawer::{beside, line, pick_techniques, progress};
-use super::model::{Action, Model};
+use super::drawer::{beside, export, pick_techniques, progress, size};
+use super::model::{Action, Model, Tab};
 use super::needs::percent;
 use super::plotting::{Labels, color, short};
 use crate::measure::stability::{self, CASES, Case, Point, Stability};
@@ -161,14 +161,13 @@ fn controls(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
                 m.timeline.frames = Some(frames);
             }
         });
-        let [w, h] = stability::SIZE;
-        line(ui, &format!("at {w} × {h} pixels, as on the command line"));
+        size(ui, m);
     }
-    found(ui, m);
+    found(ui, m, out);
 }
 
 /// Each technique's worst place and its flicker.
-fn found(ui: &mut Ui, m: &mut Model) {
+fn found(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
     let Some(found) = &m.timeline.found else { return };
     let mut to = None;
     ui.add_space(4.0);
@@ -201,6 +200,7 @@ fn found(ui: &mut Ui, m: &mut Model) {
     for (id, why) in &found.left_out {
         ui.label(RichText::new(format!("{id}: {why}")).small().weak());
     }
+    export(ui, Tab::Stability, &format!("stability-{}", found.case), !found.tracks.is_empty(), out);
     if let Some(t) = to {
         m.timeline.playing = false;
         m.scrub(t);

@@ -4,11 +4,10 @@ use super::canvas::Canvas;
 use super::chart::Picture;
 use super::model::{Action, Job, Model, Tab};
 use super::stage::{Order, Request, Stage};
-use super::work::{Desk, Done, Loaded, Opened};
+use super::work::{Desk, Done, Figures, Loaded, Opened};
 use super::{Ended, shell, style, timeline};
 use crate::chart::{COSTS, ERRORS};
 use crate::gpu::{self, Gpu};
-use crate::measure::stability;
 use crate::setup::Setup;
 use anyhow::{Context, Result};
 use egui::{Event, RawInput, Rect, TextureOptions, TexturesDelta};
@@ -309,12 +308,12 @@ impl Open {
                     }
                 }
                 Done::Measured(..) | Done::Stability(..) | Done::Advised(..) => {}
-                Done::Saved(Ok(path)) => {
-                    m.unsaved &= path.extension().is_none_or(|e| e != "csv" && e != "json");
+                Done::Saved(tab, Ok(path)) => {
+                    m.unsaved &= tab != Tab::Chart || path.extension().is_none_or(|e| e != "csv" && e != "json");
                     self.quit |= m.closing && !m.unsaved;
                     m.say(format!("Saved {}.", path.display()));
                 }
-                Done::Saved(Err(e)) | Done::Read(_, Err(e)) => m.fail(&e),
+                Done::Saved(_, Err(e)) | Done::Read(_, Err(e)) => m.fail(&e),
                 Done::Read(path, Ok(rows)) => {
                     m.say(format!("{} rows of {} are in the chart.", rows.len(), path.display()));
                     let unsaved = m.unsaved;
@@ -516,7 +515,7 @@ impl Open {
                 self.desk.measure(job, adapter, scene, base, setups);
             }
             Action::Stability(case, techniques, frames) => {
-                let setup = Setup { size: stability::SIZE, ..m.setup.measured() };
+                let setup = m.setup.measured();
                 let (job, adapter) = self.job("Stability");
                 self.desk.stability(job, adapter, scene, setup, (case, techniques, frames));
             }
@@ -525,9 +524,16 @@ impl Open {
                 let (job, adapter) = self.job("Advice");
                 self.desk.advise(job, adapter, scene, setup, (budget, techniques));
             }
-            Action::SaveRows(path) => {
+            Action::Export(tab, path) => {
                 let axes = [&COSTS[m.chart.cost], &ERRORS[m.chart.error]];
-                self.desk.save_rows(m.rows.clone(), axes, path);
+                let figures = match tab {
+                    Tab::Chart => Some(Figures::Rows(m.rows.clone(), axes)),
+                    Tab::Advice => m.advice.exported().map(|(rows, axes)| Figures::Rows(rows, axes)),
+                    Tab::Stability => m.timeline.found.clone().map(|f| Figures::Path(f, m.timeline.flicker)),
+                };
+                if let Some(figures) = figures {
+                    self.desk.export(tab, figures, path);
+                }
             }
             Action::Thumbnail(key) => match serde_json::from_str(&key) {
                 Ok(setup) => {

@@ -1,6 +1,6 @@
 //! Work beside the window: loading, measuring, capturing, file dialogs. Each on a thread of its own.
 
-use super::model::Facts;
+use super::model::{Facts, Tab};
 use super::stage::Picture;
 use crate::chart::{self, Axis};
 use crate::frame::{Ask, MapLayer, Renderer, Truth};
@@ -62,7 +62,7 @@ pub enum Done {
     Advised(u64, Result<Box<(Budget, Advice)>>),
     /// The file, and what its picture shows wrong.
     Captured(Result<(PathBuf, Vec<String>)>),
-    Saved(Result<PathBuf>),
+    Saved(Tab, Result<PathBuf>),
     Read(PathBuf, Result<Vec<Record>>),
     /// A row's set-up, small.
     Pictured(String, Result<ColorImage>),
@@ -284,8 +284,8 @@ impl Desk {
     }
 
     /// Writes measured rows into a file.
-    pub fn save_rows(&self, rows: Vec<Record>, axes: [&'static Axis; 2], path: PathBuf) {
-        self.start(move |post| post.send(Done::Saved(save_rows(&rows, axes, &path).map(|()| path))));
+    pub fn export(&self, tab: Tab, figures: Figures, path: PathBuf) {
+        self.start(move |post| post.send(Done::Saved(tab, export(&figures, &path).map(|()| path))));
     }
 
     /// Reads measured rows.
@@ -390,15 +390,35 @@ fn small(
     Ok(ColorImage::from_rgba_unmultiplied(size.map(|s| s as usize), &renderer.read_picture()?))
 }
 
-fn save_rows(rows: &[Record], [cost, error]: [&Axis; 2], path: &Path) -> Result<()> {
+/// What can be written as a chart or as figures.
+pub enum Figures {
+    /// Measured rows, with the axes of cost and error.
+    Rows(Vec<Record>, [&'static Axis; 2]),
+    /// What was found along a path, and whether its flicker is charted, not its error.
+    Path(Stability, bool),
+}
+
+fn export(figures: &Figures, path: &Path) -> Result<()> {
     let ending = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
-    let scenes: std::collections::BTreeSet<&str> = rows.iter().map(|r| r.scene.as_str()).collect();
-    let title = scenes.into_iter().collect::<Vec<_>>().join(", ");
-    match ending.as_str() {
-        "csv" => measure::write(rows, path, false),
-        "json" => measure::write(rows, path, true),
-        "svg" => capture::save(path, chart::svg(rows, cost, error, &title)?.as_bytes()),
-        "png" => capture::save(path, &chart::png(&chart::svg(rows, cost, error, &title)?, CHART)?),
+    let svg = || match figures {
+        Figures::Rows(rows, [cost, error]) => {
+            let scenes: std::collections::BTreeSet<&str> = rows.iter().map(|r| r.scene.as_str()).collect();
+            chart::svg(rows, cost, error, &scenes.into_iter().collect::<Vec<_>>().join(", "))
+        }
+        Figures::Path(found, flicker) => chart::lines_svg(&stability::lines(found, *flicker)),
+    };
+    match (ending.as_str(), figures) {
+        ("svg", _) => capture::save(path, svg()?.as_bytes()),
+        ("png", _) => capture::save(path, &chart::png(&svg()?, CHART)?),
+        ("csv" | "json", Figures::Rows(rows, _)) => measure::write(rows, path, ending == "json"),
+        ("csv", Figures::Path(found, _)) => {
+            let mut table = stability::Table::new()?;
+            table.add(found)?;
+            capture::save(path, &table.finish()?)
+        }
+        ("json", Figures::Path(found, _)) => {
+            capture::save(path, (serde_json::to_string_pretty(&[found])? + "\n").as_bytes())
+        }
         _ => bail!("{}: a chart's file name ends in .svg, .png, .csv or .json", path.display()),
     }
 }
