@@ -594,3 +594,30 @@ fn parts(raw: RawInput) -> Vec<RawInput> {
 fn save(m: &Model, path: &Path) -> Result<()> {
     crate::capture::save(path, m.setup.to_toml(path)?.as_bytes())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use egui::{PointerButton, pos2};
+
+    /// A press, a way and a release that come in together are seen one after the other; files are dropped once.
+    #[test]
+    fn input_is_cut_behind_each_press_and_release() {
+        let at = |x: f32| Event::PointerMoved(pos2(x, 0.0));
+        let button = |pressed| Event::PointerButton {
+            pos: pos2(1.0, 0.0),
+            button: PointerButton::Primary,
+            pressed,
+            modifiers: Modifiers::NONE,
+        };
+        let events = vec![at(1.0), button(true), at(2.0), button(false), at(3.0), Event::Copy];
+        let raw = RawInput { events, dropped_files: vec![Default::default()], time: Some(7.0), ..Default::default() };
+        let cut = parts(raw);
+        let events: Vec<&[Event]> = cut.iter().map(|r| &r.events[..]).collect();
+        let whole = [&[at(1.0), button(true)][..], &[at(2.0), button(false)], &[at(3.0), Event::Copy]];
+        assert_eq!(events, whole);
+        assert_eq!(cut.iter().map(|r| r.dropped_files.len()).collect::<Vec<_>>(), [1, 0, 0]);
+        assert!(cut.iter().all(|r| r.time == Some(7.0)));
+        assert_eq!(parts(RawInput::default()).len(), 1, "a pass without input is a pass");
+    }
+}
