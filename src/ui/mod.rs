@@ -15,6 +15,7 @@ mod lighting;
 mod model;
 mod needs;
 mod panel;
+mod picker;
 mod plotting;
 mod results;
 mod shell;

@@ -3,6 +3,7 @@
 use super::canvas::Canvas;
 use super::chart::Picture;
 use super::model::{Action, Job, Model, Reading, Tab};
+use super::picker::Picker;
 use super::stage::{Next, Stage};
 use super::work::{Desk, Done, Loaded};
 use super::{Ended, shell, style, timeline};
@@ -288,6 +289,10 @@ impl Open {
                         m.facts.error = Some([row.error_share, row.rmse]);
                     }
                     m.chart.live(*row);
+                }
+                Done::NoDialog(save) => {
+                    let at = if save { &m.picture_path } else { &m.setup.scene };
+                    m.picker = Some(Picker::new(save, Path::new(at)));
                 }
                 Done::PickedFile(path) => self.load(path.to_string_lossy().into_owned()),
                 Done::PickedCapture(path) => {
