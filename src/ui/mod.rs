@@ -21,6 +21,7 @@ mod maps;
 mod model;
 mod needs;
 mod panel;
+mod picker;
 mod plotting;
 mod results;
 mod shell;
