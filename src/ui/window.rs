@@ -4,7 +4,7 @@ use super::canvas::Canvas;
 use super::chart::Picture;
 use super::model::{Action, Job, Model, Tab};
 use super::stage::{Order, Request, Stage};
-use super::work::{Desk, Done, Loaded, Opened};
+use super::work::{Desk, Done, Opened};
 use super::{Ended, shell, style};
 use crate::chart::{COSTS, ERRORS};
 use crate::gpu::{self, Gpu};
@@ -223,8 +223,7 @@ impl Open {
                     if self.stage.ended() {
                         self.stage = Stage::start(self.desk.post(), self.gpu.info.name.clone(), self.gpu.software());
                     }
-                    let Loaded { setup, scene, geometry } = *loaded;
-                    self.stage.ask(Request::Load(job, setup, scene, Box::new(geometry)));
+                    self.stage.ask(Request::Load(job, loaded));
                     continue;
                 }
                 Done::Loaded(job, Err(e)) if job == self.loading => {
@@ -583,7 +582,7 @@ mod tests {
     use super::*;
     use egui::{PointerButton, pos2};
 
-    /// A press, a way and a release that come in together are seen one after the other; files are dropped once.
+    /// A press, a way and a release that come in together are seen one after the other.
     #[test]
     fn input_is_cut_behind_each_press_and_release() {
         let at = |x: f32| Event::PointerMoved(pos2(x, 0.0));
@@ -594,12 +593,11 @@ mod tests {
             modifiers: Modifiers::NONE,
         };
         let events = vec![at(1.0), button(true), at(2.0), button(false), at(3.0), Event::Copy];
-        let raw = RawInput { events, dropped_files: vec![Default::default()], time: Some(7.0), ..Default::default() };
+        let raw = RawInput { events, time: Some(7.0), ..Default::default() };
         let cut = parts(raw);
         let events: Vec<&[Event]> = cut.iter().map(|r| &r.events[..]).collect();
         let whole = [&[at(1.0), button(true)][..], &[at(2.0), button(false)], &[at(3.0), Event::Copy]];
         assert_eq!(events, whole);
-        assert_eq!(cut.iter().map(|r| r.dropped_files.len()).collect::<Vec<_>>(), [1, 0, 0]);
         assert!(cut.iter().all(|r| r.time == Some(7.0)));
         assert_eq!(parts(RawInput::default()).len(), 1, "a pass without input is a pass");
     }
