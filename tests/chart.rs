@@ -5,7 +5,7 @@ mod common;
 use common::Random;
 use resvg::usvg::roxmltree::{Document, Node};
 use resvg::usvg::{Options, Tree};
-use shadowscope::chart::{self, Axis, COSTS, ERRORS, Lines};
+use shadowscope::chart::{self, Axis, COSTS, ERRORS, Lines, Spot};
 use shadowscope::frame::Renderer;
 use shadowscope::measure::{self, Record, params_text, report};
 use shadowscope::setup::Setup;
@@ -121,6 +121,68 @@ fn the_front_is_what_nothing_beats() {
         assert!(front.windows(2).all(|w| points[w[0]].0 < points[w[1]].0), "by ascending cost");
     }
     assert_eq!(chart::pareto(&[(f64::NAN, 0.0), (1.0, f64::NAN), (2.0, 1.0)]), [2]);
+}
+
+/// Of times whose quartiles overlap none is called faster: what is more accurate beats the other.
+#[test]
+fn overlapping_times_rank_nothing() {
+    let spot = |cost: f64, half: f64, error: f64| Spot { cost, spread: [cost - half, cost + half], error };
+    // The first two cannot be told apart in time, the third is faster for sure, the fourth slower and worse.
+    let spots = [spot(10.0, 1.0, 0.02), spot(11.0, 1.0, 0.01), spot(5.0, 1.0, 0.05), spot(20.0, 2.0, 0.03)];
+    assert_eq!(chart::pareto(&spots), [2, 1]);
+    // As wrong and as fast as each other, both are on the front.
+    assert_eq!(chart::pareto(&[spot(10.0, 1.0, 0.01), spot(9.5, 1.0, 0.01)]), [1, 0]);
+    // With narrow quartiles the faster one is back.
+    let sure = spots.map(|s| Spot { spread: [s.cost; 2], ..s });
+    assert_eq!(chart::pareto(&sure), [2, 0, 1]);
+    // Of a record the quartiles count along every axis of time, as multiples where it is one; bytes have none.
+    let row = Record { cost: Some(3.0), gpu_bytes: 7, ..record("shadow-map", "", 2.0, 0.01) };
+    let axis = |id: &str| COSTS.iter().find(|a| a.id == id).unwrap();
+    for (id, expected) in [("gpu_ms", [1.6, 2.6]), ("cost", [2.4, 3.9]), ("gpu_bytes", [7.0, 7.0])] {
+        let found = axis(id).spread(&row).unwrap();
+        assert!((0..2).all(|i| (found[i] - expected[i]).abs() < 1e-12), "{id}: {found:?}");
+    }
+    // What scatters by half of its median ranks nothing, and is said so where times are drawn.
+    let steady: Vec<Record> =
+        sweep().into_iter().map(|r| Record { gpu_ms_q1: r.gpu_ms * 0.95, gpu_ms_q3: r.gpu_ms * 1.05, ..r }).collect();
+    assert!(chart::busy(&sweep()).unwrap().contains("50 %") && chart::busy(&steady).is_none());
+    let noted = |rows: &[Record], cost: &Axis| {
+        let svg = chart::svg(rows, cost, &ERRORS[0], "").unwrap();
+        of_class(&Document::parse(&svg).unwrap(), "note").iter().map(text).collect::<Vec<_>>().join(" ")
+    };
+    assert!(noted(&sweep(), axis("gpu_ms")).contains("too busy") && !noted(&steady, axis("gpu_ms")).contains("busy"));
+    assert!(!noted(&sweep(), axis("gpu_bytes")).contains("busy"));
+}
+
+/// Shares stand in the chart in per cent, in the rows from 0 to 1.
+#[test]
+fn shares_are_drawn_in_per_cent() {
+    let row = record("shadow-map", "", 1.0, 0.025);
+    for axis in ERRORS {
+        let share = axis.title.contains('%');
+        assert_eq!(axis.percent(), share, "{}", axis.id);
+        if let Some(value) = (axis.get)(&row) {
+            assert_eq!(axis.of(&row), Some(value * if share { 100.0 } else { 1.0 }));
+        }
+    }
+    assert_eq!(chart::point(&row, &COSTS[0], &ERRORS[0]), Some((1.0, 2.5)));
+}
+
+/// The last number of an axis ends on the page, however long it is.
+#[test]
+fn no_number_is_cut_off_by_the_pages_edge() {
+    for scale in [1e-9, 1e-3, 1.0, 1e6, 1e12] {
+        let rows: Vec<Record> = sweep().into_iter().map(|r| Record { gpu_ms: r.gpu_ms * scale, ..r }).collect();
+        let svg = draw(&rows);
+        let document = Document::parse(&svg).unwrap();
+        let page = document.root_element().attribute("viewBox").unwrap().split(' ').nth(2).unwrap();
+        let page: f64 = page.parse().unwrap();
+        for tick in of_class(&document, "tick-x") {
+            // No character is wider than 0.62 of its size; exponents are smaller.
+            let half = 0.62 * 7.0 * text(&tick).chars().count() as f64 / 2.0;
+            assert!(number(&tick, "x") + half <= page + 1.5, "{scale}: {}", text(&tick));
+        }
+    }
 }
 
 #[test]

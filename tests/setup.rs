@@ -60,8 +60,8 @@ fn errors_name_the_key_the_value_and_the_range() {
     let with = |rest: &str| refusal(&format!("scene = \"cubes\"\n{rest}"));
     for (text, says) in [
         (with("[params.shadow-map]\nresolution = 9000\n"), vec!["params.shadow-map.resolution", "9000", "64 to 8192"]),
-        (with("[params.shadow-map]\nbias = \"much\"\n"), vec!["params.shadow-map.bias", "much", "0 to 0.1 m"]),
-        (with("[params.shadow-map]\nbias = nan\n"), vec!["params.shadow-map.bias", "NaN", "0 to 0.1 m"]),
+        (with("[params.shadow-map]\nbias = \"much\"\n"), vec!["params.shadow-map.bias", "much", "0 to 100 m"]),
+        (with("[params.shadow-map]\nbias = nan\n"), vec!["params.shadow-map.bias", "NaN", "0 to 100 m"]),
         (with("[params.pcf]\nkernel = 4\n"), vec!["params.pcf.kernel", "4", "1 to 9", "steps of 2"]),
         (with("[params.pcf]\nmode = \"box\"\n"), vec!["params.pcf.mode", "box", "grid, hw2x2, tent, disk"]),
         (with("[params.pcf]\nkernal = 3\n"), vec!["params.pcf.kernal", "unknown", "kernel"]),

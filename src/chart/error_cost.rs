@@ -2,8 +2,8 @@
 
 use super::canvas::{self, Anchor, BLACK, Canvas, GREY, MARKER, SMALL, Stroke, TITLE, WIDTH};
 use super::labels::{Found, Point, Room, Wish, arrange};
-use super::scale::{Scale, short};
-use super::{Axis, Series, front, main_parameter, main_value, place, point, series};
+use super::scale::{Scale, Tick, short};
+use super::{Axis, Series, Spot, busy, front, main_parameter, main_value, place, point, series, spot};
 use crate::measure::Record;
 use anyhow::{Result, ensure};
 use std::collections::BTreeSet;
@@ -53,7 +53,8 @@ pub fn svg(records: &[Record], x: &Axis, y: &Axis, title: &str) -> Result<String
     rows.sort_by_cached_key(|r| serde_json::to_string(r).unwrap_or_default());
     let values: Vec<Point> = rows.iter().filter_map(|r| point(r, x, y)).collect();
     let lines = series(&rows);
-    let front = front(x, &values);
+    let spots: Vec<Spot> = rows.iter().filter_map(|r| spot(r, x, y)).collect();
+    let front = front(x, &spots);
     let named = named(&lines, &front);
     let title = canvas::wrap(title, TITLE, WIDTH - 2.0 * MARGIN);
     let top = MARGIN + title.len() as f64 * (LEAD + 1.5) + LEAD + 4.0;
@@ -118,7 +119,10 @@ fn notes(rows: &[Record], x: &Axis, unnamed: usize) -> Vec<String> {
         how.push(format!("Numbers at points: {}.", numbers.join(", ")));
     }
     if x.id == "gpu_ms" {
-        how.push("Whiskers: quartiles of the frames.".into());
+        how.push("Whiskers: quartiles of the frames; the front counts times whose quartiles overlap as equal.".into());
+    }
+    if ["gpu_ms", "cost", "ratio"].contains(&x.id) {
+        how.extend(busy(rows));
     }
     if unnamed > 0 {
         how.push(format!("Faint: {unnamed} lines away from the front, not labelled."));
@@ -139,8 +143,15 @@ impl Layout {
         let mut y = Scale::new(values.iter().map(|v| v.1), true);
         y.lay(top + height, top);
         let widest = y.ticks(|_| SMALL).iter().map(|t| canvas::power_width(&t.text, t.exponent)).fold(6.0, f64::max);
-        let plot = [MARGIN + widest + 5.0, top, WIDTH - 10.0, top + height];
+        let mut plot = [MARGIN + widest + 5.0, top, WIDTH - 10.0, top + height];
         x.lay(plot[0], plot[2]);
+        // The last number is not cut off by the page's edge.
+        let reach = |t: &Tick| t.at + canvas::power_width(&t.text, t.exponent) / 2.0;
+        let over = x.ticks(|t| canvas::power_width(&t.text, t.exponent)).last().map_or(0.0, reach) - (WIDTH - 1.0);
+        if over > 0.0 {
+            plot[2] -= over;
+            x.lay(plot[0], plot[2]);
+        }
         let points: Vec<Point> = values.iter().map(|v| (x.at(v.0), y.at(v.1))).collect();
         // The border of what some point beats: down to each point of the front, and on to the next.
         let mut stair = Vec::new();
@@ -291,7 +302,7 @@ impl Layout {
         for s in which.iter().map(|i| &lines[*i]) {
             for i in &s.points {
                 let r = &rows[*i];
-                let value = |a: &Axis| format!("{}: {}", a.title, (a.get)(r).map_or("-".into(), short));
+                let value = |a: &Axis| format!("{}: {}", a.title, a.of(r).map_or("-".into(), short));
                 let told = format!("{}: {}\n{}\n{}", s.label, r.params.replace(';', ", "), value(x), value(y));
                 c.marker("point", place(&r.technique), self.points[*i], &told);
             }

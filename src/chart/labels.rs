@@ -126,7 +126,7 @@ pub fn overlap(a: &Rect, b: &Rect, gap: f64) -> bool {
 }
 
 /// Length of the part of a line that lies in a rectangle (Liang, Barsky 1984).
-fn inside(r: &Rect, from: Point, to: Point) -> f64 {
+pub fn inside(r: &Rect, from: Point, to: Point) -> f64 {
     let (dx, dy) = (to.0 - from.0, to.1 - from.1);
     let (mut enter, mut leave) = (0.0f64, 1.0f64);
     for (along, distance) in [(-dx, from.0 - r[0]), (dx, r[2] - from.0), (-dy, from.1 - r[1]), (dy, r[3] - from.1)] {

@@ -9,6 +9,7 @@ mod scale;
 
 pub use canvas::{escape, text_width};
 pub use error_cost::svg;
+pub use labels::inside;
 pub use lines::{Line, Lines, lines_svg};
 pub use raster::{pixels, png};
 pub use scale::short;
@@ -28,11 +29,32 @@ pub struct Axis {
     pub get: fn(&Record) -> Option<f64>,
 }
 
+impl Axis {
+    /// It runs over shares, which are written in per cent.
+    pub fn percent(&self) -> bool {
+        ["error_share", "beyond_tolerance", "flicker"].contains(&self.id)
+    }
+
+    /// A record's value as the axis has it.
+    pub fn of(&self, record: &Record) -> Option<f64> {
+        let value = (self.get)(record)?;
+        Some(if self.percent() { 100.0 * value } else { value })
+    }
+
+    /// The middle half of what was measured of a cost: quartiles of a time, else the value alone.
+    pub fn spread(&self, record: &Record) -> Option<[f64; 2]> {
+        let value = self.of(record)?;
+        let timed = ["gpu_ms", "ratio", "cost"].contains(&self.id) && record.gpu_ms_q1 > 0.0;
+        let scale = value / record.gpu_ms;
+        Some(if timed { [record.gpu_ms_q1 * scale, record.gpu_ms_q3 * scale] } else { [value; 2] })
+    }
+}
+
 /// What can stand on the error axis; the first is the default.
 pub const ERRORS: &[Axis] = &[
     Axis {
         id: "error_share",
-        title: "wrong pixels, share of those that can be wrong",
+        title: "wrong pixels, % of those that can be wrong",
         doc: "Wrong pixels as a share of those that face the light and are reached by it, against one sample per pixel: for hard techniques.",
         get: |r| Some(r.error_share),
     },
@@ -50,7 +72,7 @@ pub const ERRORS: &[Axis] = &[
     },
     Axis {
         id: "beyond_tolerance",
-        title: "visibility off by more than 0.1, share of pixels",
+        title: "visibility off by more than 0.1, % of pixels",
         doc: "Share of the pixels whose visibility differs from the truth averaged over the pixel by more than 0.1.",
         get: |r| Some(r.beyond_tolerance),
     },
@@ -74,7 +96,7 @@ pub const ERRORS: &[Axis] = &[
     },
     Axis {
         id: "flicker",
-        title: "flicker, mean change a frame beyond the truth's",
+        title: "flicker, mean change per frame beyond the truth's, %",
         doc: "How much visibility changes between neighbouring frames beyond the truth's change.",
         get: |r| r.flicker,
     },
@@ -159,7 +181,7 @@ pub const COSTS: &[Axis] = &[
 /// Where a record stands in a chart, (cost, error); None if it lacks one of the two.
 pub fn point(record: &Record, x: &Axis, y: &Axis) -> Option<(f64, f64)> {
     let usable = |v: &f64| v.is_finite() && *v >= 0.0;
-    Some(((x.get)(record).filter(usable)?, (y.get)(record).filter(usable)?))
+    Some((x.of(record).filter(usable)?, y.of(record).filter(usable)?))
 }
 
 /// Records that differ in their technique's main parameter only, in its order.
@@ -259,26 +281,75 @@ pub fn main_parameter(technique: &str) -> Option<&'static str> {
     techniques::find(technique)?.main.first().map(|(name, _)| *name)
 }
 
-/// The Pareto front of points (cost, error), as [`pareto`]; none over `ratio`, each of whose points has a denominator of
-/// its own.
-pub fn front(cost: &Axis, points: &[(f64, f64)]) -> Vec<usize> {
-    if cost.id == "ratio" { Vec::new() } else { pareto(points) }
+/// Where a record stands, with the spread of its cost.
+pub fn spot(record: &Record, cost: &Axis, error: &Axis) -> Option<Spot> {
+    let (x, y) = point(record, cost, error)?;
+    Some(Spot { cost: x, spread: cost.spread(record)?, error: y })
 }
 
-/// Indices of the points that no other beats, by ascending cost: none is at least as good in both numbers and better in
-/// one. Points are (cost, error). Of equal points the first stands for all; those that are no numbers are left out.
-pub fn pareto(points: &[(f64, f64)]) -> Vec<usize> {
+/// The Pareto front, as [`pareto`]; none over `ratio`, each of whose points has a denominator of its own.
+pub fn front(cost: &Axis, spots: &[Spot]) -> Vec<usize> {
+    if cost.id == "ratio" { Vec::new() } else { pareto(spots) }
+}
+
+/// A cost, the middle half of what was measured of it, and an error.
+#[derive(Clone, Copy, Debug)]
+pub struct Spot {
+    pub cost: f64,
+    pub spread: [f64; 2],
+    pub error: f64,
+}
+
+/// A cost that is known exactly.
+impl From<(f64, f64)> for Spot {
+    fn from((cost, error): (f64, f64)) -> Spot {
+        Spot { cost, spread: [cost; 2], error }
+    }
+}
+
+impl Spot {
+    /// Cheaper for sure: the spreads do not overlap.
+    fn cheaper(&self, other: &Spot) -> bool {
+        self.spread[1] < other.spread[0]
+    }
+}
+
+/// Indices of what no other beats, by ascending cost: none is at least as good in both and better in one, where costs whose
+/// spreads overlap are as good as each other. Of equal points the first stands for all; those that are no numbers are left
+/// out.
+pub fn pareto<P: Copy + Into<Spot>>(points: &[P]) -> Vec<usize> {
+    let spots: Vec<Spot> = points.iter().map(|p| (*p).into()).collect();
     let mut order: Vec<usize> =
-        (0..points.len()).filter(|i| !points[*i].0.is_nan() && !points[*i].1.is_nan()).collect();
-    order.sort_by(|a, b| points[*a].0.total_cmp(&points[*b].0).then(points[*a].1.total_cmp(&points[*b].1)));
-    let mut least = f64::INFINITY;
-    order.retain(|i| {
-        let better = points[*i].1 < least;
-        least = least.min(points[*i].1);
-        better
+        (0..spots.len()).filter(|i| !spots[*i].cost.is_nan() && !spots[*i].error.is_nan()).collect();
+    order.sort_by(|a, b| {
+        spots[*a].cost.total_cmp(&spots[*b].cost).then(spots[*a].error.total_cmp(&spots[*b].error)).then(a.cmp(b))
     });
+    let beats = |i: usize, j: usize| {
+        let (a, b) = (&spots[i], &spots[j]);
+        let same = a.cost == b.cost && a.error == b.error && i < j;
+        a.error <= b.error && !b.cheaper(a) && (a.error < b.error || a.cheaper(b) || same)
+    };
+    let all = order.clone();
+    order.retain(|j| !all.iter().any(|i| beats(*i, *j)));
     order
 }
+
+/// What is said where the times scatter so much that they rank nothing; None where they do not.
+pub fn busy(rows: &[Record]) -> Option<String> {
+    let timed = rows.iter().filter(|r| r.gpu_ms > 0.0 && r.gpu_ms_q3 > 0.0);
+    let mut scatter: Vec<f64> = timed.map(|r| (r.gpu_ms_q3 - r.gpu_ms_q1) / r.gpu_ms).collect();
+    scatter.sort_by(f64::total_cmp);
+    let middle = *scatter.get(scatter.len() / 2)?;
+    (middle > BUSY).then(|| {
+        format!(
+            "The machine was too busy to rank times: the middle half of a row's frames spans {:.0} % of its median.",
+            100.0 * middle
+        )
+    })
+}
+
+/// Span of the quartiles over the median, for half of the rows, above which times rank nothing.
+const BUSY: f64 = 0.3;
 
 /// Colour of the n-th technique: Okabe and Ito's palette, which the colour-blind can tell apart, then three more; the
 /// markers tell them apart too.

@@ -1,6 +1,7 @@
 //! `advise`: the cheapest configuration within an error budget.
 
 use super::{Wanted, chosen, named, print, progress, try_file};
+use crate::chart;
 use crate::frame::Renderer;
 use crate::gpu::Gpu;
 use crate::measure::advise::{Advice, Budget, Figure, advise};
@@ -115,7 +116,7 @@ fn text(advice: &Advice, budget: Budget) -> String {
             }
             if !advice.alike.is_empty() {
                 let names: Vec<String> = advice.alike.iter().map(|i| name(row(*i))).collect();
-                out += &format!("cannot be told apart from {}: their times overlap\n", names.join(", "));
+                out += &format!("as fast, within the spread of the times: {}\n", names.join(", "));
             }
             if let Some(more) = plain(advice, r) {
                 out += &more;
@@ -138,7 +139,7 @@ fn text(advice: &Advice, budget: Budget) -> String {
         (None, None) => out += "there is no configuration to choose from\n",
     }
     out += &format!("\nmeasured {} of {} configurations (at most {})", advice.tried.len(), advice.space, advice.limit);
-    out += "; those marked * are beaten by no other in both error and time:\n";
+    out += "; those marked * are beaten by no other (times whose quartiles overlap count as equal):\n";
     let mut lines =
         vec![["configuration", "", by.title, "GPU ms", "× set-up's shadow-map", "MiB"].map(String::from).to_vec()];
     for (i, r) in advice.tried.iter().enumerate() {
@@ -152,6 +153,9 @@ fn text(advice: &Advice, budget: Budget) -> String {
         ]);
     }
     out += &table::aligned(&lines);
+    if let Some(busy) = chart::busy(&advice.tried) {
+        out += &format!("{busy}\n");
+    }
     if let Some(r) = advice.tried.first() {
         out += &format!("adapter: {} ({})\n", r.adapter, r.driver);
         if r.software {
@@ -165,6 +169,12 @@ fn text(advice: &Advice, budget: Budget) -> String {
 fn plain(advice: &Advice, r: &Record) -> Option<String> {
     if let (Some(factor), Some(map)) = (advice.plain_factor(), advice.plain) {
         let map = &advice.tried[map];
+        if Advice::as_fast(map, r) {
+            return Some(format!(
+                "a plain shadow map within that error is as fast, within the spread: {}\n",
+                name(map)
+            ));
+        }
         return Some(format!("a plain shadow map within that error costs {factor:.2} times as much: {}\n", name(map)));
     }
     let measured = r.technique != "shadow-map" && advice.tried.iter().any(|t| t.technique == "shadow-map");

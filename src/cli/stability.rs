@@ -1,16 +1,16 @@
 //! `stability`: techniques along the paths on which some fail.
 
 use super::{named, print, progress, show, try_file};
-use crate::chart::{self, Lines};
+use crate::chart;
 use crate::frame::Renderer;
 use crate::gpu::Gpu;
-use crate::measure::stability::{self, CASES, Case, Point, Stability, Track};
+use crate::measure::stability::{self, CASES, Case, Point, Stability};
 use crate::measure::table::aligned;
 use crate::scene::Scene;
 use crate::setup::{self, Setup};
 use crate::truth::Samples;
 use crate::{capture, techniques};
-use anyhow::{Context, Result, bail, ensure};
+use anyhow::{Result, bail, ensure};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -78,7 +78,7 @@ pub fn run(wanted: Wanted, adapter: Option<&str>) -> Result<()> {
             true
         })?;
         if let (Some(folder), Some(table)) = (&wanted.output, &mut table) {
-            table.add(&found)?;
+            table.table.add(&found)?;
             draw(&mut renderer, case, &start, &found, folder)?;
         }
         if wanted.json.as_deref() != Some(Path::new("-")) {
@@ -170,35 +170,18 @@ fn text(found: &Stability) -> String {
 /// `stability.csv`: a row a frame.
 struct Table {
     path: PathBuf,
-    writer: csv::Writer<Vec<u8>>,
+    table: stability::Table,
 }
 
 impl Table {
     fn create(folder: &Path) -> Result<Table> {
         let path = folder.join("stability.csv");
         try_file(&path)?;
-        let mut writer = csv::Writer::from_writer(Vec::new());
-        let names = ["case", "technique", "params", "axis", "t", "value"];
-        let of_labels = ["label_changes", "truth_label_changes", "label_flicker"];
-        let figures = ["error_share", "change", "truth_change", "flicker"];
-        writer.write_record(names.iter().chain(&figures).chain(&of_labels))?;
-        Ok(Table { path, writer })
-    }
-
-    fn add(&mut self, found: &Stability) -> Result<()> {
-        for Track { technique, params, points } in &found.tracks {
-            for Point { t, value, error_share, change } in points {
-                let change = change.map(|c| c.figures().map(Some)).unwrap_or_default();
-                let place = (t, value, error_share, change);
-                self.writer.serialize((&found.case, technique, params, &found.axis, place))?;
-            }
-        }
-        Ok(())
+        Ok(Table { path, table: stability::Table::new()? })
     }
 
     fn save(self) -> Result<()> {
-        let text = self.writer.into_inner().context("the table of points cannot be put together")?;
-        capture::save(&self.path, &text)
+        capture::save(&self.path, &self.table.finish()?)
     }
 }
 
@@ -207,15 +190,7 @@ fn draw(renderer: &mut Renderer, case: &Case, start: &Setup, found: &Stability, 
     if found.tracks.is_empty() {
         return Ok(());
     }
-    let mut lines = Vec::new();
-    for track in &found.tracks {
-        let place = techniques::ALL.iter().position(|i| i.id == track.technique).unwrap_or(0);
-        let points = track.points.iter().map(|p| (p.value as f64, p.error_share * 100.0));
-        lines.push((track.technique.clone(), place, points.collect()));
-    }
-    let title = format!("{}: error along the path", case.id);
-    let y = "wrong pixels, % of those facing the light".into();
-    let svg = chart::lines_svg(&Lines { title, x: case.axis.into(), y, log_y: false, lines })?;
+    let svg = chart::lines_svg(&stability::lines(found, false))?;
     let png = chart::png(&svg, 1200)?;
     for (ending, bytes) in [("svg", svg.as_bytes()), ("png", &png)] {
         let path = folder.join(format!("{}.{ending}", case.id));

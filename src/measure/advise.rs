@@ -132,7 +132,7 @@ pub struct Advice {
     pub halved: Option<usize>,
     /// The cheapest `shadow-map` within the same error, at any cost, where the answer is another technique.
     pub plain: Option<usize>,
-    /// Those that no other beats in both, by ascending time: indices into `tried`.
+    /// Those that no other beats, by ascending time; times whose quartiles overlap count as equal. Indices into `tried`.
     pub frontier: Vec<usize>,
     /// All that was measured, in its order.
     pub tried: Vec<Record>,
@@ -148,8 +148,19 @@ impl Advice {
     }
 
     /// The middle half of a row's costs.
-    fn quartiles(row: &Record) -> [f64; 2] {
+    pub fn quartiles(row: &Record) -> [f64; 2] {
         [row.gpu_ms_q1, row.gpu_ms_q3].map(|ms| ms * Advice::cost(row) / row.gpu_ms)
+    }
+
+    /// Where a row stands by this error.
+    pub fn spot(row: &Record, error: f64) -> chart::Spot {
+        chart::Spot { cost: Advice::cost(row), spread: Advice::quartiles(row), error }
+    }
+
+    /// Whether the two times cannot be told apart: their quartiles overlap.
+    pub fn as_fast(a: &Record, b: &Record) -> bool {
+        let [a, b] = [a, b].map(Advice::quartiles);
+        a[0] <= b[1] && b[0] <= a[1]
     }
 
     /// How many times as much as the answer the plain shadow map costs.
@@ -243,6 +254,7 @@ pub fn advise(
     let plain = plain.and_then(|family| search.best(within(budget.max_error), Some(family)));
     let place = |i: usize| tried.iter().position(|(n, _)| *n == i);
     let points: Vec<(f64, f64)> = tried.iter().map(|(_, r)| (Advice::cost(r), by.of(r).unwrap_or(UNKNOWN))).collect();
+    let spots: Vec<chart::Spot> = tried.iter().zip(&points).map(|((_, r), p)| Advice::spot(r, p.1)).collect();
     // Shares of what was wanted; of nothing, that is 0, all that is more misses by as much.
     let share = |x: f64, wanted: f64| if wanted > 0.0 { x / wanted } else { 1.0 + x };
     let miss = |(cost, error): &(f64, f64)| share(*error, wanted.error).max(share(*cost, wanted.cost));
@@ -256,7 +268,7 @@ pub fn advise(
         closest: if answer.is_none() { closest } else { None },
         halved: halved.and_then(place),
         plain: plain.and_then(place),
-        frontier: chart::pareto(&points),
+        frontier: chart::pareto(&spots),
         tried: rows,
         space: all.len(),
         limit: most.get(),
@@ -265,11 +277,7 @@ pub fn advise(
 
 /// The rows that meet what is asked and whose quartiles of cost overlap with those of the answer, by ascending cost.
 fn alike(rows: &[Record], answer: usize, meets: impl Fn(usize) -> bool) -> Vec<usize> {
-    let own = Advice::quartiles(&rows[answer]);
-    let overlaps = |i: &usize| {
-        let [low, high] = Advice::quartiles(&rows[*i]);
-        *i != answer && meets(*i) && low <= own[1] && own[0] <= high
-    };
+    let overlaps = |i: &usize| *i != answer && meets(*i) && Advice::as_fast(&rows[*i], &rows[answer]);
     let mut found: Vec<usize> = (0..rows.len()).filter(overlaps).collect();
     found.sort_by(|a, b| Advice::cost(&rows[*a]).total_cmp(&Advice::cost(&rows[*b])));
     found

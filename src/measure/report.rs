@@ -269,7 +269,7 @@ fn heads(columns: &[&Column]) -> String {
 
 /// The configurations that no other beats in both time and error.
 fn front(records: &[Record]) -> String {
-    let values: Vec<(f64, f64)> = records.iter().map(|r| (Advice::cost(r), r.error_share)).collect();
+    let values: Vec<chart::Spot> = records.iter().map(|r| Advice::spot(r, r.error_share)).collect();
     let varying = varying(records);
     let shown: Vec<&Column> = columns(records)
         .into_iter()
@@ -277,7 +277,7 @@ fn front(records: &[Record]) -> String {
         .collect();
     let mut out = format!(
         "<h2>The cheapest for each error</h2>\n<p>No other configuration is as fast and as accurate as one of \
-         these: the Pareto front of time and error share.</p>\n<div class=\"wide\"><table>\n<thead><tr><th>#</th>\
+         these: the Pareto front of time and error share, where times whose quartiles overlap count as equal.</p>\n<div class=\"wide\"><table>\n<thead><tr><th>#</th>\
          <th class=\"t\">configuration</th>{}</tr></thead>\n<tbody>\n",
         heads(&shown)
     );

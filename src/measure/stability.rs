@@ -2,11 +2,12 @@
 
 use super::metrics::FACING;
 use super::{params_text, timing};
+use crate::chart::{self, Lines};
 use crate::frame::{Ask, Made, Renderer, Truth};
 use crate::scene::{Camera, Scene};
 use crate::setup::Setup;
 use crate::techniques;
-use anyhow::{Result, ensure};
+use anyhow::{Context, Result, ensure};
 use glam::{Mat4, Vec4};
 use rayon::prelude::*;
 
@@ -111,6 +112,58 @@ pub struct Stability {
     pub tracks: Vec<Track>,
     /// Techniques that do not serve the light, and why.
     pub left_out: Vec<(String, String)>,
+}
+
+/// Error or flicker along a path as a chart, in per cent.
+pub fn lines(found: &Stability, flicker: bool) -> Lines {
+    let of = |p: &Point| if flicker { p.flicker() } else { Some(p.error_share) };
+    let line = |track: &Track| {
+        let points = track.points.iter().map(|p| (p.value as f64, of(p).map_or(f64::NAN, |x| 100.0 * x)));
+        (track.technique.clone(), chart::place(&track.technique), points.collect())
+    };
+    let (what, y) = match flicker {
+        true => ("flicker", "flicker, mean change per frame beyond the truth's, %"),
+        false => ("error", "wrong pixels, % of those facing the light"),
+    };
+    Lines {
+        title: format!("{}: {what} along the path", found.case),
+        x: found.axis.clone(),
+        y: y.into(),
+        log_y: false,
+        lines: found.tracks.iter().map(line).collect(),
+    }
+}
+
+/// What was found on paths as CSV: a row a frame.
+pub struct Table {
+    writer: csv::Writer<Vec<u8>>,
+}
+
+impl Table {
+    pub fn new() -> Result<Table> {
+        let mut writer = csv::Writer::from_writer(Vec::new());
+        let names = ["case", "technique", "params", "axis", "t", "value"];
+        let of_labels = ["label_changes", "truth_label_changes", "label_flicker"];
+        let figures = ["error_share", "change", "truth_change", "flicker"];
+        writer.write_record(names.iter().chain(&figures).chain(&of_labels))?;
+        Ok(Table { writer })
+    }
+
+    pub fn add(&mut self, found: &Stability) -> Result<()> {
+        for Track { technique, params, points } in &found.tracks {
+            for Point { t, value, error_share, change } in points {
+                let change = change.map(|c| c.figures().map(Some)).unwrap_or_default();
+                let place = (t, value, error_share, change);
+                self.writer.serialize((&found.case, technique, params, &found.axis, place))?;
+            }
+        }
+        Ok(())
+    }
+
+    /// The text.
+    pub fn finish(self) -> Result<Vec<u8>> {
+        self.writer.into_inner().context("the table of points cannot be put together")
+    }
 }
 
 /// A technique on its way along a path, with the last frame.

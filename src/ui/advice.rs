@@ -1,10 +1,10 @@
 //! The advice tab: how exact a scene must be, and the cheapest configuration that is.
 
-use super::drawer::{beside, line, pick_techniques, progress};
+use super::drawer::{beside, export, pick_techniques, progress, size};
 use super::model::{Action, Model, Tab};
 use super::needs::{main_values, percent, title};
 use super::plotting::{color, short};
-use crate::chart;
+use crate::chart::{self, Axis, COSTS, ERRORS};
 use crate::measure::Record;
 use crate::measure::advise::{Advice, Budget, FIGURES, Figure, Unit};
 use egui::{Button, Checkbox, ComboBox, Grid, Label, RichText, Role, ScrollArea, Slider, Ui, WidgetInfo};
@@ -30,6 +30,14 @@ impl Default for Advising {
 }
 
 impl Advising {
+    /// The rows measured, and the axes that they are charted on.
+    pub fn exported(&self) -> Option<(Vec<Record>, [&'static Axis; 2])> {
+        let (budget, advice) = self.found.as_ref()?;
+        let cost = if advice.tried.iter().all(|r| r.cost.is_some()) { "cost" } else { "gpu_ms" };
+        let find = |all: &'static [Axis], id: &str| all.iter().find(|a| a.id == id);
+        Some((advice.tried.clone(), [find(COSTS, cost)?, find(ERRORS, budget.by.field)?]))
+    }
+
     /// What the sliders ask for of these techniques.
     fn budget(&self, techniques: &[String]) -> Budget {
         let by = self.by.unwrap_or_else(|| Figure::suited(techniques));
@@ -90,8 +98,7 @@ fn controls(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
     if start.on_hover_text(tip).on_disabled_hover_text("No technique is chosen that serves the light.").clicked() {
         out.push(Action::Advise(m.advice.budget(&techniques), techniques));
     }
-    let [w, h] = m.setup.size;
-    line(ui, &format!("at {w} × {h} pixels, as set under Capture"));
+    size(ui, m);
 }
 
 /// What was found.
@@ -114,16 +121,21 @@ fn found(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
         let tried = format!("Measured {} of {} configurations.", advice.tried.len(), advice.space);
         match (advice.answer, advice.closest) {
             (Some(i), _) => {
-                answer(ui, by, &format!("Cheapest with {wanted}"), i, &advice.tried[i], &mut apply);
+                let best = if advice.alike.is_empty() { "Cheapest" } else { "As fast as any, within the spread," };
+                answer(ui, by, &format!("{best} with {wanted}"), i, &advice.tried[i], &mut apply);
                 ui.label(margin(budget, &advice.tried[i]));
                 if !advice.alike.is_empty() {
                     let names = advice.alike.iter().map(|i| &advice.tried[*i]);
                     let names: Vec<String> = names.map(|r| format!("{} {}", r.technique, main_values(r))).collect();
-                    ui.label(format!("Cannot be told apart from {}: their times overlap.", names.join("; ")));
+                    ui.label(format!("As fast, within the spread of the times: {}.", names.join("; ")));
                 }
                 if let (Some(factor), Some(map)) = (advice.plain_factor(), advice.plain) {
                     let what = format!("shadow-map {}", main_values(&advice.tried[map]));
-                    ui.label(format!("A plain shadow map: {} × its time, with {}.", short(factor), what.trim()));
+                    let told = match Advice::as_fast(&advice.tried[i], &advice.tried[map]) {
+                        true => "as fast, within the spread".into(),
+                        false => format!("{} × its time", short(factor)),
+                    };
+                    ui.label(format!("A plain shadow map: {told}, with {}.", what.trim()));
                 }
                 if let Some(half) = advice.halved.and_then(|h| advice.tried.get(h)) {
                     ui.label(halved(by, &advice.tried[i], half));
@@ -149,9 +161,13 @@ fn found(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
             ui.label(RichText::new(tried).small().weak());
             let send = ui.small_button("To the chart");
             to_chart = send.on_hover_text("Add all that was measured to the chart, and open it.").clicked();
+            export(ui, Tab::Advice, "advice", !advice.tried.is_empty(), out);
         });
+        if let Some(busy) = chart::busy(&advice.tried) {
+            ui.label(RichText::new(busy).color(ui.visuals().warn_fg_color));
+        }
         ui.add_space(4.0);
-        let tip = "Those that nothing measured beats both in error and in time.";
+        let tip = "Those that nothing measured beats both in error and in time; times whose quartiles overlap count as equal.";
         ui.label(RichText::new("frontier").strong()).on_hover_text(tip);
         frontier(ui, by, advice, &mut apply);
     });

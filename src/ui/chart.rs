@@ -4,7 +4,7 @@ use super::model::{Action, Model};
 use super::needs::{main_values, mebibytes, percent, title};
 use super::plotting::{Labels, LogAxis, color, marker, short};
 use super::sweep::Range;
-use crate::chart::{self, Axis, COSTS, ERRORS, Series};
+use crate::chart::{self, Axis, COSTS, ERRORS, Series, Spot};
 use crate::measure::Record;
 use crate::setup::Setup;
 use egui::{Align2, Color32, ComboBox, FontId, Grid, Pos2, Rect, RichText, Role, Sense, Stroke, TextureHandle};
@@ -118,7 +118,8 @@ pub fn show(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
         m.chart.sort(&m.rows);
     }
     let (cost, error) = (&COSTS[m.chart.cost], &ERRORS[m.chart.error]);
-    let points: Vec<Option<(f64, f64)>> = m.rows.iter().map(|r| chart::point(r, cost, error)).collect();
+    let spots: Vec<Option<Spot>> = m.rows.iter().map(|r| chart::spot(r, cost, error)).collect();
+    let points: Vec<Option<(f64, f64)>> = spots.iter().map(|s| s.map(|s| (s.cost, s.error))).collect();
     let known = LIVE.contains(&cost.id);
     let trail: Vec<(f64, f64)> =
         trail(m, error).into_iter().filter(|_| known).filter_map(|r| chart::point(r, cost, error)).collect();
@@ -141,7 +142,7 @@ pub fn show(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
         .x_grid_spacer(move |g| x.marks(g.bounds))
         .y_grid_spacer(move |g| y.marks(g.bounds))
         .x_axis_formatter(move |mark, _| x.text(mark))
-        .y_axis_formatter(move |mark, _| y.text(mark));
+        .y_axis_formatter(move |mark, _| y.text(mark) + if error.percent() { " %" } else { "" });
     let shown = plot.show(ui, |plot| {
         for line in &m.chart.lines {
             let places: PlotPoints = line.points.iter().filter_map(|i| points[*i]).map(at).collect();
@@ -149,7 +150,7 @@ pub fn show(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
                 Line::new("", places).color(color(&line.technique).gamma_multiply(0.8)).width(1.5).allow_hover(false),
             );
         }
-        for front in fronts(cost, &m.chart.seen, &points) {
+        for front in fronts(cost, &m.chart.seen, &spots) {
             let steps: PlotPoints = staircase(&front).into_iter().map(at).collect();
             let line = Line::new("", steps).color(text.gamma_multiply(0.6)).width(1.0);
             plot.line(line.style(LineStyle::dashed_dense()).allow_hover(false));
@@ -175,6 +176,11 @@ pub fn show(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
     };
     let screens: Vec<Option<Pos2>> = points.iter().map(|p| p.map(screen).filter(|s| frame.contains(*s))).collect();
     let mut labels = Labels::new(frame);
+    for line in &m.chart.lines {
+        let at: Vec<Pos2> = line.points.iter().filter_map(|i| screens[*i]).collect();
+        labels.keep_off(at.windows(2).map(|p| [p[0], p[1]]));
+        whiskers(ui, frame, line, &spots, |cost, error| screen((cost, error)));
+    }
     live(ui, m, error, frame, &mut labels, &trail.iter().copied().map(screen).collect::<Vec<_>>());
     for line in &m.chart.lines {
         if let Some(end) = line.points.iter().rev().find_map(|i| screens[*i]) {
@@ -187,6 +193,12 @@ pub fn show(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
         let galley = ui.painter().layout_no_wrap(text, FontId::proportional(11.5), weak);
         let place = Align2::RIGHT_TOP.anchor_size(frame.right_top() + vec2(-8.0, 6.0), galley.size());
         ui.painter().with_clip_rect(frame).galley(place.min, galley, weak);
+    }
+    if let Some(busy) = chart::busy(&m.rows).filter(|_| ["gpu_ms", "cost", "ratio"].contains(&cost.id)) {
+        let ink = ui.visuals().warn_fg_color;
+        let galley = ui.painter().layout(busy, FontId::proportional(11.5), ink, frame.width() - 16.0);
+        let place = Align2::LEFT_BOTTOM.anchor_size(frame.left_bottom() + vec2(8.0, -6.0), galley.size());
+        ui.painter().with_clip_rect(frame).galley(place.min, galley, ink);
     }
     if points.iter().all(Option::is_none) {
         let text = match m.rows.is_empty() {
@@ -223,13 +235,26 @@ pub fn show(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
     }
 }
 
+/// The quartiles of a line's times.
+fn whiskers(ui: &Ui, frame: Rect, line: &Series, spots: &[Option<Spot>], at: impl Fn(f64, f64) -> Pos2) {
+    let painter = ui.painter().with_clip_rect(frame);
+    let stroke = Stroke::new(1.0, color(&line.technique).gamma_multiply(0.8));
+    for spot in line.points.iter().filter_map(|i| spots[*i]).filter(|s| s.spread[0] < s.spread[1]) {
+        let ends = spot.spread.map(|cost| at(cost, spot.error));
+        painter.line_segment(ends, stroke);
+        for end in ends {
+            painter.line_segment([end - vec2(0.0, 3.0), end + vec2(0.0, 3.0)], stroke);
+        }
+    }
+}
+
 /// The points that no other beats, for each picture that was measured: another scene, camera or light is another matter.
-fn fronts(cost: &chart::Axis, seen: &[usize], points: &[Option<(f64, f64)>]) -> Vec<Vec<(f64, f64)>> {
+fn fronts(cost: &chart::Axis, seen: &[usize], spots: &[Option<Spot>]) -> Vec<Vec<(f64, f64)>> {
     let views = seen.iter().max().map_or(0, |most| most + 1);
     let of = |view: usize| {
-        let own = seen.iter().zip(points).filter(|(v, _)| **v == view);
-        let own: Vec<(f64, f64)> = own.filter_map(|(_, p)| *p).collect();
-        chart::front(cost, &own).into_iter().map(|i| own[i]).collect()
+        let own = seen.iter().zip(spots).filter(|(v, _)| **v == view);
+        let own: Vec<Spot> = own.filter_map(|(_, s)| *s).collect();
+        chart::front(cost, &own).into_iter().map(|i| (own[i].cost, own[i].error)).collect()
     };
     (0..views).map(of).collect()
 }
@@ -274,28 +299,45 @@ fn live(ui: &Ui, m: &Model, error: &Axis, frame: Rect, labels: &mut Labels, plac
     if count != trail.len() {
         return;
     }
+    // What was counted at another size stands beside no row.
+    let beside = |r: &Record| m.rows.is_empty() || m.rows.iter().any(|o| (o.width, o.height) == (r.width, r.height));
     for i in 0..count {
         let fade = (i + 1) as f32 / count as f32;
         let color = color(&trail[i].technique).gamma_multiply(0.15 + 0.6 * fade * fade);
-        if i > 0 {
+        let kind = |r: &Record| (r.technique.clone(), r.width, r.height);
+        if i > 0 && kind(trail[i - 1]) == kind(trail[i]) {
             painter.line_segment([places[i - 1], places[i]], Stroke::new(1.0, color.gamma_multiply(0.6)));
         }
         if i + 1 < count {
-            painter.circle_filled(places[i], 2.5, color);
+            match beside(trail[i]) {
+                true => painter.circle_filled(places[i], 2.5, color),
+                false => painter.circle_stroke(places[i], 2.5, Stroke::new(1.0, color)),
+            };
         }
     }
     let (Some(place), Some(row)) = (places.last(), trail.last()) else { return };
-    // Hollow while the error of what is shown is not known yet.
-    let now = m.facts.error.is_some() && m.measuring.is_none();
+    // Hollow while the error of what is shown is not known yet, or was counted at another size than all rows.
+    let known = m.facts.error.is_some() && m.measuring.is_none();
+    let now = known && beside(row);
     painter.circle_stroke(
         *place,
         7.5,
-        Stroke::new(2.0, if now { Color32::WHITE } else { ui.visuals().weak_text_color() }),
+        Stroke::new(2.0, if now { ui.visuals().strong_text_color() } else { ui.visuals().weak_text_color() }),
     );
     if now {
         painter.circle_filled(*place, 4.0, color(&row.technique));
     }
-    labels.write(ui, *place, if now { "now" } else { "before" }, Color32::WHITE, false);
+    let mut text = if known { "now".to_string() } else { "before".to_string() };
+    if !beside(row) {
+        text += &format!(", at {} × {} pixels", row.width, row.height);
+    }
+    labels.write(
+        ui,
+        *place,
+        &text,
+        if now { ui.visuals().strong_text_color() } else { ui.visuals().weak_text_color() },
+        false,
+    );
 }
 
 /// What a point is: settings, figures, a small picture.

@@ -137,7 +137,10 @@ fn title(ui: &mut Ui, part: Rect, m: &mut Model, side: usize) {
             ui.horizontal(|ui| {
                 ui.spacing_mut().item_spacing.x = 8.0;
                 let color = if side == m.editing { ACCENT } else { Color32::WHITE };
-                let name = RichText::new(side_name(&m.setup, side)).color(color);
+                // A narrow part has room for the id only.
+                let full = part.width() > 560.0;
+                let name = if full { side_name(&m.setup, side) } else { short_name(&m.setup, side) };
+                let name = RichText::new(name).color(color);
                 ui.menu_button(name, |ui| side_menu(ui, m, side)).response.on_hover_text("What is shown on this side.");
                 let error = m.facts.known.errors.get(side).copied().flatten();
                 if let Some(e) = error.filter(|_| !m.setup.is_truth(side)) {

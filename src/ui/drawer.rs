@@ -5,8 +5,9 @@ use super::model::{Action, Job, Model, Tab};
 use super::{advice, sweep, timeline};
 use crate::techniques;
 use egui::{Align, Button, Frame, Label, Layout, Margin, Panel, ProgressBar, Rect, RichText, ScrollArea, Sense, Ui};
-use egui::{UiBuilder, vec2};
+use egui::{DragValue, Role, UiBuilder, WidgetInfo, vec2};
 use std::collections::BTreeSet;
+use std::path::PathBuf;
 
 /// Height of the strip with the tabs, points.
 const STRIP: f32 = 26.0;
@@ -123,4 +124,41 @@ pub fn pick_techniques(ui: &mut Ui, m: &mut Model) {
     {
         m.left_out.insert(serving[i].id);
     }
+}
+
+/// A menu that writes a tab's chart or figures; `stem`: the file's name without its ending.
+pub fn export(ui: &mut Ui, tab: Tab, stem: &str, ready: bool, out: &mut Vec<Action>) {
+    ui.add_enabled_ui(ready, |ui| {
+        let menu = ui.menu_button("Export", |ui| {
+            for (ending, what) in [
+                ("svg", "The chart, for papers."),
+                ("png", "The chart as a picture."),
+                ("csv", "The figures as a table."),
+                ("json", "The figures with all their names."),
+            ] {
+                let file = format!("{stem}.{ending}");
+                if ui.button(ending.to_uppercase()).on_hover_text(format!("{what} Writes {file}.")).clicked() {
+                    out.push(Action::Export(tab, PathBuf::from(file)));
+                }
+            }
+        });
+        menu.response.on_hover_text("Write the chart (SVG, PNG) or its figures (CSV, JSON) into a file.");
+    });
+}
+
+/// The size that everything is measured and captured at.
+pub fn size(ui: &mut Ui, m: &mut Model) {
+    let tip = "Width and height of the picture that is measured, in pixels: one size for all figures and captures.";
+    ui.horizontal(|ui| {
+        ui.label(RichText::new("at").small().weak());
+        for (i, what) in ["width", "height"].into_iter().enumerate() {
+            if i > 0 {
+                ui.label("×");
+            }
+            let drag = DragValue::new(&mut m.setup.size[i]).range(1..=crate::setup::MAX_SIZE);
+            let field = ui.add_sized([52.0, 21.0], drag).on_hover_text(tip);
+            field.widget_info(|| WidgetInfo::labeled(Role::SpinButton, true, format!("measured {what}")));
+        }
+        ui.label(RichText::new("pixels").small().weak()).on_hover_text(tip);
+    });
 }

@@ -1,6 +1,6 @@
 //! How the views of errors are drawn.
 
-use super::controls::row;
+use super::controls::{Tip, row};
 use super::model::Model;
 use crate::setup::{Base, MAX_DILATION, MAX_WINDOW};
 use egui::{Button, DragValue, Ui};
@@ -20,7 +20,7 @@ pub fn error_options(ui: &mut Ui, m: &mut Model) {
         row(ui, "grow wrong pixels", tip, |ui, _| {
             for n in 0..=MAX_DILATION {
                 let text = if n == 0 { "not".into() } else { format!("{n} px") };
-                if ui.add(Button::selectable(s.error_dilation == n, text)).on_hover_text(tip).clicked() {
+                if ui.add(Button::selectable(s.error_dilation == n, text)).tip(tip).clicked() {
                     s.error_dilation = n;
                 }
             }
@@ -30,7 +30,7 @@ pub fn error_options(ui: &mut Ui, m: &mut Model) {
         let tip = "The greys below the errors: dark for the screen, light for print and projectors.";
         row(ui, "base", tip, |ui, _| {
             for (base, text) in [(Base::Dark, "dark"), (Base::Light, "light")] {
-                if ui.add(Button::selectable(s.error_base == base, text)).on_hover_text(tip).clicked() {
+                if ui.add(Button::selectable(s.error_base == base, text)).tip(tip).clicked() {
                     s.error_base = base;
                 }
             }
@@ -40,7 +40,7 @@ pub fn error_options(ui: &mut Ui, m: &mut Model) {
         let tip = "Side of the square around each pixel in which wrong pixels are counted.";
         row(ui, "window", tip, |ui, label| {
             let drag = DragValue::new(&mut s.error_window).range(1..=MAX_WINDOW).speed(0.2).suffix(" px");
-            if ui.add(drag).labelled_by(label.id).on_hover_text(tip).changed() {
+            if ui.add(drag).labelled_by(label.id).tip(tip).changed() {
                 // Odd, so that it has a middle.
                 s.error_window |= 1;
             }

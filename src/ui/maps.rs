@@ -1,6 +1,7 @@
 //! The map viewer: a technique's depth maps beside the picture or instead of it, linked with it texel by texel.
 
 use super::model::Model;
+use super::panel::grouped;
 use super::style::{ACCENT, TEXT};
 use crate::frame::MapLayer;
 use crate::palette::{GREY, OCTAVES, Rgb, bytes};
@@ -61,8 +62,9 @@ struct Held {
     usual: [f32; 2],
     /// Texels by depth from the nearest to the farthest, over the most.
     bins: Vec<f32>,
-    /// Texels without a caster.
+    /// Texels without a caster, and those whose caster lies flat on the near plane.
     empty: usize,
+    flat: usize,
 }
 
 const BINS: usize = 96;
@@ -78,7 +80,10 @@ const GROUND: Color32 = Color32::from_rgb(16, 18, 22);
 impl Maps {
     /// Takes a map in; where there was none before, all of it is shown.
     pub fn take(&mut self, map: MapLayer) {
-        let mut depths: Vec<f32> = (0..map.depth.len()).filter_map(|i| map.metres(i)).collect();
+        // What lies flat on the near plane (pancaking) says nothing of depths.
+        let flat = |i: &usize| map.depth[*i] >= 1.0;
+        let mut depths: Vec<f32> = (0..map.depth.len()).filter(|i| !flat(i)).filter_map(|i| map.metres(i)).collect();
+        let flat = (0..map.depth.len()).filter(flat).count();
         depths.par_sort_unstable_by(f32::total_cmp);
         let at = |share: f64| depths.get(((depths.len().max(1) - 1) as f64 * share) as usize).copied().unwrap_or(0.0);
         let ends = [at(0.0), at(1.0)];
@@ -87,13 +92,13 @@ impl Maps {
         depths.iter().for_each(|d| bins[(((d - ends[0]) * scale) as usize).min(BINS - 1)] += 1.0);
         let most = bins.iter().copied().fold(1.0, f32::max);
         bins.iter_mut().for_each(|b| *b = (*b / most).sqrt());
-        let empty = map.depth.len() - depths.len();
+        let empty = map.depth.len() - depths.len() - flat;
         if self.held.as_ref().is_none_or(|h| h.map.side != map.side) {
             self.zoom = None;
             self.middle = Vec2::splat(map.side as f32 / 2.0);
         }
         self.layer = map.layer;
-        self.held = Some(Held { ends, usual: [at(0.01), at(0.99)], bins, empty, map: Arc::new(map) });
+        self.held = Some(Held { ends, usual: [at(0.01), at(0.99)], bins, empty, flat, map: Arc::new(map) });
     }
 
     /// The map that the scene's thread is to read back, if one is looked at.
@@ -409,13 +414,17 @@ fn depths(ui: &mut Ui, rect: Rect, maps: &mut Maps) {
         maps.range = Some(ends);
     }
     let number = |d: f32| crate::chart::short(d.into());
+    let flat = match held.flat {
+        0 => String::new(),
+        n => format!(", {} on the near plane", grouped(n)),
+    };
     let text = format!(
-        "{} to {} m of {} to {} m; {} texels without a caster",
+        "{} to {} m of {} to {} m; {} texels empty{flat}",
         number(ends[0]),
         number(ends[1]),
         number(first),
         number(last),
-        super::panel::grouped(held.empty)
+        grouped(held.empty)
     );
     painter.text(bars.left_bottom() + vec2(0.0, 3.0), Align2::LEFT_TOP, text, FontId::proportional(11.5), TEXT);
     if maps.range.is_some() {

@@ -4,6 +4,7 @@ use super::advice::Advising;
 use super::chart::{Chart, Picture};
 use super::history::History;
 use super::maps::Maps;
+use super::picker::Picker;
 use super::timeline::Timeline;
 use crate::frame::{SHARED_PASSES, Told};
 use crate::legend::Known;
@@ -41,7 +42,8 @@ pub enum Action {
     Advise(Budget, Vec<String>),
     CancelMeasuring,
     /// Write the measured rows: .svg and .png the chart, .csv and .json the figures.
-    SaveRows(PathBuf),
+    /// Write what a tab of the drawer shows: as a chart or as figures, by the file's ending.
+    Export(Tab, PathBuf),
     /// Render a small picture of this set-up (JSON, as a row holds it).
     Thumbnail(String),
     Capture(PathBuf),
@@ -231,6 +233,8 @@ pub struct Model {
     pub pinned: BTreeSet<&'static str>,
     /// The picture has the capture's shape.
     pub framed: bool,
+    /// The file dialog, where the system has none.
+    pub picker: Option<Picker>,
     /// Measured rows are in no file yet.
     pub unsaved: bool,
     /// Asked to close with such rows, and waiting for an answer.
@@ -277,6 +281,7 @@ impl Model {
             search: String::new(),
             pinned: BTreeSet::new(),
             framed: false,
+            picker: None,
             unsaved: false,
             closing: false,
             setup,

@@ -48,6 +48,8 @@ impl LogAxis {
             span if span < 1.2 => &[1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 7.0].map(|m| (m, 0.15)),
             _ => &[(1.0, 1.0), (2.0, 0.3), (5.0, 0.3)],
         };
+        // None so near the right or upper end that its number would be cut.
+        let high = high - 0.02 * (high - low);
         let (first, last) = (low.floor().max(-30.0) as i32, high.ceil().min(30.0) as i32);
         for decade in first..=last {
             for (mantissa, step_size) in fine {
@@ -89,11 +91,17 @@ fn digits(value: f64) -> String {
 pub struct Labels {
     inside: Rect,
     placed: Vec<Rect>,
+    lines: Vec<[egui::Pos2; 2]>,
 }
 
 impl Labels {
     pub fn new(inside: Rect) -> Labels {
-        Labels { inside, placed: Vec::new() }
+        Labels { inside, placed: Vec::new(), lines: Vec::new() }
+    }
+
+    /// Lines that labels keep off where there is other room.
+    pub fn keep_off(&mut self, lines: impl Iterator<Item = [egui::Pos2; 2]>) {
+        self.lines.extend(lines);
     }
 
     /// Writes beside a point, or above it, or on the next side that is free; not at all where none is.
@@ -111,14 +119,27 @@ impl Labels {
         if above {
             sides.swap(0, 2);
         }
-        for (align, offset) in sides {
-            let rect = align.anchor_size(at + offset, galley.size());
-            let free = |r: &Rect| !r.expand2(vec2(3.0, 0.0)).intersects(rect);
-            if self.inside.contains_rect(rect) && self.placed.iter().all(free) {
-                painter.galley(pos2(rect.left(), rect.top()), galley, color);
-                self.placed.push(rect);
-                return;
+        // First beside all lines, then over them.
+        for over in [false, true] {
+            for (align, offset) in sides {
+                let rect = align.anchor_size(at + offset, galley.size());
+                let free = |r: &Rect| !r.expand2(vec2(3.0, 0.0)).intersects(rect);
+                let crossed = !over && self.lines.iter().any(|line| crosses(rect, *line));
+                if !crossed && self.inside.contains_rect(rect) && self.placed.iter().all(free) {
+                    painter.galley(pos2(rect.left(), rect.top()), galley, color);
+                    self.placed.push(rect);
+                    return;
+                }
             }
         }
     }
+}
+
+/// Whether a line passes through a rectangle.
+fn crosses(rect: Rect, [a, b]: [egui::Pos2; 2]) -> bool {
+    crate::chart::inside(&[rect.left(), rect.top(), rect.right(), rect.bottom()].map(f64::from), pair(a), pair(b)) > 0.0
+}
+
+fn pair(p: egui::Pos2) -> (f64, f64) {
+    (p.x.into(), p.y.into())
 }

@@ -2,7 +2,7 @@
 
 use super::chart::Picture;
 use super::controls::Tip;
-use super::drawer::{line, progress};
+use super::drawer::{self, line, progress};
 use super::model::{Action, Model, ShotSeen};
 use super::needs::{self, main_values, percent, table, title};
 use super::plotting::short;
@@ -127,7 +127,7 @@ pub fn measure(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
                 let ready = m.info().refuses(&m.setup.light).is_none();
                 let start = ui.add_enabled(ready, Button::new("Measure this set-up"));
                 let tip = format!(
-                    "Counts right and wrong pixels against the truth and times the technique, at {} × {} pixels (set under Capture). The picture waits meanwhile, so that it does not disturb the times.",
+                    "Counts right and wrong pixels against the truth and times the technique, at {} × {} pixels. The picture waits meanwhile, so that it does not disturb the times.",
                     size[0], size[1]
                 );
                 if start.tip(tip).clicked() {
@@ -138,6 +138,7 @@ pub fn measure(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
                     m.clear_rows();
                 }
             });
+            drawer::size(ui, m);
             // As high as what shows the progress.
             let text = match m.rows.len() {
                 0 => String::new(),

@@ -2,14 +2,14 @@
 
 use super::chart;
 use super::controls::chips;
-use super::drawer::{beside, line, pick_techniques, progress};
-use super::model::{Action, Model};
+use super::drawer::{beside, export, pick_techniques, progress, size};
+use super::model::{Action, Model, Tab};
 use crate::measure::{self, Axis};
 use crate::setup::Setup;
 use crate::techniques;
 use anyhow::Result;
 use egui::{Align, Button, Layout, RichText, TextEdit, Ui, vec2};
-use std::path::PathBuf;
+use std::path::Path;
 
 /// Which configurations a sweep has.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -69,8 +69,7 @@ fn start(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
             m.clear_rows();
         }
     });
-    let [w, h] = m.setup.size;
-    line(ui, &format!("at {w} × {h} pixels, as set under Capture"));
+    size(ui, m);
 }
 
 /// The set-ups of a sweep over the techniques' main parameters, or over the first of them.
@@ -89,7 +88,7 @@ fn configurations(setup: &Setup, chosen: &[String], all: bool) -> Result<Vec<Set
 }
 
 fn files(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
-    let tip = "Save writes .svg or .png: the chart, .csv or .json: the figures. Open reads the figures of a sweep, .csv or .json; such files can also be dropped on the window.";
+    let tip = "Export writes the chart or its figures under this name, with the ending chosen. Open reads the figures of a sweep, .csv or .json; such files can also be dropped on the window.";
     ui.label(RichText::new("file").small().weak()).on_hover_text(tip);
     ui.with_layout(Layout::right_to_left(Align::Min), |ui| {
         let path = m.chart.path.trim().to_string();
@@ -98,13 +97,10 @@ fn files(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
         if open.on_hover_text("Add the rows of this .csv or .json file to the chart.").clicked() {
             out.push(Action::Open(path.clone()));
         }
-        let save = !m.rows.is_empty() && is(&[".svg", ".png", ".csv", ".json"]);
-        let save = ui.add_enabled(save, Button::new("Save"));
-        let save = save.on_hover_text("Write this file: the chart as .svg or .png, the figures as .csv or .json.");
-        if save.on_disabled_hover_text("Needs points, and a name that ends in .svg, .png, .csv or .json.").clicked() {
-            out.push(Action::SaveRows(PathBuf::from(&path)));
-        }
-        let size = vec2(ui.available_width() - 2.0, 21.0);
-        ui.add_sized(size, TextEdit::singleline(&mut m.chart.path).hint_text("path")).on_hover_text(tip);
+        let stem = Path::new(&path).with_extension("");
+        let stem = stem.to_str().filter(|s| !s.is_empty()).unwrap_or("chart");
+        export(ui, Tab::Chart, stem, !m.rows.is_empty(), out);
+        let room = vec2(ui.available_width() - 2.0, 21.0);
+        ui.add_sized(room, TextEdit::singleline(&mut m.chart.path).hint_text("path")).on_hover_text(tip);
     });
 }

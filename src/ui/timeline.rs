@@ -1,8 +1,8 @@
 //! The stability tab: a case's path, and error and flicker along it.
 
 use super::controls::chips;
-use super::drawer::{beside, line, pick_techniques, progress};
-use super::model::{Action, Model};
+use super::drawer::{beside, export, pick_techniques, progress, size};
+use super::model::{Action, Model, Tab};
 use super::needs::percent;
 use super::plotting::{Labels, color, short};
 use crate::measure::stability::{self, CASES, Case, Point, Stability};
@@ -82,12 +82,13 @@ impl Model {
         let (camera, light, scene) = (setup.camera, setup.light, std::mem::take(&mut setup.scene));
         *setup =
             Setup { scene, origin: setup.origin, time: 0.0, animation: 0, camera, light, shadow_camera: None, ..kept };
+        begin(setup);
+        let light = setup.light;
         let serves = |id: &str| techniques::find(id).is_some_and(|i| i.refuses(&light).is_none());
         if !serves(&setup.technique) {
             let other = techniques::ALL.iter().find(|i| serves(i.id));
             setup.technique = other.map_or(setup.technique.clone(), |i| i.id.into());
         }
-        begin(setup);
         setup.complete();
         if techniques::find(&setup.technique).is_none_or(|i| view::check(&setup.view, i).is_err()) {
             setup.view = view::VIEWS[0].id.into();
@@ -161,14 +162,13 @@ fn controls(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
                 m.timeline.frames = Some(frames);
             }
         });
-        let [w, h] = stability::SIZE;
-        line(ui, &format!("at {w} × {h} pixels, as on the command line"));
+        size(ui, m);
     }
-    found(ui, m);
+    found(ui, m, out);
 }
 
 /// Each technique's worst place and its flicker.
-fn found(ui: &mut Ui, m: &mut Model) {
+fn found(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
     let Some(found) = &m.timeline.found else { return };
     let mut to = None;
     ui.add_space(4.0);
@@ -201,6 +201,7 @@ fn found(ui: &mut Ui, m: &mut Model) {
     for (id, why) in &found.left_out {
         ui.label(RichText::new(format!("{id}: {why}")).small().weak());
     }
+    export(ui, Tab::Stability, &format!("stability-{}", found.case), !found.tracks.is_empty(), out);
     if let Some(t) = to {
         m.timeline.playing = false;
         m.scrub(t);

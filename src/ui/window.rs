@@ -3,12 +3,12 @@
 use super::canvas::Canvas;
 use super::chart::Picture;
 use super::model::{Action, Job, Model, Tab};
+use super::picker::Picker;
 use super::stage::{Order, Request, Stage};
-use super::work::{Desk, Done, Loaded, Opened};
+use super::work::{Desk, Done, Figures, Loaded, Opened};
 use super::{Ended, shell, style, timeline};
 use crate::chart::{COSTS, ERRORS};
 use crate::gpu::{self, Gpu};
-use crate::measure::stability;
 use crate::setup::Setup;
 use anyhow::{Context, Result};
 use egui::{ColorImage, Event, RawInput, Rect, TextureOptions, TexturesDelta};
@@ -328,12 +328,12 @@ impl Open {
                     }
                 }
                 Done::Measured(..) | Done::Stability(..) | Done::Advised(..) => {}
-                Done::Saved(Ok(path)) => {
-                    m.unsaved &= path.extension().is_none_or(|e| e != "csv" && e != "json");
+                Done::Saved(tab, Ok(path)) => {
+                    m.unsaved &= tab != Tab::Chart || path.extension().is_none_or(|e| e != "csv" && e != "json");
                     self.quit |= m.closing && !m.unsaved;
                     m.say(format!("Saved {}.", path.display()));
                 }
-                Done::Saved(Err(e)) | Done::Read(_, Err(e)) => m.fail(&e),
+                Done::Saved(_, Err(e)) | Done::Read(_, Err(e)) => m.fail(&e),
                 Done::Read(path, Ok(rows)) => {
                     m.say(format!("{} rows of {} are in the chart.", rows.len(), path.display()));
                     let unsaved = m.unsaved;
@@ -359,6 +359,10 @@ impl Open {
                     }
                 }
                 Done::Counted(row) => m.chart.live(*row),
+                Done::NoDialog(save) => {
+                    let at = if save { &m.picture_path } else { &m.setup.scene };
+                    m.picker = Some(Picker::new(save, Path::new(at)));
+                }
                 Done::PickedFile(path) => self.load(path.to_string_lossy().into_owned()),
                 Done::PickedCapture(path) => {
                     m.picture_path = path.to_string_lossy().into_owned();
@@ -535,7 +539,7 @@ impl Open {
                 self.desk.measure(job, adapter, scene, base, setups);
             }
             Action::Stability(case, techniques, frames) => {
-                let setup = Setup { size: stability::SIZE, ..m.setup.measured() };
+                let setup = m.setup.measured();
                 let (job, adapter) = self.job("Stability");
                 self.desk.stability(job, adapter, scene, setup, (case, techniques, frames));
             }
@@ -544,9 +548,16 @@ impl Open {
                 let (job, adapter) = self.job("Advice");
                 self.desk.advise(job, adapter, scene, setup, (budget, techniques));
             }
-            Action::SaveRows(path) => {
+            Action::Export(tab, path) => {
                 let axes = [&COSTS[m.chart.cost], &ERRORS[m.chart.error]];
-                self.desk.save_rows(m.rows.clone(), axes, path);
+                let figures = match tab {
+                    Tab::Chart => Some(Figures::Rows(m.rows.clone(), axes)),
+                    Tab::Advice => m.advice.exported().map(|(rows, axes)| Figures::Rows(rows, axes)),
+                    Tab::Stability => m.timeline.found.clone().map(|f| Figures::Path(f, m.timeline.flicker)),
+                };
+                if let Some(figures) = figures {
+                    self.desk.export(tab, figures, path);
+                }
             }
             Action::Thumbnail(key) => match serde_json::from_str(&key) {
                 Ok(setup) => {
@@ -607,4 +618,30 @@ fn parts(raw: RawInput) -> Vec<RawInput> {
 /// Writes the set-up as TOML.
 fn save(m: &Model, path: &Path) -> Result<()> {
     crate::capture::save(path, m.setup.to_toml(path)?.as_bytes())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use egui::{Modifiers, PointerButton, pos2};
+
+    /// A press, a way and a release that come in together are seen one after the other.
+    #[test]
+    fn input_is_cut_behind_each_press_and_release() {
+        let at = |x: f32| Event::PointerMoved(pos2(x, 0.0));
+        let button = |pressed| Event::PointerButton {
+            pos: pos2(1.0, 0.0),
+            button: PointerButton::Primary,
+            pressed,
+            modifiers: Modifiers::NONE,
+        };
+        let events = vec![at(1.0), button(true), at(2.0), button(false), at(3.0), Event::Copy];
+        let raw = RawInput { events, time: Some(7.0), ..Default::default() };
+        let cut = parts(raw);
+        let events: Vec<&[Event]> = cut.iter().map(|r| &r.events[..]).collect();
+        let whole = [&[at(1.0), button(true)][..], &[at(2.0), button(false)], &[at(3.0), Event::Copy]];
+        assert_eq!(events, whole);
+        assert!(cut.iter().all(|r| r.time == Some(7.0)));
+        assert_eq!(parts(RawInput::default()).len(), 1, "a pass without input is a pass");
+    }
 }

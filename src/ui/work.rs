@@ -1,6 +1,7 @@
 //! Work beside the window: loading, measuring, capturing, file dialogs. Each on a thread of its own.
 
-use super::model::Facts;
+use super::model::{Facts, Tab};
+use super::picker;
 use super::stage::Picture;
 use crate::chart::{self, Axis};
 use crate::frame::{Ask, MapLayer, Renderer, Shot, Truth};
@@ -64,7 +65,7 @@ pub enum Done {
     Advised(u64, Result<Box<(Budget, Advice)>>),
     /// The file, and what its picture shows wrong.
     Captured(Result<(PathBuf, Vec<String>)>),
-    Saved(Result<PathBuf>),
+    Saved(Tab, Result<PathBuf>),
     Read(PathBuf, Result<Vec<Record>>),
     /// A row's set-up, small.
     Pictured(String, Result<ColorImage>),
@@ -72,6 +73,8 @@ pub enum Done {
     Counted(Box<Record>),
     PickedFile(PathBuf),
     PickedCapture(PathBuf),
+    /// The system has no file dialog; whether it was to save a picture.
+    NoDialog(bool),
 }
 
 /// Where threads hand in what they have done.
@@ -119,6 +122,8 @@ struct Watch {
     said: Cell<Option<Instant>>,
 }
 
+/// Nobody cancels a dialog faster than this after asking for it.
+const GLANCE: Duration = Duration::from_millis(500);
 /// Between two words on the progress: each draws the window anew, on the device that is being timed.
 const PAUSE: Duration = Duration::from_millis(300);
 
@@ -286,8 +291,8 @@ impl Desk {
     }
 
     /// Writes measured rows into a file.
-    pub fn save_rows(&self, rows: Vec<Record>, axes: [&'static Axis; 2], path: PathBuf) {
-        self.start(move |post| post.send(Done::Saved(save_rows(&rows, axes, &path).map(|()| path))));
+    pub fn export(&self, tab: Tab, figures: Figures, path: PathBuf) {
+        self.start(move |post| post.send(Done::Saved(tab, export(&figures, &path).map(|()| path))));
     }
 
     /// Reads measured rows.
@@ -302,11 +307,8 @@ impl Desk {
     pub fn pick_file(&self) {
         self.start(|post| {
             let dialog = rfd::FileDialog::new().set_title("Open a scene, a set-up or a capture");
-            let dialog =
-                dialog.add_filter("Scenes, set-ups, captures, results", &["glb", "gltf", "toml", "png", "csv", "json"]);
-            if let Some(path) = dialog.pick_file() {
-                post.send(Done::PickedFile(path));
-            }
+            let dialog = dialog.add_filter("Scenes, set-ups, captures, results", &picker::OPENED);
+            picked(post, || dialog.pick_file(), Done::PickedFile, false);
         });
     }
 
@@ -314,9 +316,8 @@ impl Desk {
     pub fn pick_capture(&self) {
         self.start(|post| {
             let dialog = rfd::FileDialog::new().set_title("Save the picture").set_file_name("picture.png");
-            if let Some(path) = dialog.add_filter("Pictures", &["png", "exr"]).save_file() {
-                post.send(Done::PickedCapture(path));
-            }
+            let dialog = dialog.add_filter("Pictures", &picker::SAVED);
+            picked(post, || dialog.save_file(), Done::PickedCapture, true);
         });
     }
 
@@ -335,6 +336,16 @@ impl Desk {
             // A thread that panicked has said so already.
             let _ = thread.join();
         }
+    }
+}
+
+/// Sends what the system's dialog returns. One that nobody can have seen was none: neither a portal nor zenity is there.
+fn picked(post: &Post, ask: impl FnOnce() -> Option<PathBuf>, done: fn(PathBuf) -> Done, save: bool) {
+    let asked = Instant::now();
+    match ask() {
+        Some(path) => post.send(done(path)),
+        None if asked.elapsed() < GLANCE => post.send(Done::NoDialog(save)),
+        None => {}
     }
 }
 
@@ -392,15 +403,35 @@ fn small(
     Ok(ColorImage::from_rgba_unmultiplied(size.map(|s| s as usize), &renderer.read_picture()?))
 }
 
-fn save_rows(rows: &[Record], [cost, error]: [&Axis; 2], path: &Path) -> Result<()> {
+/// What can be written as a chart or as figures.
+pub enum Figures {
+    /// Measured rows, with the axes of cost and error.
+    Rows(Vec<Record>, [&'static Axis; 2]),
+    /// What was found along a path, and whether its flicker is charted, not its error.
+    Path(Stability, bool),
+}
+
+fn export(figures: &Figures, path: &Path) -> Result<()> {
     let ending = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
-    let scenes: std::collections::BTreeSet<&str> = rows.iter().map(|r| r.scene.as_str()).collect();
-    let title = scenes.into_iter().collect::<Vec<_>>().join(", ");
-    match ending.as_str() {
-        "csv" => measure::write(rows, path, false),
-        "json" => measure::write(rows, path, true),
-        "svg" => capture::save(path, chart::svg(rows, cost, error, &title)?.as_bytes()),
-        "png" => capture::save(path, &chart::png(&chart::svg(rows, cost, error, &title)?, CHART)?),
+    let svg = || match figures {
+        Figures::Rows(rows, [cost, error]) => {
+            let scenes: std::collections::BTreeSet<&str> = rows.iter().map(|r| r.scene.as_str()).collect();
+            chart::svg(rows, cost, error, &scenes.into_iter().collect::<Vec<_>>().join(", "))
+        }
+        Figures::Path(found, flicker) => chart::lines_svg(&stability::lines(found, *flicker)),
+    };
+    match (ending.as_str(), figures) {
+        ("svg", _) => capture::save(path, svg()?.as_bytes()),
+        ("png", _) => capture::save(path, &chart::png(&svg()?, CHART)?),
+        ("csv" | "json", Figures::Rows(rows, _)) => measure::write(rows, path, ending == "json"),
+        ("csv", Figures::Path(found, _)) => {
+            let mut table = stability::Table::new()?;
+            table.add(found)?;
+            capture::save(path, &table.finish()?)
+        }
+        ("json", Figures::Path(found, _)) => {
+            capture::save(path, (serde_json::to_string_pretty(&[found])? + "\n").as_bytes())
+        }
         _ => bail!("{}: a chart's file name ends in .svg, .png, .csv or .json", path.display()),
     }
 }
