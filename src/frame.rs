@@ -9,11 +9,13 @@ mod judged;
 mod lines;
 mod maps;
 mod read;
+mod shot;
 
 pub use analysis::{Analysis, Counting, Maps, PieceCount};
 pub use figure::{Pane, panes};
 pub use lines::{Segment, Style};
 pub use maps::MapLayer;
+pub use shot::{Shot, ShotUniform};
 
 use crate::gpu::{Gpu, Pass, Raster, Recorder, Slot, Timer};
 use crate::light::{Light, LightView};
@@ -438,6 +440,9 @@ pub struct Renderer {
     revision: u64,
     frozen: freeze::Frozen,
     lines: lines::Lines,
+    shots: Option<shot::Shots>,
+    /// The pass whose texture is to be shown.
+    watched: Option<&'static str>,
     /// The last frame failed: nothing of it serves the next.
     broken: bool,
 }
@@ -503,6 +508,8 @@ impl Renderer {
             revision: 0,
             frozen: freeze::Frozen::default(),
             lines: lines::Lines::default(),
+            shots: None,
+            watched: None,
             broken: false,
         };
         made.gpu.check()?;
@@ -565,6 +572,9 @@ impl Renderer {
         let mut recorder = Recorder::new(gpu, &mut self.timer, ask.timed, ask.size);
         if let Some(ms) = animated_ms {
             recorder.note(ANIMATION, ms);
+        }
+        if let (Some(pass), Some(shots)) = (self.watched, &self.shots) {
+            recorder.watch(pass, shots);
         }
         let scene = &self.scene_gpu;
         know_scene(&mut recorder, scene);

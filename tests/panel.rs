@@ -812,6 +812,25 @@ fn the_panel_clips_nothing_and_keeps_its_columns() {
     }
 }
 
+/// The pointer on a pass asks what that wrote, once for a picture, and shows it.
+#[test]
+fn a_pass_under_the_pointer_asks_for_what_it_wrote() {
+    let mut harness = harness("cubes", 2400.0);
+    harness.state_mut().model.facts.passes = vec![("fit: narrow", 0.1), ("shadow map", 1.5)];
+    harness.run_steps(3);
+    harness.get_by_label("shadow map").scroll_to_me();
+    harness.run_steps(8);
+    harness.get_by_label("shadow map").hover();
+    harness.run_steps(60);
+    let asked = |s: &State| s.actions.iter().filter(|a| matches!(a, Action::Shot("shadow map"))).count();
+    assert_eq!(asked(harness.state()), 1);
+    let shot = harness.state_mut().model.shot.as_mut().unwrap();
+    shot.picture = ui::Picture::Failed("It wrote lists.".into());
+    harness.run_steps(3);
+    harness.get_by_label("It wrote lists.");
+    assert_eq!(asked(harness.state()), 1);
+}
+
 #[test]
 fn a_parameter_shows_only_where_it_means_something() {
     let mut harness = harness("cubes", 2600.0);

@@ -2,7 +2,7 @@
 
 use shadowscope::cascades::Fitting;
 use shadowscope::fit::diagram::Stroke;
-use shadowscope::frame::{Counting, FrameUniform, Segment, Style, ViewUniform};
+use shadowscope::frame::{Counting, FrameUniform, Segment, ShotUniform, Style, ViewUniform};
 use shadowscope::gpu::{Shaders, shader_files};
 use shadowscope::light::LightView;
 use shadowscope::params::Group;
@@ -84,6 +84,8 @@ fn shared_structs_agree() {
         light_color "light_color", light_cosine "light_cosine", light_half_u "light_half_u", view "view",
         light_half_v "light_half_v", map "map", size "size", band "band", shadow_eye "shadow_eye", frozen "frozen",
         shadow_forward "shadow_forward", shadow_far "shadow_far", shadow_up "shadow_up", spare "spare");
+    same!("shot.wgsl", "Shot", ShotUniform, size "size", whole "whole", channels "channels", stretched "stretched",
+        padding "padding");
     same!("lines.wgsl", "Segment", Segment, start "start", color "color", end "end", weight "weight");
     same!("lines.wgsl", "Style", Style, half "half", labels "labels", inset "inset", padding "padding");
     same!("shade.wgsl", "View", ViewUniform, range "range", channel "channel", rows "rows", opacity "opacity",

@@ -903,3 +903,38 @@ fn the_bias_reaches_peter_panning_in_every_scene() {
         assert!(leaks(&after) > leaks(&before) + 0.05, "{name}: {end} m, {} -> {}", leaks(&before), leaks(&after));
     }
 }
+
+/// What a pass wrote is shown small, whatever it is, and leaves the frame as it was.
+#[test]
+fn a_shot_shows_what_a_pass_wrote() {
+    let light = sun(Vec3::new(0.5, 1.0, 0.3));
+    let view = camera(Vec3::new(4.0, 5.0, 9.0), Vec3::new(0.0, 0.3, 0.0));
+    let (mut r, mut s) = start(scene(vec![mesh(&yard(), 0)], vec![material(Vec3::splat(0.8))], view, light), [96, 72]);
+    s.set("resolution=256", &["shadow-map".into()]).unwrap();
+    r.render(&s, ask(&s)).unwrap();
+    let before = (r.read_picture().unwrap(), r.read_visibility().unwrap(), r.read_truth().unwrap());
+    let map = r.shot(&s, "shadow map").unwrap().unwrap();
+    assert_eq!((map.whole, map.size), ([256; 2], [216; 2]));
+    let [low, high] = map.range.unwrap();
+    // Depth is reversed and cleared to 0; the casters lie between the light and the last receiver.
+    assert!(low >= 0.0 && low < high && high <= 1.0, "{low} to {high}");
+    let grey: Vec<u8> = map.rgba.chunks(4).map(|p| p[0]).collect();
+    assert!(grey.iter().any(|g| *g > 200) && grey.iter().any(|g| *g < 60), "the map's extremes are its own");
+    // Visibility is a picture of its own size, 0 and 1.
+    let lit = r.shot(&s, "resolve").unwrap().unwrap();
+    assert_eq!((lit.whole, lit.range), ([96, 72], Some([0.0, 1.0])));
+    let share = |v: &mut dyn Iterator<Item = f32>| {
+        let all: Vec<f32> = v.collect();
+        all.iter().sum::<f32>() / all.len() as f32
+    };
+    let shown = share(&mut lit.rgba.chunks(4).map(|p| p[0] as f32 / 255.0));
+    assert!((shown - share(&mut before.1.iter().copied())).abs() < 0.02, "{shown}");
+    // Positions have three values; a picture is shown as it is; lists are none.
+    assert!(r.shot(&s, "G-buffer").unwrap().unwrap().range.is_some());
+    let shading = r.shot(&s, "shading").unwrap().unwrap();
+    assert_eq!(shading.range, None);
+    assert_eq!(r.shot(&s, "fit: narrow").unwrap(), None);
+    assert_eq!(r.shot(&s, "no such pass").unwrap(), None);
+    let after = (r.read_picture().unwrap(), r.read_visibility().unwrap(), r.read_truth().unwrap());
+    assert!(before == after, "a shot changed the frame");
+}

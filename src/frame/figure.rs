@@ -251,6 +251,14 @@ impl Renderer {
         Ok(())
     }
 
+    /// Renders the first side of the last figure once more, without the figure taking notice.
+    pub(super) fn again(&mut self, setup: &Setup, ask: Ask) -> Result<Told> {
+        let kept = (self.figure.composed, std::mem::take(&mut self.figure.panes));
+        let rendered = self.render(&setup.side(0), ask);
+        (self.figure.composed, self.figure.panes) = kept;
+        rendered
+    }
+
     /// Renders one technique's picture, with the set-up's overlay over it.
     fn render_over(&mut self, setup: &Setup, ask: Ask) -> Result<Told> {
         let Some(overlay) = setup.overlay.as_ref().filter(|_| ask.picture) else { return self.render(setup, ask) };

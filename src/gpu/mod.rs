@@ -5,7 +5,7 @@ mod shader;
 mod table;
 mod timer;
 
-pub use pass::{Pass, Raster, Recorder, Resource, Run};
+pub use pass::{Pass, Raster, Recorder, Resource, Run, Watch};
 pub use shader::{Shaders, files as shader_files};
 pub use table::Table;
 pub use timer::{DrawCount, Draws, Timer, TimerMode};

@@ -246,6 +246,11 @@ fn prepare(gpu: &Gpu, file: &str, entries: &[&str], groups: &[Group]) -> Result<
     Ok((module, layout, layouts, bindings))
 }
 
+/// What looks at the textures that a pass writes.
+pub trait Watch {
+    fn wrote(&self, recorder: &mut Recorder, texture: &wgpu::TextureView);
+}
+
 /// Records passes into command buffers and times them.
 pub struct Recorder<'a> {
     pub gpu: &'a Gpu,
@@ -254,6 +259,8 @@ pub struct Recorder<'a> {
     resources: HashMap<&'static str, Resource>,
     /// What passes that make maps find under these names instead.
     frozen: Vec<(&'static str, Resource)>,
+    /// A pass, and what is done with each texture that it writes.
+    watched: Option<(&'static str, &'a dyn Watch)>,
     encoder: wgpu::CommandEncoder,
     timer: &'a mut Timer,
     timed: bool,
@@ -272,7 +279,8 @@ impl<'a> Recorder<'a> {
         let encoder = gpu.device.create_command_encoder(&Default::default());
         let frame = gpu.frames.fetch_add(1, Ordering::Relaxed) + 1;
         let (resources, frozen) = (HashMap::new(), Vec::new());
-        Recorder { gpu, frame, resources, frozen, encoder, timer, timed, pixels, draws: None, error: None }
+        let watched = None;
+        Recorder { gpu, frame, resources, frozen, watched, encoder, timer, timed, pixels, draws: None, error: None }
     }
 
     /// Makes a resource known to all passes that follow, by its WGSL name or its parameter group's name.
@@ -283,6 +291,11 @@ impl<'a> Recorder<'a> {
     /// Lets the passes that follow find other resources under these names, but for those that look maps up for the picture.
     pub fn freeze(&mut self, resources: Vec<(&'static str, Resource)>) {
         self.frozen = resources;
+    }
+
+    /// Has the texture looked at that each pass of this name writes last.
+    pub fn watch(&mut self, pass: &'static str, by: &'a dyn Watch) {
+        self.watched = Some((pass, by));
     }
 
     /// Starts a pass.
@@ -429,7 +442,7 @@ impl Run<'_, '_> {
 
     /// Runs a compute pass of that many workgroups.
     pub fn dispatch(self, x: u32, y: u32, z: u32) {
-        self.record(|encoder, pass, groups, first| {
+        self.record(None, |encoder, pass, groups, first| {
             let Pipeline::Compute(pipeline) = &pass.pipeline else { return };
             let mut p = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
                 label: Some(pass.name),
@@ -461,7 +474,8 @@ impl Run<'_, '_> {
             (*draws <= MAX_DRAWS).then(|| (set.clone(), *draws - 1))
         });
         let load = |value| if clear { wgpu::LoadOp::Clear(value) } else { wgpu::LoadOp::Load };
-        self.record(|encoder, pass, groups, first| {
+        let wrote = colors.first().copied().or(depth.map(|d| d.0)).cloned();
+        self.record(wrote, |encoder, pass, groups, first| {
             let Pipeline::Render(pipeline) = &pass.pipeline else { return };
             let attachments: Vec<_> = colors
                 .iter()
@@ -511,8 +525,10 @@ impl Run<'_, '_> {
         });
     }
 
+    /// `wrote`: the texture that it writes, where that is no storage texture.
     fn record(
         self,
+        wrote: Option<wgpu::TextureView>,
         write: impl FnOnce(&mut wgpu::CommandEncoder, &Pass, &[wgpu::BindGroup], Option<(&wgpu::QuerySet, u32)>),
     ) {
         let Run { recorder, pass, name, extra, .. } = self;
@@ -529,6 +545,9 @@ impl Run<'_, '_> {
             let frozen = recorder.frozen.iter().find(|(n, _)| *n == b.name && !pass.looks_up).map(|(_, r)| r);
             own.or(frozen).or(group).or_else(|| recorder.resources.get(b.name.as_str())).cloned()
         };
+        let stores = |b: &&Binding| matches!(b.entry.ty, wgpu::BindingType::StorageTexture { .. });
+        let stored = pass.bindings.iter().rfind(stores).filter(|_| recorder.watched.is_some()).and_then(find);
+        let wrote = wrote.or(stored.and_then(|r| if let Resource::Texture(t) = r { Some(t) } else { None }));
         let groups = match pass.bind(recorder.gpu, recorder.frame, find) {
             Ok(groups) => groups,
             Err(e) => {
@@ -553,6 +572,12 @@ impl Run<'_, '_> {
                 recorder.error = Some(e);
             }
             recorder.timer.wall.push(start.elapsed().as_secs_f64() * 1e3);
+        }
+        if let Some(watched) = recorder.watched.take() {
+            if let Some(texture) = wrote.filter(|_| watched.0 == name) {
+                watched.1.wrote(recorder, &texture);
+            }
+            recorder.watched = Some(watched);
         }
     }
 }

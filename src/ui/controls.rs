@@ -18,18 +18,26 @@ const RESET: f32 = 20.0;
 /// Tooltips that leave what they explain in view: in the panel they stand to its left.
 pub trait Tip {
     fn tip(self, text: impl Into<WidgetText>) -> Self;
+    /// As `tip`, with more than text.
+    fn tip_ui(self, add: impl FnOnce(&mut Ui)) -> Self;
 }
 
 impl Tip for Response {
     fn tip(self, text: impl Into<WidgetText>) -> Self {
+        self.tip_ui(|ui| {
+            ui.add(Label::new(text));
+        })
+    }
+
+    fn tip_ui(self, add: impl FnOnce(&mut Ui)) -> Self {
         let Some(panel) = panel_left(&self.ctx).filter(|left| self.rect.left() >= *left) else {
-            return self.on_hover_text(text);
+            return self.on_hover_ui(add);
         };
         let mut tooltip = Tooltip::for_enabled(&self);
         tooltip.popup = tooltip.popup.anchor(self.rect.with_min_x(panel)).align(RectAlign::LEFT_START).gap(8.0);
         tooltip.show(|ui| {
             ui.set_max_width(ui.spacing().tooltip_width);
-            ui.add(Label::new(text));
+            add(ui);
         });
         self
     }

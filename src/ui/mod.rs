@@ -35,6 +35,7 @@ mod window;
 mod work;
 
 pub use advice::Advising;
+pub use chart::Picture;
 pub use model::{Action, Facts, Job, Model, Reading, Tab, Traced};
 pub use shell::layout;
 pub use style::apply as apply_style;

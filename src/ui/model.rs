@@ -1,7 +1,7 @@
 //! What the window shows and changes, without the device that draws it.
 
 use super::advice::Advising;
-use super::chart::Chart;
+use super::chart::{Chart, Picture};
 use super::history::History;
 use super::maps::Maps;
 use super::picker::Picker;
@@ -56,7 +56,17 @@ pub enum Action {
     Focus([f32; 2]),
     /// Read what the view shows there.
     Read([f32; 2]),
+    /// Show what the pass of this name wrote.
+    Shot(&'static str),
     Quit,
+}
+
+/// What a pass wrote into its last texture.
+pub struct ShotSeen {
+    pub pass: &'static str,
+    pub picture: Picture,
+    /// Its size and range in words.
+    pub told: String,
 }
 
 /// What the picture shows under the pointer.
@@ -203,6 +213,8 @@ pub struct Model {
     pub ordered: Instant,
     /// None: not read since the picture changed.
     pub reading: Option<Reading>,
+    /// Of the pass whose name was under the pointer last, in this picture.
+    pub shot: Option<ShotSeen>,
     pub show_help: bool,
     pub show_panel: bool,
     /// The legend lies over the picture.
@@ -257,6 +269,7 @@ impl Model {
             order: 0,
             ordered: Instant::now(),
             reading: None,
+            shot: None,
             show_help: false,
             show_panel: true,
             show_legend: true,

@@ -46,7 +46,7 @@ pub fn show(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
             section(ui, "Animation", true, |ui| animation(ui, m));
         }
         section(ui, "Used of held", true, |ui| needs::show(ui, m, out));
-        section(ui, "Timings", true, |ui| results::timings(ui, &m.facts));
+        section(ui, "Timings", true, |ui| results::timings(ui, m, out));
         section(ui, "Measure", false, |ui| results::measure(ui, m, out));
         section(ui, "Capture", false, |ui| capture(ui, m, out));
         ui.add_space(8.0);

@@ -1,8 +1,9 @@
 //! The panel's figures: pass times and measurements.
 
+use super::chart::Picture;
 use super::controls::Tip;
 use super::drawer::{self, line, progress};
-use super::model::{Action, Facts, Model};
+use super::model::{Action, Model, ShotSeen};
 use super::needs::{self, main_values, percent, table, title};
 use super::plotting::short;
 use crate::frame::SHARED_PASSES;
@@ -11,13 +12,18 @@ use crate::measure::causes::CAUSES;
 use egui::{Button, Grid, RichText, Ui};
 use egui_plot::{GridMark, Line, Plot, PlotPoints};
 
-pub fn timings(ui: &mut Ui, facts: &Facts) {
+pub fn timings(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
+    let passes = m.facts.passes.clone();
+    let (facts, shot) = (&m.facts, &mut m.shot);
     let own = facts.technique_ms();
     Grid::new("passes").num_columns(2).min_col_width(150.0).spacing([8.0, 2.0]).show(ui, |ui| {
-        for (name, ms) in &facts.passes {
+        for (name, ms) in &passes {
             let shared = SHARED_PASSES.contains(name);
             let label = if shared { RichText::new(*name).weak() } else { RichText::new(*name) };
-            ui.label(label).tip(about(name, shared));
+            ui.label(label).tip_ui(|ui| {
+                ui.label(about(name, shared));
+                wrote(ui, name, shot, out);
+            });
             ui.label(RichText::new(format!("{ms:9.3} ms")).monospace());
             ui.end_row();
         }
@@ -66,11 +72,33 @@ fn marks(most: f64) -> Vec<GridMark> {
     (0..=count).map(|i| GridMark { value: i as f64 * step, step_size: step }).collect()
 }
 
+/// Shows what a pass wrote, asking for it first.
+fn wrote(ui: &mut Ui, pass: &'static str, shot: &mut Option<ShotSeen>, out: &mut Vec<Action>) {
+    match shot {
+        Some(seen) if seen.pass == pass => match &seen.picture {
+            Picture::Drawn(texture) => {
+                ui.image(texture);
+                ui.label(RichText::new(&seen.told).small().weak());
+            }
+            Picture::Failed(why) => _ = ui.label(RichText::new(why).small().weak()),
+            Picture::Waiting => _ = ui.spinner(),
+        },
+        _ => {
+            out.push(Action::Shot(pass));
+            *shot = Some(ShotSeen { pass, picture: Picture::Waiting, told: String::new() });
+        }
+    }
+}
+
 /// What a pass does.
 fn about(pass: &str, shared: bool) -> &'static str {
     match pass.trim_end_matches(" (masked)") {
         "G-buffer" => "Draws the scene as the camera sees it: position, normal, albedo and triangle of each pixel.",
         "shading" => "Colours the picture of the chosen view.",
+        "shadow camera's G-buffer" => {
+            "Draws the scene as the frozen camera sees it, for the passes that decide where maps look."
+        }
+        "outlines" => "Draws what maps cover as lines.",
         "truth" => "Traces exact shadow rays for the truth; only while it is not complete.",
         "shadow map" | "shadow maps" | "plain map" => "Draws the casters' depth as the light sees it.",
         "resolve" => "Looks up the visibility of every pixel.",

@@ -121,6 +121,8 @@ pub enum Request {
     Value([f32; 2]),
     /// Find the surface there.
     Point([f32; 2]),
+    /// Show what the pass of this name wrote.
+    Shot(&'static str),
 }
 
 /// A picture, sRGB-encoded, rows from the top.
@@ -227,8 +229,8 @@ impl Stage {
     pub fn ask(&self, request: Request) {
         self.inbox.put(|mail| {
             // Of places to be read only the last is still under the pointer.
-            if let Request::Value(_) = request {
-                mail.requests.retain(|r| !matches!(r, Request::Value(_)));
+            if let Request::Value(_) | Request::Shot(_) = request {
+                mail.requests.retain(|r| std::mem::discriminant(r) != std::mem::discriminant(&request));
             }
             mail.requests.push_back(request);
         });
@@ -416,6 +418,13 @@ impl Painter<'_> {
             Request::Point(at) => {
                 let point = held.map_or(Ok(None), |r| r.position_at(pixel(at)));
                 self.post.send(Done::Point(point));
+            }
+            Request::Shot(pass) => {
+                let shot = match (&self.drawn, &mut self.renderer) {
+                    (Some(order), Some(renderer)) => renderer.shot(&order.setup, pass),
+                    _ => Ok(None),
+                };
+                self.post.send(Done::Shot(pass, shot));
             }
         }
     }

@@ -11,7 +11,7 @@ use crate::chart::{COSTS, ERRORS};
 use crate::gpu::{self, Gpu};
 use crate::setup::Setup;
 use anyhow::{Context, Result};
-use egui::{Event, RawInput, Rect, TextureOptions, TexturesDelta};
+use egui::{ColorImage, Event, RawInput, Rect, TextureOptions, TexturesDelta};
 use glam::Vec3;
 use std::path::Path;
 use std::sync::Arc;
@@ -256,6 +256,25 @@ impl Open {
                     if let Some(picture) = picture {
                         self.canvas.take(&self.gpu, picture);
                         m.reading = None;
+                        m.shot = None;
+                    }
+                }
+                Done::Shot(pass, shot) => {
+                    let Some(seen) = m.shot.as_mut().filter(|s| s.pass == pass) else { continue };
+                    match shot {
+                        Ok(Some(shot)) => {
+                            let image = ColorImage::from_rgba_unmultiplied(shot.size.map(|s| s as usize), &shot.rgba);
+                            let [w, h] = shot.whole;
+                            let range =
+                                shot.range.map_or(String::new(), |[low, high]| format!(", {low:.4} to {high:.4}"));
+                            seen.told = format!("{w} × {h}{range}");
+                            seen.picture = Picture::Drawn(self.ctx.load_texture("shot", image, TextureOptions::LINEAR));
+                        }
+                        Ok(None) => {
+                            seen.picture =
+                                Picture::Failed("It wrote no texture that can be shown: its results are lists.".into());
+                        }
+                        Err(e) => seen.picture = Picture::Failed(format!("{e:#}")),
                     }
                 }
                 Done::Value(at, Ok(text)) => {
@@ -571,6 +590,7 @@ impl Open {
             },
             Action::Focus(at) => self.stage.ask(Request::Point(at)),
             Action::Read(at) => self.stage.ask(Request::Value(at)),
+            Action::Shot(pass) => self.stage.ask(Request::Shot(pass)),
             Action::Quit => {}
         }
     }

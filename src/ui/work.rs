@@ -4,7 +4,7 @@ use super::model::{Facts, Tab};
 use super::picker;
 use super::stage::Picture;
 use crate::chart::{self, Axis};
-use crate::frame::{Ask, MapLayer, Renderer, Truth};
+use crate::frame::{Ask, MapLayer, Renderer, Shot, Truth};
 use crate::gpu::Gpu;
 use crate::measure::advise::{self, Advice, Budget};
 use crate::measure::stability::{self, Stability};
@@ -49,6 +49,8 @@ pub enum Done {
     Value([f32; 2], Result<Option<String>>),
     /// The surface there.
     Point(Result<Option<Vec3>>),
+    /// What a pass wrote; None: no texture.
+    Shot(&'static str, Result<Option<Shot>>),
     Reloaded(Result<()>),
     /// The map that the viewer shows; None: the technique has none.
     Map(Box<Option<MapLayer>>),

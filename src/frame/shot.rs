@@ -1,0 +1,125 @@
+//! What a pass wrote, as a small picture (`shaders/shot.wgsl`).
+
+use super::{Ask, Renderer, STORED, Truth};
+use crate::gpu::{Gpu, Pass, Recorder, Slot, Watch};
+use crate::setup::Setup;
+use anyhow::{Context, Result};
+use bytemuck::{Pod, Zeroable};
+use std::cell::Cell;
+use wgpu::{BufferUsages as Use, TextureFormat as Format};
+
+/// Width and height that it fits into, pixels.
+const MOST: [u32; 2] = [288, 216];
+
+/// As `Shot` in WGSL.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub struct ShotUniform {
+    pub size: [u32; 2],
+    pub whole: [u32; 2],
+    pub channels: u32,
+    pub stretched: u32,
+    pub padding: [u32; 2],
+}
+
+/// What a pass wrote: the texture that it wrote last.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Shot {
+    /// Of the texture, texels.
+    pub whole: [u32; 2],
+    /// Of the picture, whose pixels are four bytes each, rows from the top.
+    pub size: [u32; 2],
+    pub rgba: Vec<u8>,
+    /// Smallest and largest value, where the picture runs from the one to the other.
+    pub range: Option<[f32; 2]>,
+}
+
+/// The passes, made when they are first asked for.
+pub(super) struct Shots {
+    extremes: Pass,
+    draw: Pass,
+    found: wgpu::Buffer,
+    uniform: wgpu::Buffer,
+    picture: Slot,
+    /// What the frame at work has drawn.
+    last: Cell<Option<ShotUniform>>,
+}
+
+impl Shots {
+    fn new(gpu: &Gpu) -> Result<Shots> {
+        let pass = |entry| Pass::compute(gpu, "shot", "shot.wgsl", entry, &[]);
+        let mut picture = Slot::default();
+        picture.get(gpu, "shot", MOST, Format::Rgba8Unorm, STORED);
+        Ok(Shots {
+            extremes: pass("find_extremes")?,
+            draw: pass("draw_shot")?,
+            found: gpu.buffer("extremes", &[0; 16], Use::STORAGE | Use::COPY_SRC),
+            uniform: gpu.buffer("shot", &[0; size_of::<ShotUniform>()], Use::UNIFORM),
+            picture,
+            last: Cell::new(None),
+        })
+    }
+}
+
+impl Watch for Shots {
+    /// Draws the texture, if it holds what can be shown, over those that the pass wrote before.
+    fn wrote(&self, recorder: &mut Recorder, view: &wgpu::TextureView) {
+        let format = view.texture().format();
+        let kind = format.sample_type(Some(wgpu::TextureAspect::All), None);
+        let Some(wgpu::TextureSampleType::Float { .. } | wgpu::TextureSampleType::Depth) = kind else { return };
+        let Some(picture) = self.picture.view() else { return };
+        let whole = [view.texture().width(), view.texture().height()];
+        let scale = (0..2).map(|i| whole[i] as f32 / MOST[i] as f32).fold(0.0, f32::max);
+        let size = whole.map(|side| ((side as f32 / scale) as u32).max(1));
+        let shot = ShotUniform {
+            size,
+            whole,
+            channels: if format.components() == 1 { 1 } else { 3 },
+            stretched: (format != Format::Rgba8Unorm) as u32,
+            padding: [0; 2],
+        };
+        recorder.submit();
+        recorder.gpu.queue.write_buffer(&self.uniform, 0, bytemuck::bytes_of(&shot));
+        recorder.clear(&self.found);
+        let [w, h] = whole.map(|side| side.div_ceil(64));
+        for (pass, [x, y]) in [(&self.extremes, [w, h]), (&self.draw, size.map(|side| side.div_ceil(8)))] {
+            recorder
+                .run(pass)
+                .bind("source", view)
+                .bind("shot", &self.uniform)
+                .bind("extremes", &self.found)
+                .bind("shot_out", picture)
+                .dispatch(x, y, 1);
+        }
+        self.last.set(Some(shot));
+    }
+}
+
+impl Renderer {
+    /// Renders the last frame once more and shows what the pass of this name wrote; None: no texture, or none that can be
+    /// shown. `setup`: that frame's.
+    ///
+    /// # Errors
+    /// As [`Renderer::render`].
+    pub fn shot(&mut self, setup: &Setup, pass: &'static str) -> Result<Option<Shot>> {
+        let size = self.targets.size()?;
+        if self.shots.is_none() {
+            self.shots = Some(Shots::new(&self.gpu)?);
+        }
+        self.watched = Some(pass);
+        let ask = Ask { size, truth: Truth::Off, analysis: false, timed: false, picture: true, fresh: true };
+        let rendered = self.again(setup, ask);
+        self.watched = None;
+        rendered?;
+        let shots = self.shots.as_ref().context(super::NO_FRAME)?;
+        let Some(shot) = shots.last.take() else { return Ok(None) };
+        let extent = wgpu::Extent3d { width: shot.size[0], height: shot.size[1], depth_or_array_layers: 1 };
+        let picture = shots.picture.texture().context(super::NO_FRAME)?;
+        let rgba = self.gpu.read_texels(picture, [0, 0], extent)?;
+        let keys: [u32; 4] = bytemuck::pod_read_unaligned(&self.gpu.read_buffer(&shots.found)?);
+        // As `value` in WGSL.
+        let value = |key: u32| f32::from_bits(if key >> 31 == 1 { key & 0x7fff_ffff } else { !key });
+        let range = (shot.stretched == 1).then(|| [-value(keys[0]), value(keys[1])]);
+        Ok(Some(Shot { whole: shot.whole, size: shot.size, rgba, range }))
+    }
+}
