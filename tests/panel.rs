@@ -412,7 +412,7 @@ fn the_axes_can_be_changed() {
     assert_eq!(chart::COSTS[harness.state().model.chart.cost].id, "gpu_bytes");
     assert!(place(&harness, fast).x > place(&harness, "rt-hard ").x, "rays hold no memory");
     click(&mut harness, "error axis");
-    click(&mut harness, "flicker, mean change a frame beyond the truth's");
+    click(&mut harness, "flicker, mean change per frame beyond the truth's, %");
     harness.run_steps(4);
     assert_eq!(harness.get_all_by_role(egui::accesskit::Role::Button).filter(is_point).count(), 0, "none has flicker");
 }
