@@ -162,7 +162,7 @@ fn fit(@builtin(global_invocation_id) id: vec3u) {
         b.high = max(b.high, mix(b.high, b.last_high, fitting.smoothing));
     }
     boxes[i] = b;
-    // A metre's share of a lamp's view is largest at the sample nearest to it.
+    // A metre's share of a spot light's view is largest at the sample nearest to it.
     let nearest = mix(v.far, v.near, extent_of(at + 5u));
     let metres = 2.0 / scale_of(v) * select(1.0, nearest, v.perspective == 1u);
     let reach = min(2.0 * fitting.reach / metres, vec2f(1.0));
@@ -206,7 +206,7 @@ fn beyond(a: vec2f, b: vec2f, c: vec2f, low: vec2f, high: vec2f, spare: f32) -> 
 // Triangles to a row of the dispatch.
 const row = 2097152u;
 
-// One thread a triangle: goes to each cascade whose box, swept towards the light, it may touch, unless it slips between
+// One thread per triangle: goes to each cascade whose box, swept towards the light, it may touch, unless it slips between
 // the texels' centres.
 @compute @workgroup_size(64)
 fn cull(@builtin(global_invocation_id) id: vec3u) {
@@ -229,7 +229,7 @@ fn cull(@builtin(global_invocation_id) id: vec3u) {
         let a = light_clip(v, p);
         let b = light_clip(v, q);
         let c = light_clip(v, r);
-        // How far each corner lies beyond each side, a little spared for rounding: all beyond one, or all behind a lamp.
+        // How far each corner lies beyond each side, a little spared for rounding: all beyond one, or all behind a spot light.
         let right = min(min(a.xy - a.w * 1.00001, b.xy - b.w * 1.00001), c.xy - c.w * 1.00001);
         let left = max(max(a.xy + a.w * 1.00001, b.xy + b.w * 1.00001), c.xy + c.w * 1.00001);
         let last = max(max(a.w, b.w), c.w);

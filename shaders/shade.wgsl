@@ -178,6 +178,12 @@ fn error_picture(pixel: vec2u) -> vec4f {
     return data(mix(base, select(false_shadow_color, leak_color, off > 0.0), 0.35 + 0.65 * abs(off)));
 }
 
+// Where there is no surface: the sky, or a plain background.
+fn beyond(pixel: vec2u, plain: bool) -> vec4f {
+    let color = linear_to_srgb(sky(normalize(pixel_ray(vec2f(pixel) + 0.5))));
+    return ground(select(color, vec3f(0.22, 0.24, 0.27), plain));
+}
+
 // Colour of a pixel, sRGB-encoded; the last number says whether it shows data.
 fn color_of(pixel: vec2u) -> vec4f {
     let s = load_surface(pixel);
@@ -210,17 +216,19 @@ fn color_of(pixel: vec2u) -> vec4f {
             return data(mix(linear_to_srgb(lit(s, v)), tint, 0.45));
         }
     }
+    if pixel.y >= view.rows {
+        if s.valid {
+            return ground(linear_to_srgb(lit(s, v)));
+        }
+        return beyond(pixel, false);
+    }
     if drawn_view == view_error || drawn_view == view_causes || drawn_view == view_error_density
         || drawn_view == view_error_size || drawn_view == view_flip {
         return error_picture(pixel);
     }
     if !s.valid {
         // Only pictures have a sky; data have a plain background.
-        let plain = drawn_view != view_shaded;
-        return ground(select(linear_to_srgb(sky(normalize(pixel_ray(vec2f(pixel) + 0.5)))), vec3f(0.22, 0.24, 0.27), plain));
-    }
-    if pixel.y >= view.rows {
-        return ground(linear_to_srgb(lit(s, v)));
+        return beyond(pixel, drawn_view != view_shaded);
     }
     switch drawn_view {
         case view_visibility: {

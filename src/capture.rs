@@ -16,7 +16,7 @@ const KEYWORD: &str = "shadowscope-setup";
 
 /// Renders a set-up at its size and writes it: .png the view with the set-up inside, .exr the raw 32-bit
 /// floats of the views visibility, truth, depth (one channel), position, normals (shading normals) and aliasing (three),
-/// and of counts the map itself (several below each other), a number a texel. Returns what the picture shows wrong, as
+/// and of counts the map itself (several below each other), a number per texel. Returns what the picture shows wrong, as
 /// [`Renderer::notes`].
 ///
 /// # Errors
@@ -104,7 +104,7 @@ pub fn save(path: &Path, contents: &[u8]) -> Result<()> {
     done.with_context(doing)
 }
 
-/// Writes four bytes a pixel, rows from the top, as PNG, with a set-up as an iTXt chunk if given.
+/// Writes four bytes per pixel, rows from the top, as PNG, with a set-up as an iTXt chunk if given.
 pub fn write_png(path: &Path, size: [u32; 2], rgba: &[u8], setup: Option<&str>) -> Result<()> {
     let doing = || format!("{} cannot be written", path.display());
     let mut encoder = png::Encoder::new(BufWriter::new(File::create(path).with_context(doing)?), size[0], size[1]);

@@ -1,4 +1,4 @@
-//! Shadowscope: shadow techniques side by side with the exact shadow.
+//! Shadowscope: shadow techniques side by side with ray-traced truth.
 //!
 //! The map of the house, in the order of the data:
 //! [`setup`] (what to draw) → [`scene`] (glTF and built-in scenes, flattened) → [`frame`] (G-buffer,

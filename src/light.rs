@@ -1,5 +1,6 @@
 //! Light kinds: what a set-up stores and what the frame needs of them.
 
+use crate::scene::Camera;
 use bytemuck::{Pod, Zeroable};
 use glam::{Vec3, Vec4};
 use serde::{Deserialize, Serialize};
@@ -111,6 +112,24 @@ impl Light {
             Light::Omni { .. } => Vec3::NEG_Y,
             Light::RectArea { half_u, half_v, .. } => half_u.cross(half_v).normalize_or(Vec3::NEG_Y),
         }
+    }
+
+    /// Another camera's place taken to look along the light: a lamp's from where it stands, with its angle; the sun's from
+    /// far outside the scene's bounds, with a narrow one.
+    pub fn camera(&self, bounds: [Vec3; 2], camera: Camera) -> Camera {
+        let center = (bounds[0] + bounds[1]) / 2.0;
+        let radius = ((bounds[1] - bounds[0]).length() / 2.0).max(1e-3);
+        let (position, axis) = (self.position(), self.axis());
+        let (position, target, fov) = match *self {
+            Light::Directional { .. } => (center - axis * (radius / 5f32.to_radians().sin()), center, 10.0),
+            Light::Omni { .. } if center != position => (position, center, 90.0),
+            _ => {
+                let fov = if let Light::Spot { outer_angle, .. } = *self { 2.0 * outer_angle } else { 90.0 };
+                (position, position + axis * axis.dot(center - position).max(0.1 * radius), fov.clamp(5.0, 120.0))
+            }
+        };
+        let far = camera.far.max((center - position).length() + radius);
+        Camera { position, target, fov, near: camera.near, far }
     }
 
     pub fn color(&self) -> Vec3 {

@@ -57,7 +57,7 @@ pub struct Setup {
     /// Start of every random pattern.
     #[serde(default)]
     pub seed: u32,
-    /// How many samples a pixel the truth averages.
+    /// How many samples per pixel the truth averages.
     #[serde(default)]
     pub truth_samples: Samples,
     /// Pixels by which wrong ones grow in views of errors, 0 to 2, and what lies under them.

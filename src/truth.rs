@@ -14,7 +14,7 @@ use glam::Vec2;
 use serde::{Deserialize, Serialize};
 use wgpu::TextureFormat as Format;
 
-/// How many samples a pixel the truth averages, as set-ups and the command line have it: `auto` or one of [`COUNTS`].
+/// How many samples per pixel the truth averages, as set-ups and the command line have it: `auto` or one of [`COUNTS`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(try_from = "Word", into = "Word")]
 pub enum Samples {
@@ -136,7 +136,7 @@ struct Average {
     /// Those that all pixels have, and the rows that have one more.
     whole: u32,
     rows: u32,
-    /// The mean so far, a number a pixel.
+    /// The mean so far, a number per pixel.
     mean: Slot,
     /// Samples that can be lit and those that are, as `shaders/techniques/rt_hard.wgsl` packs them.
     counts: Slot,
@@ -206,7 +206,7 @@ impl Tracing {
         })
     }
 
-    /// Goes on with what is kept for pictures of this size: the hard truth and, of more than one sample a pixel, the mean.
+    /// Goes on with what is kept for pictures of this size: the hard truth and, of more than one sample per pixel, the mean.
     pub fn start(&mut self, of: Of, samples: u32, gpu: &Gpu, uniform: &FrameUniform) {
         if self.of != Some(of) {
             (self.of, self.kept) = (Some(of), Vec::new());

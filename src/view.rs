@@ -35,11 +35,11 @@ impl Group {
 
     pub fn title(self) -> &'static str {
         match self {
-            Group::Look => "look",
-            Group::Errors => "errors",
-            Group::Map => "map",
-            Group::Aliasing => "aliasing",
-            Group::Scene => "scene data",
+            Group::Look => "Look",
+            Group::Errors => "Errors",
+            Group::Map => "Map",
+            Group::Aliasing => "Aliasing",
+            Group::Scene => "Scene data",
         }
     }
 }

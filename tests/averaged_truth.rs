@@ -5,14 +5,18 @@ mod common;
 use common::*;
 use glam::{DVec2, Vec2, Vec3};
 use shadowscope::frame::{Ask, Renderer, Truth};
+use shadowscope::gpu::{GivenUp, Gpu};
 use shadowscope::light::Light;
 use shadowscope::measure;
 use shadowscope::measure::metrics::{AWAY, BACKGROUND, FACING, OUTSIDE};
 use shadowscope::scene::Camera;
 use shadowscope::setup::Setup;
 use shadowscope::truth::{COUNTS, Samples, offset};
+use std::sync::Arc;
+use std::sync::atomic::AtomicU32;
+use std::sync::atomic::Ordering::Relaxed;
 
-/// Renders the set-up with a truth of so many samples a pixel.
+/// Renders the set-up with a truth of so many samples per pixel.
 fn truth(r: &mut Renderer, setup: &Setup, samples: u32) -> Vec<f32> {
     let setup = Setup { truth_samples: Samples::Fixed(samples), ..setup.clone() };
     let told = r.render(&setup, Ask { picture: false, ..ask(&setup) }).unwrap();
@@ -183,6 +187,129 @@ fn the_mean_comes_in_pieces_and_is_kept() {
     assert!(r.render(&s, Ask { truth: Truth::Off, ..ask(&s) }).unwrap().truth.done < 0.1);
     s.light = sun(Vec3::new(0.6, 1.0, 0.2));
     assert_eq!(r.render(&s, Ask { truth: Truth::Off, ..ask(&s) }).unwrap().truth.done, 0.0);
+}
+
+/// What is traced is kept for pictures of several sizes and for several numbers of samples: neither another technique,
+/// parameter or view nor a draft between traces it again.
+#[test]
+fn the_truth_is_kept_beside_that_of_drafts() {
+    let view = camera(Vec3::new(3.0, 4.0, 8.0), Vec3::new(0.0, 0.5, 0.0));
+    let made = scene(vec![mesh(&yard(), 0)], vec![material(Vec3::ONE)], view, sun(Vec3::new(0.6, 1.0, 0.3)));
+    let (mut r, mut s) = start(made, [64, 48]);
+    let whole = truth(&mut r, &s, 4);
+    let draft = Ask { size: [16, 12], ..ask(&s) };
+    s.truth_samples = Samples::Fixed(1);
+    let small = r.render(&s, draft).unwrap();
+    assert_eq!(small.traced, 16 * 12, "a draft has a truth of its own");
+    let few = r.read_truth().unwrap();
+    for (technique, bias, view, samples) in [
+        ("shadow-map", "0.02", "error", 1),
+        ("pcf", "0.001", "shaded", 4),
+        ("pcf", "0.01", "truth", 1),
+        ("lispsm", "0.01", "lispsm", 4),
+        ("rt-hard", "", "error", 4),
+    ] {
+        s.select(technique).unwrap();
+        if !bias.is_empty() {
+            s.set(&format!("bias={bias}"), &[technique.into()]).unwrap();
+        }
+        s.view = if view == technique { "shadow-map".into() } else { view.into() };
+        s.truth_samples = Samples::Fixed(1);
+        assert_eq!(r.render(&s, draft).unwrap().traced, 0, "{technique}, draft");
+        assert_eq!(r.read_truth().unwrap(), few);
+        s.truth_samples = Samples::Fixed(samples);
+        let told = r.render(&s, ask(&s)).unwrap();
+        assert_eq!((told.traced, told.truth.done), (0, 1.0), "{technique}");
+        assert!(samples == 1 || r.read_truth().unwrap() == whole);
+    }
+    // Other samples are begun anew and leave those there; other sizes cost the smallest its place.
+    s.truth_samples = Samples::Fixed(16);
+    assert_eq!(r.render(&s, ask(&s)).unwrap().traced, 16 * 64 * 48);
+    s.truth_samples = Samples::Fixed(4);
+    assert_eq!(r.render(&s, ask(&s)).unwrap().traced, 0);
+    for size in [[32, 24], [40, 30]] {
+        assert!(r.render(&s, Ask { size, ..ask(&s) }).unwrap().traced > 0);
+    }
+    assert_eq!(r.render(&s, ask(&s)).unwrap().traced, 0);
+    s.truth_samples = Samples::Fixed(1);
+    assert_eq!(r.render(&s, draft).unwrap().traced, 16 * 12);
+    s.camera.fov += 1.0;
+    assert_eq!(r.render(&s, ask(&s)).unwrap().traced, 64 * 48);
+}
+
+/// Rows without a truth show the shaded picture; another view, and more of the truth, are drawn without a new frame.
+#[test]
+fn what_is_not_traced_yet_is_shaded() {
+    let view = camera(Vec3::new(3.0, 4.0, 8.0), Vec3::new(0.0, 0.5, 0.0));
+    let made = scene(vec![mesh(&yard(), 0)], vec![material(Vec3::ONE)], view, sun(Vec3::new(0.6, 1.0, 0.3)));
+    let (mut r, shaded) = start(made, [64, 48]);
+    let error = Setup { view: "error".into(), ..shaded.clone() };
+    let split = Setup { view: "split".into(), split: 0.25, ..shaded.clone() };
+    r.render(&shaded, Ask { truth: Truth::Off, ..ask(&shaded) }).unwrap();
+    let plain = r.read_picture().unwrap();
+    r.render(&error, Ask { truth: Truth::Off, ..ask(&error) }).unwrap();
+    assert!(r.read_picture().unwrap() == plain, "nothing is traced");
+    let rows = r.trace(64 * 16).unwrap();
+    assert_eq!(rows.covered, 16.0 / 48.0);
+    r.redraw(&error).unwrap();
+    let part = r.read_picture().unwrap();
+    r.trace(64 * 48).unwrap();
+    r.redraw(&error).unwrap();
+    let drawn = r.read_picture().unwrap();
+    let border = 16 * 64 * 4;
+    assert!(
+        part[border..] == plain[border..] && part[..border] == drawn[..border] && drawn[border..] != plain[border..]
+    );
+    for other in [&split, &shaded, &error] {
+        r.redraw(other).unwrap();
+        let again = r.read_picture().unwrap();
+        r.render(other, ask(other)).unwrap();
+        assert!(again == r.read_picture().unwrap(), "{}", other.view);
+    }
+}
+
+/// A frame may be given up before any of its passes: the next is as if it had never been begun, and so is its truth.
+#[test]
+fn a_frame_that_is_given_up_leaves_nothing_behind() {
+    let view = camera(Vec3::new(3.0, 4.0, 8.0), Vec3::new(0.0, 0.5, 0.0));
+    let made = scene(vec![mesh(&yard(), 0)], vec![material(Vec3::ONE)], view, sun(Vec3::new(0.6, 1.0, 0.3)));
+    // The others share their device.
+    let gpu = Arc::new(Gpu::new(None).unwrap());
+    let mut r = Renderer::new(gpu.clone(), Arc::new(made)).unwrap();
+    let mut s = Setup::new("test", r.scene()).unwrap();
+    s.size = [64, 48];
+    s.truth_samples = Samples::Fixed(4);
+    let other = Setup { light: sun(Vec3::new(-0.5, 1.0, 0.4)), ..s.clone() };
+    for technique in ["shadow-map", "rtw", "dsm", "pssm"] {
+        let with = |s: &Setup| {
+            let mut s = s.clone();
+            s.select(technique).unwrap();
+            s
+        };
+        let (s, other) = (with(&s), with(&other));
+        gpu.give_up_when(|| false);
+        r.render(&s, Ask { fresh: true, ..ask(&s) }).unwrap();
+        let whole = [r.read_visibility().unwrap(), r.read_truth().unwrap(), r.read_hard_truth().unwrap()];
+        let mut passes = 0;
+        loop {
+            gpu.give_up_when(|| false);
+            r.render(&other, ask(&other)).unwrap();
+            let left = AtomicU32::new(passes);
+            gpu.give_up_when(move || left.fetch_update(Relaxed, Relaxed, |n| n.checked_sub(1)).is_err());
+            let given_up = r.render(&s, ask(&s)).err();
+            gpu.give_up_when(|| false);
+            let told = r.render(&s, ask(&s)).unwrap();
+            assert_eq!(told.truth.done, 1.0);
+            let now = [r.read_visibility().unwrap(), r.read_truth().unwrap(), r.read_hard_truth().unwrap()];
+            assert!(now == whole, "{technique}, given up before pass {passes}");
+            match given_up {
+                Some(e) => assert!(e.is::<GivenUp>(), "{e:#}"),
+                None => break,
+            }
+            passes += 1;
+        }
+        assert!(passes >= 8, "{technique} has {passes} passes");
+    }
 }
 
 /// Judged by the mean over the pixel a filter is better than single comparisons; by one sample it seems worse.

@@ -37,6 +37,15 @@ fn captures_repeat_and_reopen_byte_for_byte() {
     assert_eq!(read(folder, "a.png"), read(folder, "c.png"), "a capture reopens as another");
     ok(folder, &["capture", "a.png", "--view", "shaded", "-o", "d.png"]);
     assert_ne!(read(folder, "a.png"), read(folder, "d.png"));
+    // A camera left behind is kept too, and drawn.
+    let flown = ["capture", "cubes", "--size", "160x90", "--technique", "pssm", "--camera", "above"];
+    ok(folder, &[&flown[..], &["--shadow-camera", "near", "-o", "f.png"]].concat());
+    ok(folder, &["capture", "f.png", "-o", "g.png"]);
+    assert_eq!(read(folder, "f.png"), read(folder, "g.png"), "a capture with a shadow camera reopens as another");
+    for others in [&[][..], &["--outlines"], &["--shadow-camera", "default"], &["--shadow-camera", "0,2,5:0,0,0:40"]] {
+        ok(folder, &[&flown[..], others, &["-o", "h.png"]].concat());
+        assert_ne!(read(folder, "f.png"), read(folder, "h.png"), "{others:?}");
+    }
     // What the picture shows depends on the technique's parameters.
     ok(folder, &["capture", "a.png", "--set", "resolution=64", "-o", "e.png"]);
     let pixels = |name: &str| image::open(folder.join(name)).unwrap().to_rgba8();

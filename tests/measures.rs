@@ -241,7 +241,7 @@ fn counts(r: &Renderer) -> Vec<u32> {
 fn counts_equal_projected_positions() {
     let view = camera(Vec3::new(0.5, 4.0, 5.0), Vec3::ZERO);
     for light in [sun(Vec3::new(0.4, 1.0, 0.3)), lamp(Vec3::new(-2.0, 4.0, 1.0), Vec3::ZERO, 40.0)] {
-        // 64: many samples a texel; 8192: more texels than some adapters bind at once.
+        // 64: many samples per texel; 8192: more texels than some adapters bind at once.
         for (resolution, fit) in [(64, "scene"), (256, "receivers"), (8192, "scene")] {
             let sets = [format!("resolution={resolution}"), format!("fit={fit}")];
             let (mut r, s) = plane(view, light, [160, 120], &[&sets[0], &sets[1]]);

@@ -8,7 +8,7 @@ use shadowscope::capture;
 use shadowscope::frame::Renderer;
 use shadowscope::light::Light;
 use shadowscope::measure::metrics::{self, Errors};
-use shadowscope::scene::gltf;
+use shadowscope::scene::{Camera, gltf};
 use shadowscope::setup::{Setup, parse_camera, parse_light};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -107,6 +107,7 @@ fn set_ups_keep_their_places_through_every_kind_of_file() {
             let mut setup = Setup { light, ..start.clone() };
             setup.camera.position = random.point() * 10f32.powf(random.point().x * 4.0);
             setup.camera.target = random.point();
+            setup.shadow_camera = Some(Camera { position: random.point() * 20.0, ..setup.camera });
             setup.count_from(scene.origin);
 
             let json = serde_json::to_string(&setup).unwrap();

@@ -47,9 +47,14 @@ fn click(harness: &mut Harness<'static, State>, label: &str) {
     harness.run_steps(3);
 }
 
-/// Opens a section that starts closed.
+/// Opens a section that starts closed, or closes one that is open.
 fn open(harness: &mut Harness<'static, State>, section: &str) {
-    click(harness, section);
+    use egui::accesskit::Role;
+    // In the panel's head a combo box bears the same name.
+    match harness.query_by_role_and_label(Role::Label, section) {
+        Some(name) => name.click(),
+        None => click(harness, section),
+    }
     harness.run_steps(20);
 }
 
@@ -176,6 +181,60 @@ fn a_camera_preset_is_a_step() {
     assert_ne!(setup(&harness).camera, before.camera);
     click(&mut harness, "Undo");
     assert_eq!(setup(&harness), before);
+}
+
+/// The shadow camera stays where it was frozen, and is released by the same key or button; each is a step.
+#[test]
+fn the_shadow_camera_freezes_and_is_released() {
+    let mut harness = harness("cubes", 1600.0);
+    open(&mut harness, "Camera");
+    harness.get_by_role_and_label(egui::accesskit::Role::CheckBox, "outlines").click();
+    harness.run_steps(3);
+    let before = setup(&harness);
+    assert!(before.outlines);
+    harness.key_press(egui::Key::F);
+    harness.run_steps(3);
+    harness.state_mut().model.setup.camera.position.x += 1.0;
+    harness.run_steps(3);
+    assert_eq!(setup(&harness).shadow_camera, Some(before.camera));
+    assert_eq!(setup(&harness).frozen(), Some(before.camera));
+    click(&mut harness, "Freeze");
+    assert_eq!(setup(&harness).shadow_camera, None);
+    harness.key_press_modifiers(egui::Modifiers::COMMAND, egui::Key::Z);
+    harness.run_steps(3);
+    assert_eq!(setup(&harness).shadow_camera, Some(before.camera), "releasing is a step");
+}
+
+/// From the light's own camera all of the scene is in the picture, and what the light reaches of a lamp's cone.
+#[test]
+fn the_lights_own_view_is_a_preset() {
+    let mut harness = harness("cubes", 1600.0);
+    let scene = harness.state().model.scene.clone();
+    for light in scene.lights.iter().filter(|l| !matches!(l.light, Light::RectArea { .. })) {
+        harness.state_mut().model.setup.light = light.light;
+        harness.run_steps(2);
+        harness.get_by_role_and_label(egui::accesskit::Role::ComboBox, "Camera").click();
+        harness.run_steps(3);
+        harness.get_by_label("from the light").click();
+        harness.run_steps(3);
+        let s = setup(&harness);
+        s.check().unwrap();
+        match light.light {
+            Light::Directional { .. } => {
+                assert!(s.camera.forward().distance(light.light.axis()) < 1e-4);
+                let seen = s.camera.projection(1.0) * s.camera.view();
+                for i in 0..8 {
+                    let bounds = harness.state().model.bounds;
+                    let corner = glam::Vec3::from_array([0, 1, 2].map(|a| bounds[i >> a & 1][a]));
+                    assert!(seen.project_point3(corner).truncate().abs().max_element() <= 1.0, "{corner} is not seen");
+                }
+            }
+            Light::Spot { outer_angle, .. } => {
+                assert!(s.camera.position == light.light.position() && s.camera.fov == 2.0 * outer_angle);
+            }
+            _ => assert_eq!(s.camera.position, light.light.position()),
+        }
+    }
 }
 
 #[test]
@@ -541,7 +600,7 @@ fn advice_is_asked_for_and_applied() {
     harness.get_by_label("Margin: 60 % of the error allowed is to spare.");
     harness.state_mut().model.advice.found.as_mut().unwrap().1.alike = vec![1];
     harness.run_steps(2);
-    harness.get_by_label_contains("Cannot be told apart from shadow-map");
+    harness.get_by_label_contains("As fast, within the spread of the times: shadow-map");
     click(&mut harness, "Apply");
     assert_eq!(
         (setup(&harness).technique.as_str(), &setup(&harness).values()["resolution"]),

@@ -126,12 +126,12 @@ fn a_faint_wire_that_changes_in_every_frame_is_not_steady() {
             .map(|of| all.iter().map(of).sum::<f64>() / 4.0)
     });
     assert!(pcf[0] > 0.03 && pcf[1] < 0.002, "{pcf:?}");
-    // One sample a pixel is a label: there the two are one.
+    // One sample per pixel is a label: there the two are one.
     assert!(map[0] == map[1] && map[0] > 0.05, "{map:?}");
     assert!(rays[..2] == [0.0, 0.0] && rays[2] > 0.01, "{rays:?}");
 }
 
-/// Against one truth averaged over the pixel the filter is steadier than one sample a pixel; what is hard is measured against
+/// Against one truth averaged over the pixel the filter is steadier than one sample per pixel; what is hard is measured against
 /// that only where it is asked for.
 #[test]
 fn filters_are_measured_against_the_averaged_truth() {

@@ -10,7 +10,7 @@ use shadowscope::ui::{self, Job, Model, Tab};
 use std::io::{BufRead, BufReader};
 use std::path::Path;
 use std::process::{Child, Command, ExitStatus, Stdio};
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 const SIZE: [usize; 2] = [1280, 800];
@@ -49,7 +49,7 @@ fn screen(folder: &Path) -> Option<Vec<u32>> {
     let bytes = std::fs::read(folder.join("Xvfb_screen0")).ok()?;
     let header = |i: usize| Some(u32::from_be_bytes(bytes.get(i * 4..i * 4 + 4)?.try_into().ok()?) as usize);
     assert_eq!([header(4)?, header(5)?], SIZE);
-    assert_eq!(header(11)?, 32, "bits a pixel");
+    assert_eq!(header(11)?, 32, "bits per pixel");
     let little = header(7)? == 0;
     let (first, row) = (header(0)? + header(19)? * 12, header(12)?);
     let mut out = Vec::with_capacity(SIZE[0] * SIZE[1]);
@@ -100,17 +100,33 @@ fn button(harness: &Harness<'static, (Model, egui::Rect)>, label: &str) -> egui:
     placed(harness.get_all_by_label(label).next().unwrap().rect()).center()
 }
 
+/// Windows are timed: one at a time.
+static ALONE: Mutex<()> = Mutex::new(());
+
 /// A virtual display with the program's window on it.
 struct Desktop {
     window: Running,
     display: String,
     folder: tempfile::TempDir,
     _xvfb: Running,
+    _alone: MutexGuard<'static, ()>,
 }
 
 impl Desktop {
     /// Opens the window on `what`; `files` are written into its folder first.
     fn open(what: &str, files: &[(&str, &str)]) -> Desktop {
+        let mut desktop = Desktop::start(what, files);
+        wait_for("the window", || {
+            let running = desktop.window.0.try_wait().unwrap().is_none();
+            assert!(running, "the program ended before its window was there");
+            desktop.xdotool(&["search", "--onlyvisible", "--name", "^Shadowscope$"]).then_some(())
+        });
+        desktop
+    }
+
+    /// As [`Desktop::open`], without waiting for the window.
+    fn start(what: &str, files: &[(&str, &str)]) -> Desktop {
+        let alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
         let folder = tempfile::tempdir().unwrap();
         for (name, text) in files {
             std::fs::write(folder.path().join(name), text).unwrap();
@@ -129,14 +145,8 @@ impl Desktop {
         let mut window = Command::new(env!("CARGO_BIN_EXE_shadowscope"));
         window.arg(what).current_dir(&folder).env("DISPLAY", &display).env("XDG_RUNTIME_DIR", folder.path());
         window.env_remove("WAYLAND_DISPLAY").env("WINIT_X11_SCALE_FACTOR", "1");
-        let window = start(&mut window);
-        let mut desktop = Desktop { window, display, folder, _xvfb: xvfb };
-        wait_for("the window", || {
-            let running = desktop.window.0.try_wait().unwrap().is_none();
-            assert!(running, "the program ended before its window was there");
-            desktop.xdotool(&["search", "--onlyvisible", "--name", "^Shadowscope$"]).then_some(())
-        });
-        desktop
+        let window = start(window.stderr(Stdio::piped()));
+        Desktop { window, display, folder, _xvfb: xvfb, _alone: alone }
     }
 
     fn xdotool(&self, args: &[&str]) -> bool {
@@ -209,6 +219,66 @@ fn the_window_opens_follows_a_click_and_closes() {
     desktop.key("ctrl+q");
     let status = wait_for_exit(&mut desktop.window);
     assert!(status.success(), "the window closed with {status}");
+}
+
+/// Twenty clicks 0.3 s apart, by turns on techniques and views, of a scene whose frames take longer than that on software:
+/// each is seen in its row before the next in the same list.
+#[test]
+fn no_click_is_lost_to_a_long_frame() {
+    let mut desktop = Desktop::open("pavilion", &[]);
+    let layout = layout("pavilion", |_| ());
+    let middle = placed(layout.state().1).shrink2(egui::vec2(150.0, 150.0));
+    wait_for("the picture", || desktop.look(middle).filter(|p| colours(p) > 50));
+    let chosen = rgb(layout.ctx.style_of(egui::Theme::Dark).visuals.selection.bg_fill);
+    let row = |label: &str| placed(layout.get_all_by_label(label).next().unwrap().rect());
+    let titles = ["pcf", "pssm", "sdsm", "lispsm"].map(|id| techniques::find(id).unwrap().title);
+    let views = ["Visibility", "Error", "Facing", "Albedo", "Normals"];
+    let clicks: Vec<egui::Rect> =
+        (0..20).map(|i| if i % 2 == 0 { row(titles[i / 2 % 4]) } else { row(views[i / 2 % 5]) }).collect();
+    let mut released: Vec<Instant> = Vec::new();
+    let mut seen: Vec<Option<Duration>> = vec![None; clicks.len()];
+    let start = Instant::now();
+    for (i, rect) in clicks.iter().enumerate() {
+        let at = rect.center();
+        let (x, y) = ((at.x as i32).to_string(), (at.y as i32).to_string());
+        desktop.xdotool(&["mousemove", &x, &y, "sleep", "0.03", "mousedown", "1"]);
+        released.push(Instant::now());
+        desktop.xdotool(&["mouseup", "1"]);
+        while start.elapsed() < Duration::from_millis(300) * (i as u32 + 1) {
+            for k in i.saturating_sub(1)..=i {
+                let lit = || {
+                    desktop.look(clicks[k]).is_some_and(|p| p.iter().filter(|p| **p == chosen).count() * 3 > p.len())
+                };
+                if seen[k].is_none() && lit() {
+                    seen[k] = Some(released[k].elapsed());
+                }
+            }
+            std::thread::sleep(Duration::from_millis(1));
+        }
+    }
+    assert!(seen.iter().all(Option::is_some), "answers to the clicks: {seen:?}");
+    println!("longest time between a click and its visible answer: {:?}", seen.iter().flatten().max().unwrap());
+    desktop.key("ctrl+s");
+    let saved = desktop.folder.path().join("setup.toml");
+    let text = wait_for("the saved set-up", || std::fs::read_to_string(&saved).ok().filter(|t| t.contains("[params")));
+    assert!(text.contains("technique = \"pssm\"") && text.contains("view = \"normals\""), "{text}");
+    desktop.key("ctrl+q");
+    assert!(wait_for_exit(&mut desktop.window).success());
+}
+
+/// What cannot be opened ends the program, with the reason: before a window opens where it is not there, else with it.
+#[test]
+fn what_cannot_be_opened_is_an_error() {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_shadowscope"));
+    let output = command.arg("missing.glb").output().unwrap();
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert!(!output.status.success() && message.contains("missing.glb: there is no such file"), "{message}");
+
+    let mut desktop = Desktop::start("broken.glb", &[("broken.glb", "no glTF at all")]);
+    assert!(!wait_for_exit(&mut desktop.window).success());
+    let mut message = String::new();
+    std::io::Read::read_to_string(&mut desktop.window.0.stderr.take().unwrap(), &mut message).unwrap();
+    assert!(message.contains("broken.glb"), "{message}");
 }
 
 /// The colour of a full pixel.

@@ -41,7 +41,7 @@ fn split(i: u32) -> f32 {
     return splits[i / 4u][i % 4u];
 }
 
-// Half the map's sides that a metre across the light's axis takes; a lamp's at a depth of 1 m. A lamp's rows lean along
+// Half the map's sides that a metre across the light's axis takes; a spot light's at a depth of 1 m. A spot light's rows lean along
 // the axis where the map's middle is off it.
 fn scale_of(v: LightView) -> vec2f {
     let along = vec2f(dot(v.row_x.xyz, v.axis.xyz), dot(v.row_y.xyz, v.axis.xyz));

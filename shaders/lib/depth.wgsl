@@ -17,7 +17,7 @@ struct Caster {
 
 // Moved on to the near plane, if it is nearer.
 fn clamped(clip: vec4f) -> vec4f {
-    // A corner behind a lamp is cut off anyway; clamped, it would take the part before the lamp beyond the far plane.
+    // A corner behind a spot light is cut off anyway; clamped, it would take the part before the light beyond the far plane.
     return vec4f(clip.xy, select(clip.z, min(clip.z, clip.w), clip.w > 0.0), clip.w);
 }
 

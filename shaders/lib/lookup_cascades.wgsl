@@ -35,7 +35,7 @@ fn receive(s: Surface, v: LightView) -> Receiver {
     var r: Receiver;
     r.texel = light_texel(v, clip);
     r.texels = 0.5 * v.resolution * scale_of(v) / select(1.0, z, lamp);
-    // Stored depth is affine along the receiver's plane, under a lamp too: there it is so in 1 / z.
+    // Stored depth is affine along the receiver's plane, under a spot light too: there it is so in 1 / z.
     r.fall = select(1.0, v.near * v.far / (z * z), lamp) / (v.far - v.near);
     let lean = vec2f(dot(v.row_x.xyz, v.axis.xyz), dot(v.row_y.xyz, v.axis.xyz));
     let nx = dot(s.normal, normalize(v.row_x.xyz - lean.x * v.axis.xyz));

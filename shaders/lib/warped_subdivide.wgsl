@@ -124,7 +124,7 @@ fn needed(low: vec2f, high: vec2f) -> bool {
     return false;
 }
 
-// A thread a texel.
+// A thread per texel.
 @compute @workgroup_size(64)
 fn trace_rays(@builtin(global_invocation_id) id: vec3u) {
     let side = u32(map_side());

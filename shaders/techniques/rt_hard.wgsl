@@ -1,7 +1,7 @@
 //!include lib/frame.wgsl
 //!include lib/gbuffer.wgsl
 //!include lib/trace.wgsl
-// One shadow ray a pixel that faces the light: exact hard visibility at the G-buffer sample.
+// One shadow ray per pixel that faces the light: exact hard visibility at the G-buffer sample.
 
 @group(1) @binding(0) var<uniform> params: RtParams;
 @group(1) @binding(1) var visibility_out: texture_storage_2d<r32float, write>;

@@ -1,6 +1,6 @@
 //!include lib/warped.wgsl
 // Rosen 2012: rows and columns of the map are as wide as the most important thing in them asks. The importance map covers
-// the light's image before the warp, with a number of bins a side of its own; axis 0 is x, axis 1 is y.
+// the light's image before the warp, with a number of bins per side of its own; axis 0 is x, axis 1 is y.
 
 @group(1) @binding(14) var<uniform> rtw: RtwParams;
 // Where the edges between bins go, shares of the map's side: bins + 1 for x, then for y.

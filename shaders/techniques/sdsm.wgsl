@@ -168,7 +168,7 @@ fn near_edge(at: vec2f, low: vec2f, high: vec2f, width: f32) -> bool {
 // The light's view with the boxes of the samples: this frame's strong, the last frame's grey where they differ.
 fn plan(pixel: vec2u) -> f32 {
     let v = light_view;
-    // Under a lamp at a depth of 1 m.
+    // Under a spot light at a depth of 1 m.
     let metres = 2.0 / scale_of(v);
     var low = vec2f(1.0);
     var high = vec2f(0.0);

@@ -55,7 +55,7 @@ pub const ERRORS: &[Axis] = &[
     Axis {
         id: "error_share",
         title: "wrong pixels, % of those that can be wrong",
-        doc: "Wrong pixels as a share of those that face the light and are reached by it, against one sample a pixel: for hard techniques.",
+        doc: "Wrong pixels as a share of those that face the light and are reached by it, against one sample per pixel: for hard techniques.",
         get: |r| Some(r.error_share),
     },
     Axis {
@@ -136,7 +136,7 @@ pub const ERRORS: &[Axis] = &[
 pub const COSTS: &[Axis] = &[
     Axis {
         id: "gpu_ms",
-        title: "GPU time, ms a frame",
+        title: "GPU time, ms per frame",
         doc: "The technique's passes of one frame together.",
         get: |r| Some(r.gpu_ms),
     },
@@ -160,7 +160,7 @@ pub const COSTS: &[Axis] = &[
     },
     Axis {
         id: "rays",
-        title: "shadow rays a frame",
+        title: "shadow rays per frame",
         doc: "Rays that the technique traces in one frame.",
         get: |r| Some(r.rays as f64),
     },

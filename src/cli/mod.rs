@@ -24,7 +24,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
 
-/// Explore shadow techniques beside the exact shadow. Without a command the window opens.
+/// Explore shadow techniques beside ray-traced truth. Without a command the window opens.
 #[derive(Parser)]
 #[command(name = "shadowscope", version)]
 struct Cli {

@@ -19,7 +19,7 @@ impl Extent {
     const NONE: Extent =
         Extent { low: DVec2::INFINITY, high: DVec2::NEG_INFINITY, nearest: f64::INFINITY, deepest: f64::NEG_INFINITY };
 
-    /// Around points. Where some lie behind a lamp their convex hull may appear anywhere before its nearest place.
+    /// Around points. Where some lie behind a spot light their convex hull may appear anywhere before its nearest place.
     pub fn of(image: &LightImage, points: &[DVec3], eps: f64) -> Extent {
         let depth = |p: &DVec3| image.depth.dot(p.extend(1.0));
         let [nearest, deepest] = hull::extent(points.iter().map(|p| DVec2::splat(depth(p)))).map(|d| d.x);
@@ -72,7 +72,7 @@ pub fn crop(scope: &Scope, geometry: &Geometry, [near, far]: [f64; 2], all: &Ext
     // All that the light crosses on its way there.
     let swept = Extent { nearest: f64::NEG_INFINITY, ..*all };
     let cast = gathered(geometry, |points| {
-        // What lies behind a lamp casts on nothing before it.
+        // What lies behind a spot light casts on nothing before it.
         if points.iter().all(|p| image.rows[2].dot(p.extend(1.0)) <= eps) {
             return Extent::NONE;
         }

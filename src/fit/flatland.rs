@@ -4,7 +4,7 @@
 use glam::DVec2;
 use std::f64::consts::{FRAC_PI_2, PI};
 
-/// A world with a camera and a lamp.
+/// A world with a camera and a spot light.
 #[derive(Clone, Debug)]
 pub struct Flatland {
     pub eye: DVec2,
@@ -16,7 +16,7 @@ pub struct Flatland {
     pub segments: Vec<[DVec2; 2]>,
     /// Pixels of the camera's image.
     pub pixels: usize,
-    /// Texels of the lamp's.
+    /// Texels of the light's.
     pub lexels: usize,
 }
 
@@ -24,17 +24,17 @@ pub struct Flatland {
 #[derive(Clone, Copy, Debug)]
 pub struct Sample {
     pub point: DVec2,
-    /// Its direction from the lamp, radians as the camera's.
+    /// Its direction from the light, radians as the camera's.
     pub angle: f64,
     /// Pixels a radian of that direction.
     pub density: f64,
 }
 
-/// The film lines that the lamp may have.
+/// The film lines that the light may have.
 #[derive(Clone, Debug)]
 pub struct Film {
     samples: Vec<Sample>,
-    /// Directions from the lamp between which all lies that the camera sees, radians.
+    /// Directions from the light between which all lies that the camera sees, radians.
     pub bottom: f64,
     pub top: f64,
     lexels: f64,
@@ -79,7 +79,7 @@ impl Flatland {
         (0..self.pixels).filter_map(|i| self.sample(i as f64 + 0.5)).collect()
     }
 
-    /// The film lines for what the camera sees; None if it sees nothing, or all of it does not lie before the lamp.
+    /// The film lines for what the camera sees; None if it sees nothing, or all of it does not lie before the light.
     pub fn film(&self) -> Option<Film> {
         let mut samples = self.samples();
         // The light's directions turn around the middle one, so that none is torn apart at ±180°.
@@ -92,9 +92,9 @@ impl Flatland {
     }
 
     /// The film lines that a perspective shadow map comes to, as directions of their normals: first as Chong 2003 reads
-    /// it, the near line of the lamp's frustum in post-perspective space, pushed to what the light meets first and taken
+    /// it, the near line of the light's frustum in post-perspective space, pushed to what the light meets first and taken
     /// back to the world; then the one whose texels lie as those of that frustum do. The two differ, since a perspective
-    /// does not keep even spacing: the second is parallel to the line from the lamp to where the near line meets the one
+    /// does not keep even spacing: the second is parallel to the line from the light to where the near line meets the one
     /// through the eye across the view.
     pub fn perspective(&self, film: &Film) -> Option<[f64; 2]> {
         let (forward, side, tangent) = (self.forward(), self.forward().perp(), (self.fov / 2.0).tan());
@@ -117,7 +117,7 @@ impl Flatland {
         let along = axis.perp();
         // Where the near line's direction, a point at infinity there, lies in the world.
         let vanishing = self.eye - side * (tangent * b * along.x / along.y);
-        // A lamp behind the camera is a sink there: light comes from the far side.
+        // A spot light behind the camera is a sink there: light comes from the far side.
         let order = |p: DVec2| from(p).dot(axis) * depth(self.light).signum();
         let first = film.samples.iter().min_by(|p, q| order(p.point).total_cmp(&order(q.point)))?;
         Some([first.point, self.light].map(|from| film.facing((vanishing - from).perp().to_angle())))
@@ -131,7 +131,7 @@ impl Film {
         middle + (normal - middle + FRAC_PI_2).rem_euclid(PI) - FRAC_PI_2
     }
 
-    /// Between these directions of its normal the film line crosses all rays of the lamp.
+    /// Between these directions of its normal the film line crosses all rays of the light.
     pub fn valid(&self) -> [f64; 2] {
         [self.top - FRAC_PI_2, self.bottom + FRAC_PI_2]
     }

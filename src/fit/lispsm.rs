@@ -18,7 +18,7 @@ pub struct Strength {
 pub struct Lispsm {
     /// Of the light's image: y along the view, x across it.
     pub warp: DMat3,
-    /// Distance from the perspective's centre to the near face of the body in the light's image: metres, a lamp's at 1 m;
+    /// Distance from the perspective's centre to the near face of the body in the light's image: metres, a spot light's at 1 m;
     /// infinite: no warp.
     pub n: f64,
     /// Angle between the view's direction and that in which light travels, radians.
@@ -41,8 +41,8 @@ pub fn optimal(d: f64, z0: f64, z1: f64) -> f64 {
 /// Fits the perspective over `body`, points in world space that have a place in the light's image. Casters before the body
 /// lie on the same rays of the light, so that the body extended towards the light has the same image.
 ///
-/// Under a lamp this is the fit in the space after the lamp's own perspective, where its light is parallel too. A texel is
-/// as many times larger as the lamp is farther, so that what counts is not the eye's depth but its quotient with the lamp's
+/// Under a spot light this is the fit in the space after the light's own perspective, where its light is parallel too. A texel is
+/// as many times larger as the light is farther, so that what counts is not the eye's depth but its quotient with the light's
 /// depth: like the eye's depth under the sun, it is an affine function of the place in that space.
 pub fn fit(scope: &Scope, image: &LightImage, body: &[DVec3], by: Strength) -> Lispsm {
     let eye = scope.eye();
@@ -72,7 +72,7 @@ pub fn fit(scope: &Scope, image: &LightImage, body: &[DVec3], by: Strength) -> L
     Lispsm { warp, n, gamma: cosine.acos(), direction, middle, near: low.x, far: high.x }
 }
 
-/// A point of the light's image on the perspective's middle line: the eye, or, as the eye may have no place in a lamp's,
+/// A point of the light's image on the perspective's middle line: the eye, or, as the eye may have no place in a spot light's,
 /// the middle of the body.
 fn middle(scope: &Scope, image: &LightImage, body: &[DVec3], direction: DVec2) -> DVec2 {
     if !matches!(scope.light, Light::Spot { .. }) {

@@ -22,7 +22,7 @@ use bytemuck::Zeroable;
 use glam::{DMat3, DVec2, DVec3, DVec4, Vec3, Vec4};
 use hull::Polyhedron;
 
-/// The light's image: unwarped, in metres across the rays of the sun; a lamp's at a depth of 1 m.
+/// The light's image: unwarped, in metres across the rays of the sun; a spot light's at a depth of 1 m.
 #[derive(Clone, Copy, Debug)]
 pub struct LightImage {
     /// Rows from (X, 1) in world space to the homogeneous image (a, b, w).
@@ -32,7 +32,7 @@ pub struct LightImage {
 }
 
 impl LightImage {
-    /// The image of a lamp at `from`, or of the sun (None), that looks along the unit vector `axis`.
+    /// The image of a spot light at `from`, or of the sun (None), that looks along the unit vector `axis`.
     pub fn new(axis: DVec3, from: Option<DVec3>) -> LightImage {
         let up = if axis.y.abs() > 0.9999 { DVec3::NEG_Z } else { DVec3::Y };
         let right = axis.cross(up).normalize();
@@ -48,7 +48,7 @@ impl LightImage {
         DVec2::new(a, b) / w
     }
 
-    /// What a step in that direction adds to the image at a constant depth along the axis: under the sun, or a lamp's at 1 m.
+    /// What a step in that direction adds to the image at a constant depth along the axis: under the sun, or a spot light's at 1 m.
     pub fn along(&self, d: DVec3) -> DVec2 {
         DVec2::new(self.rows[0].truncate().dot(d), self.rows[1].truncate().dot(d))
     }
@@ -157,7 +157,7 @@ impl Scope {
         eye
     }
 
-    /// The corners of what the camera can see of the scene: its frustum cut out of the scene's box, and of what a lamp
+    /// The corners of what the camera can see of the scene: its frustum cut out of the scene's box, and of what a spot light
     /// can reach. Empty if it sees nothing.
     pub fn seen(&self) -> Vec<DVec3> {
         self.seen_of(self.cuboid()).corners()
@@ -177,15 +177,15 @@ impl Scope {
         body.corners()
     }
 
-    /// The corners of the camera's frustum from depth `near` to `far`, metres, cut to what a lamp can reach.
+    /// The corners of the camera's frustum from depth `near` to `far`, metres, cut to what a spot light can reach.
     pub fn slice(&self, near: f64, far: f64) -> Vec<DVec3> {
         let mut body = Polyhedron::frustum(&Eye { near, far, ..self.eye() }.corners());
         self.reach().into_iter().for_each(|plane| body.clip(plane, self.eps()));
         body.corners()
     }
 
-    /// Planes around what a lamp can reach, positive inside: the eight-sided pyramid around its cone, cut off beyond its
-    /// range or the scene's farthest corner. What is left lies before the lamp and so has a place in its image. The cone's
+    /// Planes around what a spot light can reach, positive inside: the eight-sided pyramid around its cone, cut off beyond its
+    /// range or the scene's farthest corner. What is left lies before the light and so has a place in its image. The cone's
     /// tip, a thousandth of that reach, is cut off too: maps begin behind it, and as the tip comes into view all rays would
     /// do so at once. None for the sun.
     pub fn reach(&self) -> Vec<DVec4> {
@@ -201,7 +201,7 @@ impl Scope {
         (0..8).map(side).chain(ends).collect()
     }
 
-    /// The light's image: the sun's, or that of a lamp along its axis.
+    /// The light's image: the sun's, or that of a spot light along its axis.
     pub fn image(&self) -> LightImage {
         let lamp = matches!(self.light, Light::Spot { .. });
         LightImage::new(self.light.axis().as_dvec3().normalize(), lamp.then(|| self.light.position().as_dvec3()))

@@ -13,11 +13,11 @@ pub fn view(scope: &Scope, scene: &Polyhedron) -> Option<LightView> {
     let casting = casting(scope, scene, &corners);
     let image = match scope.light {
         Light::Directional { .. } => scope.image(),
-        // A lamp looks at the middle of what receives and what casts.
+        // A spot light looks at the middle of what receives and what casts.
         Light::Spot { position, .. } => {
             let from = position.as_dvec3();
             let image = LightImage::new((casting.center()? - from).try_normalize()?, Some(from));
-            // What would lie beside or behind the lamp has no place in this image; the cone's own then serves.
+            // What would lie beside or behind the light has no place in this image; the cone's own then serves.
             let before = |image: &LightImage| corners.iter().all(|p| image.depth.dot(p.extend(1.0)) > scope.eps());
             if before(&image) { image } else { return None }
         }

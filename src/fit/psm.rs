@@ -7,7 +7,7 @@ use glam::{DMat3, DVec2, DVec3, DVec4, Vec4Swizzles};
 /// What the light is in the space after the camera's perspective.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Case {
-    /// Parallel light: the sun stands at a right angle to the view, or a lamp in the eye's plane.
+    /// Parallel light: the sun stands at a right angle to the view, or a spot light in the eye's plane.
     Parallel,
     /// A point before which all lies: the light stands ahead of the camera.
     Point,
@@ -53,7 +53,7 @@ pub fn fit(scope: &Scope, image: &LightImage, seen: &[DVec3], by: Slide) -> Psm 
     let eye = scope.eye();
     let depth = |points: &[DVec3]| hull::extent(points.iter().map(|p| DVec2::splat(eye.depth(*p)))).map(|e| e.x);
     let [first, last] = depth(seen);
-    // Far enough back for the casters too, and for the least near distance. A lamp's casters reach up to the lamp, and from
+    // Far enough back for the casters too, and for the least near distance. A spot light's casters reach up to the light, and from
     // behind it little is left of the perspective; wherever they are, they lie on the receivers' rays and keep their place.
     let lamp = matches!(scope.light, Light::Spot { .. });
     let caster = if lamp { first } else { depth(&casters(scope, image, seen))[0] };

@@ -29,7 +29,7 @@ pub fn vanishing(lambda: f64, focus: f64, p: f64) -> Option<f64> {
     (below > 1e-6 * lambda && eta > 0.0 && eta < 1e6 * lambda).then_some(eta)
 }
 
-/// Fits the trapezoid to the frustum's eight corners; under a lamp to those of the part of the frustum that its cone holds.
+/// Fits the trapezoid to the frustum's eight corners; under a spot light to those of the part of the frustum that its cone holds.
 /// `p`: share of the map that the range from the near plane to the point in focus takes; `focus`: where that point lies on
 /// the view's axis, as a share of the frustum's length.
 pub fn fit(scope: &Scope, image: &LightImage, p: f64, focus: f64) -> Tsm {
@@ -62,7 +62,7 @@ pub fn fit(scope: &Scope, image: &LightImage, p: f64, focus: f64) -> Tsm {
     // Along the light the centre line is a point: the far face alone is seen.
     let clear = line.length > 1e-3 * (high - low).length();
     let delta = line.focus - top;
-    // A lamp's cone may begin beyond the point in focus: then q is the eye.
+    // A spot light's cone may begin beyond the point in focus: then q is the eye.
     let rule = if delta > 0.0 { vanishing(lambda, delta, p) } else { Some(0.0) };
     let eta = rule.map(|eta| eta.max(top - line.eye)).filter(|eta| *eta > 0.0 && *eta < 1e6 * lambda);
     if let Some(eta) = eta.filter(|_| clear) {
@@ -100,9 +100,9 @@ struct Line {
     eye: f64,
 }
 
-/// The view's axis under a lamp, whose cone holds `body` of the frustum. The near and far face are those of the body.
+/// The view's axis under a spot light, whose cone holds `body` of the frustum. The near and far face are those of the body.
 ///
-/// As the eye comes beside the lamp its image goes to infinity, and with it the vanishing point. Behind the lamp the
+/// As the eye comes beside the light its image goes to infinity, and with it the vanishing point. Behind the light the
 /// foreground is close to it, so that its texels are small already: a rectangle serves.
 fn lamp_line(eye: &Eye, image: &LightImage, body: &[DVec3], focus: f64) -> Line {
     let place = |row: DVec4, z: f64| row.dot((eye.position + eye.forward * z).extend(1.0));
@@ -117,7 +117,7 @@ fn lamp_line(eye: &Eye, image: &LightImage, body: &[DVec3], focus: f64) -> Line 
         return Line { origin: DVec2::ZERO, axis, length, focus: f64::INFINITY, eye: f64::NEG_INFINITY };
     }
     let [near, far] = hull::extent(body.iter().map(|p| DVec2::splat(eye.depth(*p)))).map(|z| z.x);
-    // From the eye on; infinite from the lamp's plane on.
+    // From the eye on; infinite from the light's plane on.
     let along = |z: f64| if depth(z) > 0.0 { derivative.length() * z / (before * depth(z)) } else { f64::INFINITY };
     let length = if depth(near) > 0.0 { along(far) - along(near) } else { f64::INFINITY };
     Line { origin: at_eye / before, axis, length, focus: along(near + focus * (far - near)), eye: 0.0 }

@@ -144,7 +144,7 @@ impl Analysis {
             let (first, count) = (i * most, (texels - i * most).min(most));
             let uniform = gpu.buffer("band of counts", &[0; size_of::<Counting>()], wgpu::BufferUsages::UNIFORM);
             let counts = gpu.device.create_buffer(&wgpu::BufferDescriptor {
-                label: Some("view samples a texel"),
+                label: Some("samples per texel"),
                 size: (count * 4).max(16),
                 usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST,
                 mapped_at_creation: false,
@@ -190,7 +190,7 @@ impl Analysis {
         Ok(values.first().copied().filter(|v| v[0] > 0.0))
     }
 
-    /// View samples a texel, given to `take` piece by piece with the index of each piece's first texel: rows from the
+    /// Samples per texel, given to `take` piece by piece with the index of each piece's first texel: rows from the
     /// top, layer after layer. False where there are too many texels to count, or none.
     pub fn counts(&self, gpu: &Gpu, mut take: impl FnMut(u64, &[u32])) -> Result<bool> {
         if self.maps.is_none() || self.bands.iter().all(|b| b.count == 0) {

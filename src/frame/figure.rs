@@ -221,12 +221,23 @@ impl Renderer {
     /// Puts the pictures of the sides together.
     pub(super) fn compose(&mut self, setup: &Setup) -> Result<()> {
         let size = self.figure.size;
-        self.figure.picture.get(&self.gpu, "figure", size, Format::Rgba8Unorm, COPIED);
+        let usage = COPIED | wgpu::TextureUsages::RENDER_ATTACHMENT;
+        let view = self.figure.picture.get(&self.gpu, "figure", size, Format::Rgba8Unorm, usage);
         let to = self.figure.picture.texture().context(NO_FRAME)?;
         let panes = panes(setup, size);
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
         // Parts need not fill the whole.
-        encoder.clear_texture(to, &Default::default());
+        let ops = wgpu::Operations { load: wgpu::LoadOp::Clear(wgpu::Color::BLACK), store: wgpu::StoreOp::Store };
+        encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("ground"),
+            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                view: &view,
+                depth_slice: None,
+                resolve_target: None,
+                ops,
+            })],
+            ..Default::default()
+        });
         self.gpu.queue.submit([encoder.finish()]);
         for pane in &panes {
             let from = match pane.side.checked_sub(1) {

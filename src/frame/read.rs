@@ -13,7 +13,7 @@ use glam::Vec3;
 const PIXEL: wgpu::Extent3d = wgpu::Extent3d { width: 1, height: 1, depth_or_array_layers: 1 };
 
 impl Renderer {
-    /// Reads the picture back: four bytes a pixel, rows from the top.
+    /// Reads the picture back: four bytes per pixel, rows from the top.
     pub fn read_picture(&self) -> Result<Vec<u8>> {
         self.gpu.read_texture(self.output().context(NO_FRAME)?)
     }
@@ -23,12 +23,12 @@ impl Renderer {
         Ok(self.targets.size()?[0] as usize)
     }
 
-    /// Reads the technique's visibility back, a number a pixel.
+    /// Reads the technique's visibility back, a number per pixel.
     pub fn read_visibility(&self) -> Result<Vec<f32>> {
         Ok(bytemuck::pod_collect_to_vec(&self.read(&self.targets.visibility)?))
     }
 
-    /// Reads the truth back, a number a pixel: the mean over as many samples as the last frame's set-up names
+    /// Reads the truth back, a number per pixel: the mean over as many samples as the last frame's set-up names
     /// ([`crate::truth::Samples::shown`]), which with one is the hard truth.
     pub fn read_truth(&self) -> Result<Vec<f32>> {
         Ok(bytemuck::pod_collect_to_vec(&self.read(self.truth.shown().context(NO_FRAME)?)?))
@@ -39,7 +39,7 @@ impl Renderer {
         Ok(bytemuck::pod_collect_to_vec(&self.read(self.truth.hard().context(NO_FRAME)?)?))
     }
 
-    /// Reads the technique's own map back, if the last frame's view was one of those: a number a pixel, which the view's
+    /// Reads the technique's own map back, if the last frame's view was one of those: a number per pixel, which the view's
     /// kind gives a meaning.
     pub fn read_map(&self) -> Result<Vec<f32>> {
         Ok(bytemuck::pod_collect_to_vec(&self.read(&self.targets.map)?))

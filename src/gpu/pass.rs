@@ -421,7 +421,7 @@ impl Run<'_, '_> {
         self
     }
 
-    /// Runs a compute pass with a thread a pixel, in workgroups of 8 × 8.
+    /// Runs a compute pass with a thread per pixel, in workgroups of 8 × 8.
     pub fn per_pixel(self) {
         let [w, h] = self.recorder.pixels;
         self.dispatch(w.div_ceil(8), h.div_ceil(8), 1);

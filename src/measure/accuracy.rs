@@ -10,7 +10,7 @@ use crate::techniques;
 use crate::truth::Samples;
 use anyhow::{Context, Result};
 
-/// The errors of the set-up's technique at the set-up's full size, against the hard truth alone: one sample a pixel.
+/// The errors of the set-up's technique at the set-up's full size, against the hard truth alone: one sample per pixel.
 ///
 /// # Errors
 /// A light that the technique or the truth does not serve, or what the device reports.
@@ -66,7 +66,7 @@ pub fn accuracy(renderer: &mut Renderer, setup: &Setup, index: u64) -> Result<Re
         notes.push("No pixel faces the light within its cone and range: nothing can be wrong.".into());
     }
     if let Some(maps) = maps.filter(|_| !counted) {
-        notes.push(format!("View samples a texel are not counted: {} texels are too many.", maps.texels()));
+        notes.push(format!("Samples per texel are not counted: {} texels are too many.", maps.texels()));
     }
     Ok(Record {
         index,
@@ -142,7 +142,9 @@ pub fn accuracy(renderer: &mut Renderer, setup: &Setup, index: u64) -> Result<Re
         driver: renderer.gpu.info.driver_info.clone(),
         software: renderer.gpu.software(),
         notes: notes.join(" "),
-        setup: serde_json::to_string(setup).context("the set-up cannot be written as JSON")?,
+        // A shadow camera had no part in it.
+        setup: serde_json::to_string(&Setup { shadow_camera: None, outlines: false, ..setup.clone() })
+            .context("the set-up cannot be written as JSON")?,
         ..Record::default()
     })
 }

@@ -221,7 +221,9 @@ pub fn advise(
             };
             (row.flicker, row.label_flicker) = (Some(change.flicker), Some(change.label_flicker));
         }
-        let mut go_on = |part: f32| watch(begun + part / limit, what.trim());
+        // Errors take about as long as times; how long is not known before.
+        let mut go_on = |part: f32| watch(begun + (0.5 + 0.5 * part) / limit, &format!("{}: times", what.trim()));
+        ensure!(go_on(0.0), super::STOPPED);
         sweep::time_one(renderer, &mut row, setup, anchor.as_ref(), &mut go_on)?;
         let sample = Sample { error: by.of(&row).unwrap_or(UNKNOWN), cost: Advice::cost(&row) };
         tried.push((i, row));

@@ -61,7 +61,7 @@ impl Errors {
     }
 }
 
-/// Compares visibility with the `hard` truth in labels and with the truth `mean` in size, all a number a pixel in rows of
+/// Compares visibility with the `hard` truth in labels and with the truth `mean` in size, all a number per pixel in rows of
 /// `width`; `mask` holds [`BACKGROUND`], [`AWAY`], [`FACING`] or [`OUTSIDE`].
 pub fn errors(visibility: &[f32], hard: &[f32], mean: &[f32], mask: &[u32], width: usize) -> Errors {
     let mut e = Errors::default();
@@ -148,7 +148,7 @@ pub fn density(visibility: &[f32], hard: &[f32], mask: &[u32], width: usize, win
     (0..mask.len()).into_par_iter().map(share).collect()
 }
 
-/// Root mean square difference of two pictures of four bytes a pixel over red, green and blue, each 0 to 1 as encoded.
+/// Root mean square difference of two pictures of four bytes per pixel over red, green and blue, each 0 to 1 as encoded.
 pub fn rmse_image(a: &[u8], b: &[u8]) -> f64 {
     let square = |(a, b): (&u8, &u8)| (*a as f64 - *b as f64).powi(2);
     let pixels = a.chunks_exact(4).zip(b.chunks_exact(4));
@@ -156,7 +156,7 @@ pub fn rmse_image(a: &[u8], b: &[u8]) -> f64 {
     (sum / (a.len() / 4 * 3).max(1) as f64).sqrt() / 255.0
 }
 
-/// Mean FLIP difference of two sRGB pictures of four bytes a pixel and equal size (Andersson et al. 2020), 0 to 1, seen
+/// Mean FLIP difference of two sRGB pictures of four bytes per pixel and equal size (Andersson et al. 2020), 0 to 1, seen
 /// from where 67 pixels span a degree: a 0.7 m wide monitor of 3840 pixels from 0.7 m.
 pub fn flip(reference: &[u8], test: &[u8], size: [u32; 2]) -> f64 {
     let map = flip_map(reference, test, size);

@@ -88,7 +88,7 @@ fn told(records: &[Record], base: &Setup, setup_text: &str) -> Result<String> {
         (
             "Errors",
             format!(
-                "counts against one exact shadow ray a pixel, RMSE, MAE and FLIP against the mean of {}; over the pixels \
+                "counts against one exact shadow ray per pixel, RMSE, MAE and FLIP against the mean of {}; over the pixels \
                  that face the light within its cone and range",
                 all(&|r| r.truth_samples.to_string())
             ),

@@ -276,8 +276,8 @@ fn pixel_at_one_metre(camera: &Camera, size: [u32; 2]) -> f32 {
     2.0 * (camera.fov.to_radians() / 2.0).tan() / size[1] as f32
 }
 
-/// What a technique says of a frame, and what is true, a number a pixel: the truth that the set-up names, or else of one
-/// sample a pixel for techniques that say lit or dark, and averaged for those that filter.
+/// What a technique says of a frame, and what is true, a number per pixel: the truth that the set-up names, or else of one
+/// sample per pixel for techniques that say lit or dark, and averaged for those that filter.
 #[derive(Default)]
 struct Shadow {
     visibility: Vec<f32>,
@@ -310,7 +310,7 @@ struct Seen {
     triangle: Vec<u32>,
     /// Whether the surface faces the light.
     facing: Vec<bool>,
-    /// The truth of one sample a pixel.
+    /// The truth of one sample per pixel.
     hard: Vec<f32>,
 }
 

@@ -86,7 +86,7 @@ pub fn text(rows: &[Record]) -> String {
             "long/short, p95",
             "folds",
             "texel use",
-            "view samples a texel",
+            "samples per texel",
         ]
         .map(String::from)
         .to_vec(),
@@ -116,7 +116,7 @@ pub fn text(rows: &[Record]) -> String {
     out += &aligned(&lines);
     if let Some(r) = rows.first() {
         out += &format!(
-            "Counts, error % and px off are against one sample a pixel; RMSE, MAE, max, off > 0.1 and FLIP against {}.\n",
+            "Counts, error % and px off are against one sample per pixel; RMSE, MAE, max, off > 0.1 and FLIP against {}.\n",
             if r.truth_samples > 1 { format!("the mean of {}", r.truth_samples) } else { "the same".into() }
         );
     }

@@ -93,8 +93,10 @@ pub fn time(renderer: &mut Renderer, setups: &[Setup], tick: &mut dyn FnMut(f32)
         for (i, lane) in lanes.iter_mut().enumerate() {
             lane.frame(renderer, true)?;
             let spent = start.elapsed().as_secs_f32() / budget.as_secs_f32();
-            let counted = (round as f32 + (i + 1) as f32 / setups.len() as f32) / FRAMES as f32;
-            ensure!(tick(if software { counted.max(spent).min(1.0) } else { counted }), STOPPED);
+            let rounds = round as f32 + (i + 1) as f32 / setups.len() as f32;
+            // Both the budget must be spent and the fewest frames counted, or all of them.
+            let enough = if software { spent.min(rounds / FEWEST as f32).min(1.0) } else { 0.0 };
+            ensure!(tick(enough.max(rounds / FRAMES as f32)), STOPPED);
         }
     }
     let wall_clock = renderer.timer.mode() == TimerMode::Wall;

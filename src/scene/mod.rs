@@ -94,7 +94,7 @@ pub struct Material {
     pub double_sided: bool,
 }
 
-/// An sRGB image, four bytes a texel, rows from the top.
+/// An sRGB image, four bytes per texel, rows from the top.
 #[derive(Clone, Debug, Default)]
 pub struct Texture {
     pub width: u32,
@@ -226,7 +226,7 @@ impl Scene {
         );
         let large = self.textures.iter().filter(|t| t.width.max(t.height) > textures::MAX_SIDE).count();
         if large > 0 {
-            out += &format!("  {large} textures are scaled down to {} texels a side.\n", textures::MAX_SIDE);
+            out += &format!("  {large} textures are scaled down to {} texels per side.\n", textures::MAX_SIDE);
         }
         for note in &self.notes {
             out += &format!("  {note}\n");

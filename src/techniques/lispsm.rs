@@ -42,7 +42,7 @@ pub static INFO: Info = Info {
         &[diagram::view(
             "Left the light's image, right the map: what the camera sees (green), the map's border (yellow) and every \
              sixteenth of its texels. The cross is the perspective's centre, the line the gaze. Figures: n in metres (under a \
-             lamp at 1 m from it) and γ in degrees.",
+             spot light at 1 m from it) and γ in degrees.",
         )],
     ],
     make: |gpu| {

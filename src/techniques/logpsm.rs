@@ -57,7 +57,7 @@ pub static INFO: Info = Info {
             diagram::view(
                 "Before the map is narrowed to the receivers. Left the light's image, right the map: what the camera sees (green), \
              the map's border (yellow) and every sixteenth of its texels. The cross is the perspective's centre, the line the \
-             gaze. Figures: n_w in metres (under a lamp at 1 m from it) and γ in degrees.",
+             gaze. Figures: n_w in metres (under a spot light at 1 m from it) and γ in degrees.",
             ),
         ],
     ],
@@ -100,7 +100,7 @@ fn fitted(scope: &Scope, p: &LogpsmParams) -> Option<Fitted> {
 }
 
 /// Moves the origin of the sun's depth so that `near` is positive, and w at the body's near face is as much: triangles are
-/// cut where w is a thousandth of `near`, as behind a lamp.
+/// cut where w is a thousandth of `near`, as behind a spot light.
 fn positive_near(v: &mut LightView) {
     let near = 0.01 * (v.far - v.near);
     let by = near - v.near;

@@ -168,7 +168,7 @@ impl Lines {
         let axis = || Axis {
             counts: texels("view samples"),
             sums: edges("prefix sums"),
-            weights: storage(gpu, "samples a line", side * 4),
+            weights: storage(gpu, "samples per line", side * 4),
             total: storage(gpu, "samples", 16),
             warp: edges("lines' warps"),
         };

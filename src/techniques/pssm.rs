@@ -202,7 +202,7 @@ pub fn light_views(
     views
 }
 
-/// A lamp's views of the cascades between `splits`, by the fits that need no look at the picture. `whole`: its view of
+/// A spot light's views of the cascades between `splits`, by the fits that need no look at the picture. `whole`: its view of
 /// the whole cone. A cascade that the cone does not meet gets that too: no sample will ask for it.
 ///
 /// Perspective leaves no fit that only ever moves. The texels of a stable map are those of a grid that stands still in the
@@ -265,10 +265,10 @@ pub fn lamp_views(
 }
 
 /// The depths along the camera's axis that are split: all of its range, or where it can see the scene's box, and of that
-/// only what a lamp's cone holds.
+/// only what a spot light's cone holds.
 ///
 /// Under the sun the stable fit's both ends go outwards to steps of a fourth of a power of two: splits that followed every
-/// step of the camera would let texels swim. A lamp's maps have sides in steps whatever the splits are.
+/// step of the camera would let texels swim. A spot light's maps have sides in steps whatever the splits are.
 pub fn split_range(p: &PssmParams, scope: &Scope) -> [f64; 2] {
     let all = [scope.camera.near as f64, scope.camera.far as f64];
     if p.range == "camera" {

@@ -71,7 +71,7 @@ pub const MAPS: &[View] = &[
     ),
     view::aliasing(
         "counts",
-        "View samples a texel",
+        "Samples per texel",
         "The map itself. White: texels that no pixel looks up. Green: one pixel each. Ochre to dark red: 4 to 256 \
               pixels share a texel. Where the picture is too small for the texels it shows their mean: blue, fewer than \
               one.",

@@ -233,6 +233,11 @@ fn halved(by: &Figure, r: &Record, half: &Record) -> String {
 }
 
 fn frontier(ui: &mut Ui, by: &Figure, advice: &Advice, apply: &mut Option<usize>) {
+    let table = ScrollArea::horizontal().id_salt("frontier").auto_shrink([false, true]);
+    table.show(ui, |ui| frontier_table(ui, by, advice, apply));
+}
+
+fn frontier_table(ui: &mut Ui, by: &Figure, advice: &Advice, apply: &mut Option<usize>) {
     Grid::new("frontier").num_columns(5).striped(true).spacing([12.0, 3.0]).show(ui, |ui| {
         for head in ["technique", "main parameters", by.title, "time, ms", "× shadow-map"] {
             ui.label(RichText::new(head).small().weak());
@@ -241,7 +246,7 @@ fn frontier(ui: &mut Ui, by: &Figure, advice: &Advice, apply: &mut Option<usize>
         for i in &advice.frontier {
             let Some(r) = advice.tried.get(*i) else { continue };
             ui.label(RichText::new(&r.technique).color(color(&r.technique)));
-            ui.add(Label::new(main_values(r)).truncate()).on_hover_text(r.params.replace(';', "\n"));
+            ui.add(Label::new(main_values(r)).extend()).on_hover_text(r.params.replace(';', "\n"));
             let number = |text: String| RichText::new(text).monospace().size(11.5);
             ui.label(number(error(by, r)));
             ui.label(number(format!("{:.3}", r.gpu_ms)));

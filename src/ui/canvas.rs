@@ -300,7 +300,7 @@ impl Damage {
 
 /// Where a shape can be seen, points.
 fn bounds(shape: &ClippedShape) -> Rect {
-    shape.shape.visual_bounding_rect().intersect(shape.clip_rect)
+    (shape.transform_after_tessellation * shape.shape.visual_bounding_rect()).intersect(shape.clip_rect)
 }
 
 /// How far a shape is looked for that others were put before.
@@ -342,7 +342,8 @@ fn same(a: &ClippedShape, b: &ClippedShape) -> bool {
         }
         (a, b) => a == b,
     };
-    shapes && a.clip_rect == b.clip_rect
+    let place = |s: &ClippedShape| (s.clip_rect, s.transform_after_tessellation);
+    shapes && place(a) == place(b)
 }
 
 #[cfg(test)]
@@ -352,7 +353,7 @@ mod tests {
 
     fn square(x: f32, color: Color32) -> ClippedShape {
         let rect = Rect::from_min_max(pos2(x, 0.0), pos2(x + 8.0, 8.0));
-        ClippedShape { clip_rect: Rect::EVERYTHING, shape: Shape::rect_filled(rect, 0.0, color) }
+        ClippedShape::new(Rect::EVERYTHING, Shape::rect_filled(rect, 0.0, color))
     }
 
     /// What the lists differ in is found, wherever shapes come, go or change, and nothing else.
@@ -381,7 +382,9 @@ mod tests {
     fn damage_never_overlaps() {
         let at = |x: f32, w: f32| Rect::from_min_size(pos2(x, 0.0), egui::vec2(w, 5.0));
         let mut damage = Damage::default();
-        [at(0.0, 5.0), at(20.0, 5.0), at(40.0, 5.0), at(4.0, 18.0), Rect::NOTHING].map(|r| damage.add(r));
+        for rect in [at(0.0, 5.0), at(20.0, 5.0), at(40.0, 5.0), at(4.0, 18.0), Rect::NOTHING] {
+            damage.add(rect);
+        }
         damage.rects.sort_by(|a, b| a.left().total_cmp(&b.left()));
         assert_eq!(damage.rects, [at(0.0, 25.0), at(40.0, 5.0)]);
     }

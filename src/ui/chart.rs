@@ -21,7 +21,7 @@ const LIVE: [&str; 7] = ["error_share", "rmse", "mae", "beyond_tolerance", "boun
 /// Of these what is against the averaged truth: known where the picture has that of as many samples as measurements take.
 const AVERAGED: [&str; 3] = ["rmse", "mae", "beyond_tolerance"];
 
-/// Whether a frame with a truth of so many samples a pixel tells a figure as a measurement would.
+/// Whether a frame with a truth of so many samples per pixel tells a figure as a measurement would.
 fn told(m: &Model, axis: &Axis, samples: u32) -> bool {
     LIVE.contains(&axis.id) && (!AVERAGED.contains(&axis.id) || samples == m.setup.truth_samples.measured())
 }

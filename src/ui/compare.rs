@@ -1,6 +1,6 @@
 //! Techniques side by side: which there are, which one the panel edits, and what stands over their parts of the picture.
 
-use super::controls::{chips, row};
+use super::controls::chips;
 use super::model::Model;
 use super::style::ACCENT;
 use crate::frame::{SHARED_PASSES, panes};
@@ -36,28 +36,26 @@ pub fn show(ui: &mut Ui, m: &mut Model) {
         }
     });
     if sides > 1 {
-        row(ui, "arranged", "How the sides share the picture.", |ui, _| {
-            let now = m.setup.arrange;
-            let tips = [
-                "The first left of a line that can be dragged, the second right of it.",
-                "Each in a part of its own, with the same camera.",
-                "One at a time, at the same pixels: X changes.",
-            ];
-            let items = Arrange::ALL.into_iter().zip(["Swipe", "Side by side", "Flicker"]).zip(tips);
-            let difference = m.setup.view == "difference";
-            let items = items.map(|((a, title), tip)| (title, a == now && !difference, tip.to_string()));
-            let difference = ("A − B", difference, "The difference of the first two (B).".to_string());
-            match chips(ui, items.chain([difference])) {
-                Some(3) => m.toggle_difference(),
-                Some(i) => {
-                    m.setup.arrange = Arrange::ALL[i];
-                    if m.setup.view == "difference" {
-                        m.toggle_difference();
-                    }
+        let now = m.setup.arrange;
+        let tips = [
+            "The first left of a line that can be dragged, the second right of it.",
+            "Each in a part of its own, with the same camera.",
+            "One at a time, at the same pixels: X changes.",
+        ];
+        let items = Arrange::ALL.into_iter().zip(["Swipe", "Side by side", "Flicker"]).zip(tips);
+        let difference = m.setup.view == "difference";
+        let items = items.map(|((a, title), tip)| (title, a == now && !difference, tip.to_string()));
+        let difference = ("A − B", difference, "The difference of the first two (B).".to_string());
+        match chips(ui, items.chain([difference])) {
+            Some(3) => m.toggle_difference(),
+            Some(i) => {
+                m.setup.arrange = Arrange::ALL[i];
+                if m.setup.view == "difference" {
+                    m.toggle_difference();
                 }
-                None => {}
             }
-        });
+            None => {}
+        }
     }
 }
 
@@ -139,7 +137,10 @@ fn title(ui: &mut Ui, part: Rect, m: &mut Model, side: usize) {
             ui.horizontal(|ui| {
                 ui.spacing_mut().item_spacing.x = 8.0;
                 let color = if side == m.editing { ACCENT } else { Color32::WHITE };
-                let name = RichText::new(format!("{} ⏷", side_name(&m.setup, side))).color(color);
+                // A narrow part has room for the id only.
+                let full = part.width() > 560.0;
+                let name = if full { side_name(&m.setup, side) } else { short_name(&m.setup, side) };
+                let name = RichText::new(name).color(color);
                 ui.menu_button(name, |ui| side_menu(ui, m, side)).response.on_hover_text("What is shown on this side.");
                 let error = m.facts.known.errors.get(side).copied().flatten();
                 if let Some(e) = error.filter(|_| !m.setup.is_truth(side)) {

@@ -1,4 +1,4 @@
-//! Handles for the light over the picture: a small sky for the sun, points to drag for lamps.
+//! Handles for the light over the picture: a small sky for the sun, points to drag for other lights.
 
 use super::lighting::{angles, from_angles};
 use super::model::Model;
@@ -22,7 +22,7 @@ pub fn show(ui: &mut Ui, rect: Rect, m: &mut Model) {
     match light {
         Light::Directional { to_light, .. } => sun(ui, rect, &camera, to_light),
         Light::Omni { position, .. } => {
-            lamp(ui, rect, &camera, position, "light");
+            place(ui, rect, &camera, position, "light");
         }
         Light::Spot { position, direction, outer_angle, .. } => {
             let cone = outer_angle.to_radians().min(1.4);
@@ -35,7 +35,7 @@ pub fn show(ui: &mut Ui, rect: Rect, m: &mut Model) {
             for i in 0..4 {
                 segment(ui, rect, &camera, corners[i], corners[(i + 1) % 4]);
             }
-            lamp(ui, rect, &camera, center, "light");
+            place(ui, rect, &camera, center, "light");
         }
     }
 }
@@ -54,7 +54,7 @@ fn sun(ui: &mut Ui, rect: Rect, camera: &Camera, to_light: &mut Vec3) {
     let handle = Rect::from_center_size(at, Vec2::splat(26.0));
     let r = ui.interact(handle, Id::unique("sun"), Sense::drag());
     let sky = ui.interact(Rect::from_center_size(center, Vec2::splat(2.0 * SKY)), Id::unique("sky"), Sense::hover());
-    sky.on_hover_text("Drag the sun: middle is overhead, the ring is the horizon, up is where the camera looks.");
+    sky.on_hover_text("Drag the sun. The middle is overhead, the ring the horizon, and up is where the camera looks.");
     if r.dragged()
         && let Some(pointer) = r.interact_pointer_pos()
     {
@@ -91,7 +91,7 @@ fn sun(ui: &mut Ui, rect: Rect, camera: &Camera, to_light: &mut Vec3) {
     painter.text(under, Align2::CENTER_TOP, text, FontId::proportional(12.0), TEXT);
 }
 
-/// A lamp with a direction: two handles, and the cone's outline where it has one.
+/// A light with a direction: two handles, and the cone's outline where it has one.
 fn aimed(ui: &mut Ui, rect: Rect, camera: &Camera, position: &mut Vec3, direction: &mut Vec3, spread: f32) {
     let depth = (*position - camera.position).dot(camera.forward());
     let length = (depth * 0.25).max(camera.near);
@@ -116,22 +116,22 @@ fn aimed(ui: &mut Ui, rect: Rect, camera: &Camera, position: &mut Vec3, directio
     if handle(ui, rect, camera, &mut end, "light's direction", 5.0, "Drag to aim the light.") {
         *direction = (end - *position).normalize_or(axis);
     }
-    lamp(ui, rect, camera, position, "light");
+    place(ui, rect, camera, position, "light");
 }
 
-fn lamp(ui: &mut Ui, rect: Rect, camera: &Camera, position: &mut Vec3, id: &str) {
+fn place(ui: &mut Ui, rect: Rect, camera: &Camera, position: &mut Vec3, id: &str) {
     let tip = "Drag to move the light across the picture; with Shift nearer and farther.";
     handle(ui, rect, camera, position, id, 8.0, tip);
-    beyond(ui, rect, camera, *position);
+    beyond(ui, rect, camera, position, id);
 }
 
-/// An arrow at the picture's edge towards a lamp that is out of sight.
-fn beyond(ui: &Ui, rect: Rect, camera: &Camera, point: Vec3) {
+/// An arrow at the picture's edge towards a light that is out of sight. Dragged into the picture, the light comes along.
+fn beyond(ui: &mut Ui, rect: Rect, camera: &Camera, point: &mut Vec3, id: &str) {
     let inner = rect.shrink(16.0);
-    let eye = point - camera.position;
+    let eye = *point - camera.position;
     let (right, up) = camera.axes();
     let ahead = eye.dot(camera.forward()) > camera.near;
-    let way = match project(camera, rect, point) {
+    let way = match project(camera, rect, *point) {
         Some(at) if inner.contains(at) => return,
         Some(at) => at - rect.center(),
         None => vec2(eye.dot(right), -eye.dot(up)),
@@ -139,9 +139,20 @@ fn beyond(ui: &Ui, rect: Rect, camera: &Camera, point: Vec3) {
     let way = if way.length() > 1e-6 { way.normalized() } else { vec2(0.0, 1.0) };
     let half = inner.size() / 2.0;
     let at = inner.center() + way * (half.x / way.x.abs().max(1e-6)).min(half.y / way.y.abs().max(1e-6));
+    // The same handle as in sight, so that one drag goes on there.
+    let r = ui.interact(Rect::from_center_size(at, Vec2::splat(30.0)), Id::unique(id), Sense::drag());
+    let color = hot(ui, &r);
+    if r.dragged()
+        && let Some(pointer) = r.interact_pointer_pos().filter(|p| rect.shrink(12.0).contains(*p))
+    {
+        let depth = if ahead { eye.dot(camera.forward()) } else { camera.reach() };
+        let by = (pointer - rect.center()) * camera.metres_per_point(depth, rect.height());
+        *point = camera.position + camera.forward() * depth + right * by.x - up * by.y;
+    }
+    r.on_hover_text("The light is out of sight there. Drag it into the picture.");
     let painter = ui.painter().with_clip_rect(rect);
     painter.circle_filled(at, 13.0, GROUND);
-    painter.arrow(at - way * 8.0, way * 16.0, Stroke::new(2.0, SUN));
+    painter.arrow(at - way * 8.0, way * 16.0, Stroke::new(2.0, color));
     let text = if ahead { "light" } else { "light behind" };
     let align = Align2([Align::Center, Align::Center]);
     let label = at - way * 34.0;

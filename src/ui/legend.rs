@@ -1,7 +1,7 @@
 //! The legend over the picture: a strip at its lower edge, and the axes of charts.
 
 use super::model::Model;
-use crate::legend::{self, Anchor, Key, Mark};
+use crate::legend::{self, Anchor, Key, Mark, Part};
 use crate::palette::bytes;
 use egui::{Align2, Color32, FontId, Mesh, Painter, Pos2, Rect, Shape, Stroke, StrokeKind, Ui, pos2, vec2};
 
@@ -12,7 +12,9 @@ const GROUND: Color32 = Color32::from_rgba_premultiplied(14, 16, 20, 214);
 
 /// Paints the legend of what is shown; the part of the viewport that its strip leaves free.
 pub fn show(ui: &Ui, rect: Rect, m: &Model) -> Rect {
-    let key = Key::new(&m.setup, m.bounds, &m.facts.known);
+    let mut key = Key::new(&m.setup, m.bounds, &m.facts.known);
+    // The sides of a comparison have their titles in the picture.
+    key.parts.retain(|p| !matches!(p, Part::Text(_)));
     let painter = ui.painter().with_clip_rect(rect);
     for mark in legend::axes(&key, [rect.width(), rect.height()], SIZE) {
         paint(&painter, rect.min, &mark);

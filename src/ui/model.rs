@@ -3,6 +3,7 @@
 use super::advice::Advising;
 use super::chart::Chart;
 use super::history::History;
+use super::maps::Maps;
 use super::timeline::Timeline;
 use crate::frame::{SHARED_PASSES, Told};
 use crate::legend::Known;
@@ -73,10 +74,10 @@ pub struct Note {
     pub since: Instant,
 }
 
-/// How far the exact shadow of the picture is known.
+/// How far the truth of the picture is known.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Traced {
-    /// The light has no exact shadow here.
+    /// The light has no truth here.
     #[default]
     NotServed,
     Partly(Progress),
@@ -146,7 +147,8 @@ impl Job {
     pub fn told(&self) -> String {
         let spent = self.since.elapsed().as_secs_f32();
         let left = spent * (1.0 - self.done) / self.done;
-        let share = format!("{:.0} %", self.done * 100.0);
+        // What is done has ended.
+        let share = format!("{:.0} %", (self.done * 100.0).min(99.0));
         match left {
             // Too early to tell.
             _ if self.done < 0.02 || spent < 2.0 => share,
@@ -204,6 +206,7 @@ pub struct Model {
     pub show_panel: bool,
     /// The legend lies over the picture.
     pub show_legend: bool,
+    pub maps: Maps,
     /// The side of the comparison that the panel edits, from 0.
     pub editing: usize,
     /// The view before the difference was looked at.
@@ -254,6 +257,7 @@ impl Model {
             show_help: false,
             show_panel: true,
             show_legend: true,
+            maps: Maps::default(),
             editing: 0,
             look: String::new(),
             narrow: false,

@@ -3,20 +3,22 @@
 use super::controls::{HEIGHT, Tip, field, parameter, row, set_panel_left, slide};
 use super::lighting;
 use super::model::{Action, Model};
-use super::{compare, needs, results, views};
+use super::style::TEXT;
+use super::{compare, freeze, needs, results, views};
 use crate::measure::stability;
 use crate::params::Spec;
 use crate::scene::builtin;
 use crate::setup::place;
-use crate::techniques;
+use crate::techniques::{self, Info};
 use egui::collapsing_header::{CollapsingState, paint_default_icon};
 use egui::{
-    Align, Button, CollapsingHeader, ComboBox, DragValue, Key, Label, Layout, RichText, ScrollArea, Sense, TextEdit,
-    Ui, UiBuilder, vec2,
+    Align, Align2, Button, CollapsingHeader, ComboBox, DragValue, FontId, Key, Label, Layout, Rect, RichText,
+    ScrollArea, Sense, Shape, Stroke, TextEdit, Ui, UiBuilder, Vec2, vec2,
 };
 use egui::{Modifiers, Response};
 use glam::{DVec3, Vec3};
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 /// Width of the panel at first, and the least, points.
 pub const WIDTH: f32 = 340.0;
@@ -233,7 +235,7 @@ fn technique(ui: &mut Ui, m: &mut Model) {
         }
     }
     // A high window shows more of the list.
-    let most = (0.29 * ui.ctx().content_rect().height()).max(230.0);
+    let most = (0.24 * ui.ctx().content_rect().height()).max(140.0);
     ScrollArea::vertical().id_salt("techniques").max_height(most).auto_shrink([false, true]).show(ui, |ui| {
         ui.spacing_mut().item_spacing.y = 2.0;
         let mut family = "";
@@ -247,6 +249,7 @@ fn technique(ui: &mut Ui, m: &mut Model) {
                 .min_size(vec2(ui.available_width(), HEIGHT));
             let button = ui.add_enabled(refused.is_none(), button);
             let button = button.tip(format!("{}\n{}", info.doc, info.paper));
+            awaited(ui, m, info, button.rect);
             if button.on_disabled_hover_text(refused.unwrap_or_default()).clicked() {
                 m.select(info);
             }
@@ -264,6 +267,29 @@ fn technique(ui: &mut Ui, m: &mut Model) {
         line.tip(notes.join("\n"));
     }
 }
+
+/// Shows at the end of a technique's row that its picture is being rendered, and how long it took last. No spinner of
+/// egui's: that is drawn anew all the time, by the cores that render where the adapter is software.
+fn awaited(ui: &Ui, m: &Model, info: &Info, row: Rect) {
+    let Some(since) = m.awaited().filter(|_| info.id == m.setup.technique) else { return };
+    let wait = AWAITED.saturating_sub(since.elapsed());
+    if !wait.is_zero() {
+        return ui.ctx().request_repaint_after(wait);
+    }
+    ui.ctx().request_repaint_after(Duration::from_millis(100));
+    let center = row.right_center() - vec2(14.0, 0.0);
+    let turn = (since.elapsed().as_millis() / 100) as f32 * 0.6;
+    let points = (0..=12).map(|i| center + 5.0 * Vec2::angled(turn + i as f32 * 0.4)).collect();
+    ui.painter().add(Shape::line(points, Stroke::new(1.5, TEXT)));
+    if let Some(seconds) = m.facts.seconds.get(info.id) {
+        let at = center - vec2(12.0, 0.0);
+        let text = format!("{seconds:.1} s last time");
+        ui.painter().text(at, Align2::RIGHT_CENTER, text, FontId::proportional(11.5), TEXT);
+    }
+}
+
+/// What is rendered sooner needs no sign of it.
+const AWAITED: Duration = Duration::from_millis(150);
 
 fn parameters(ui: &mut Ui, m: &mut Model) {
     let Some(chosen) = m.edited() else {
@@ -318,6 +344,7 @@ fn camera(ui: &mut Ui, m: &mut Model) {
                 if reset.tip("Back to the preset chosen last, or to the camera of the file (R).").clicked() {
                     m.go_home();
                 }
+                freeze::button(ui, m);
                 let scene = m.scene.clone();
                 let now = scene.cameras.iter().find(|c| c.camera == m.setup.camera).map_or("free", |c| c.name.as_str());
                 let combo = ComboBox::from_id_salt("camera").selected_text(now).width(ui.available_width()).truncate();
@@ -328,6 +355,7 @@ fn camera(ui: &mut Ui, m: &mut Model) {
                             m.go_home();
                         }
                     }
+                    freeze::from_the_light(ui, m);
                 });
                 shown
                     .response
@@ -340,6 +368,7 @@ fn camera(ui: &mut Ui, m: &mut Model) {
 }
 
 fn place_of_camera(ui: &mut Ui, m: &mut Model) {
+    freeze::outlines(ui, m);
     let o = m.scene.origin;
     let c = &mut m.setup.camera;
     slide(ui, "field of view", "Vertical angle that the picture covers.", &mut c.fov, 5.0..=120.0, false, "°");
@@ -441,6 +470,16 @@ fn capture(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
             }
         },
     );
+    let mut framed = m.framed;
+    row(
+        ui,
+        "frame",
+        "Give the picture here the shape of the one that is captured: what lies outside it is left dark.",
+        |ui, label| {
+            ui.checkbox(&mut framed, "").labelled_by(label.id);
+        },
+    );
+    m.framed = framed;
     let tip = ".png: the view, with the set-up inside, so that it opens here again. .exr: the raw values of the views visibility, truth, depth, position, normals, aliasing and counts.";
     let legend = "The view's legend, and the axes of charts, go into the picture.";
     row(ui, "legend", legend, |ui, label| {
@@ -451,7 +490,10 @@ fn capture(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
         let path = PathBuf::from(m.picture_path.trim());
         let ready = !m.capturing && !m.picture_path.trim().is_empty();
         let save = ui.add_enabled(ready, Button::new("Save picture"));
-        if save.tip("Render at this size and write the file (F12: into capture-001.png and so on).").clicked() {
+        if save
+            .tip("Render at this size and write the file. F12 does so into capture-001.png, capture-002.png and so on.")
+            .clicked()
+        {
             out.push(Action::Capture(path));
         }
         if ui.button("Save as…").tip("Choose the file in the system's dialog.").clicked() {

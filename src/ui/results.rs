@@ -4,20 +4,20 @@ use super::controls::Tip;
 use super::drawer::{self, line, progress};
 use super::model::{Action, Facts, Model};
 use super::needs::{self, main_values, percent, table, title};
+use super::plotting::short;
 use crate::frame::SHARED_PASSES;
 use crate::measure::Record;
 use crate::measure::causes::CAUSES;
 use egui::{Button, Grid, RichText, Ui};
-use egui_plot::{Line, Plot, PlotPoints};
+use egui_plot::{GridMark, Line, Plot, PlotPoints};
 
 pub fn timings(ui: &mut Ui, facts: &Facts) {
     let own = facts.technique_ms();
     Grid::new("passes").num_columns(2).min_col_width(150.0).spacing([8.0, 2.0]).show(ui, |ui| {
         for (name, ms) in &facts.passes {
             let shared = SHARED_PASSES.contains(name);
-            let name = if shared { RichText::new(*name).weak() } else { RichText::new(*name) };
-            let tip = if shared { "Part of every frame, whatever the technique." } else { "A pass of the technique." };
-            ui.label(name).tip(tip);
+            let label = if shared { RichText::new(*name).weak() } else { RichText::new(*name) };
+            ui.label(label).tip(about(name, shared));
             ui.label(RichText::new(format!("{ms:9.3} ms")).monospace());
             ui.end_row();
         }
@@ -43,6 +43,8 @@ pub fn timings(ui: &mut Ui, facts: &Facts) {
         .show_axes([false, true])
         .show_grid([false, true])
         .y_axis_min_width(36.0)
+        .y_grid_spacer(|g| marks(g.bounds.1))
+        .y_axis_formatter(|mark, _| short(mark.value))
         .set_margin_fraction(egui::vec2(0.0, 0.1))
         .allow_drag(false)
         .allow_zoom(false)
@@ -51,7 +53,41 @@ pub fn timings(ui: &mut Ui, facts: &Facts) {
         .show_background(false);
     let color = ui.visuals().hyperlink_color;
     let shown = plot.show(ui, |plot| plot.line(Line::new("technique, ms", points).color(color)));
-    shown.response.tip("The technique's time in ms over the last frames at full resolution.");
+    shown
+        .response
+        .tip("The technique's time in milliseconds over the last frames at full resolution, the newest at the right.");
+}
+
+/// Zero and one to three round numbers up to a largest one.
+fn marks(most: f64) -> Vec<GridMark> {
+    let power = 10f64.powf((most / 2.0).max(1e-6).log10().floor());
+    let step = [5.0, 2.0, 1.0].map(|m| m * power).into_iter().find(|s| *s <= most / 1.5).unwrap_or(power);
+    let count = (most / step).floor().clamp(0.0, 4.0) as usize;
+    (0..=count).map(|i| GridMark { value: i as f64 * step, step_size: step }).collect()
+}
+
+/// What a pass does.
+fn about(pass: &str, shared: bool) -> &'static str {
+    match pass.trim_end_matches(" (masked)") {
+        "G-buffer" => "Draws the scene as the camera sees it: position, normal, albedo and triangle of each pixel.",
+        "shading" => "Colours the picture of the chosen view.",
+        "truth" => "Traces exact shadow rays for the truth; only while it is not complete.",
+        "shadow map" | "shadow maps" | "plain map" => "Draws the casters' depth as the light sees it.",
+        "resolve" => "Looks up the visibility of every pixel.",
+        "inspect" => "Fills the technique's own view; only while one is shown.",
+        "fit: receivers" | "fit: samples" => "Finds where in the light's image the surfaces lie that the camera sees.",
+        "fit: narrow" | "fit: boxes" => "Narrows the light's view down to those surfaces.",
+        "caster culling" => "Leaves out triangles that cast no shadow into a cascade, or cover no texel there.",
+        "depth range" => "Finds the nearest and the farthest surface in the picture.",
+        "depth histogram" => "Counts how many pixels lie at which depth.",
+        "splits" => "Places the depths at which the cascades meet.",
+        "importance" | "cell errors" => "Finds which parts of the map matter, and how much.",
+        "needed texels" => "Marks the texels that some pixel looks up.",
+        "texels' rays" => "Sends those texels' rays back through the warp.",
+        "rays meet casters" => "Finds the nearest triangle on each of those rays.",
+        _ if shared => "Part of every frame, whatever the technique.",
+        _ => "One of the technique's own passes.",
+    }
 }
 
 pub fn measure(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
@@ -63,14 +99,14 @@ pub fn measure(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
                 let ready = m.info().refuses(&m.setup.light).is_none();
                 let start = ui.add_enabled(ready, Button::new("Measure this set-up"));
                 let tip = format!(
-                    "Counts right and wrong pixels against the exact shadow and times the technique, at {} × {} pixels. The picture waits meanwhile, so that it does not disturb the times.",
+                    "Counts right and wrong pixels against the truth and times the technique, at {} × {} pixels. The picture waits meanwhile, so that it does not disturb the times.",
                     size[0], size[1]
                 );
                 if start.tip(tip).clicked() {
                     out.push(Action::Measure);
                 }
                 let clear = ui.add_enabled(!m.rows.is_empty(), Button::new("Clear"));
-                if clear.tip("Remove the figures below.").clicked() {
+                if clear.tip("Remove these figures, and the chart's points with them.").clicked() {
                     m.clear_rows();
                 }
             });
@@ -117,7 +153,7 @@ fn measured(ui: &mut Ui, i: usize, r: &Record) {
         (
             "wrong together",
             share(r.lit_incorrect + r.shadow_incorrect),
-            "Wrong pixels as a share of those that can be wrong, against one sample a pixel: for hard techniques.",
+            "Wrong pixels as a share of those that can be wrong, against one sample per pixel: for hard techniques.",
         ),
     ];
     let mut rows = counts.to_vec();

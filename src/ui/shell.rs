@@ -4,7 +4,7 @@ use super::controls::{set_panel_left, take_said};
 use super::history::REST;
 use super::model::{Action, Model, Tab, Traced};
 use super::viewport;
-use super::{drawer, panel};
+use super::{drawer, freeze, maps, panel};
 use crate::view;
 use egui::{
     Align, Align2, Area, Button, Context, Frame, Grid, Id, Key, Label, Layout, Margin, ModifierNames, Modifiers, Order,
@@ -52,7 +52,11 @@ pub fn layout(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) -> Rect {
         rect = shaped(rect, m.setup.size);
         ui.painter().rect_stroke(rect, 0.0, Stroke::new(1.0, ui.visuals().weak_text_color()), StrokeKind::Outside);
     }
-    viewport::show(ui, rect, m, out);
+    let [viewer, rect] = maps::split(rect, m.maps.place);
+    if rect.is_positive() {
+        viewport::show(ui, rect, m, out);
+    }
+    maps::show(ui, viewer, m);
     messages(ui.ctx(), rect, m);
     busy(ui.ctx(), rect, m, out);
     tab(ui, m);
@@ -144,7 +148,9 @@ const SHORTCUTS: &[Shortcut] = &[
     always(&[(NONE, Key::F4)], "open or close advice", |m, _| m.toggle(Tab::Advice)),
     always(&[(NONE, Key::F9)], "hide or show the panel", |m, _| m.toggle_panel()),
     shortcut(&[(NONE, Key::R)], "reset the camera", |m, _| m.go_home()),
+    shortcut(&[(NONE, Key::F)], "freeze the shadow camera, or release it", |m, _| freeze::toggle(m)),
     shortcut(&[(NONE, Key::L)], "show or hide the legend", |m, _| m.show_legend = !m.show_legend),
+    shortcut(&[(NONE, Key::M)], "the map viewer: beside the picture, instead of it, closed", |m, _| m.maps.toggle()),
     shortcut(&[(NONE, Key::X)], "flicker between the sides of a comparison", |m, _| m.flicker()),
     shortcut(&[(NONE, Key::B)], "show the difference A − B, or leave it", |m, _| m.toggle_difference()),
     shortcut(&[(NONE, Key::Space)], "run or stop the animation", |m, _| {
@@ -344,7 +350,10 @@ fn messages(ctx: &Context, rect: Rect, m: &mut Model) {
 fn busy(ctx: &Context, rect: Rect, m: &Model, out: &mut Vec<Action>) {
     let (text, cancel) = match (&m.loading, &m.measuring) {
         (Some(what), _) => (format!("Opening {what} …"), Action::CancelLoading),
-        (None, Some(job)) => (format!("{}: {}. The picture waits.", job.title, job.told()), Action::CancelMeasuring),
+        (None, Some(job)) => {
+            let what = if job.what.is_empty() { String::new() } else { format!(" ({})", job.what) };
+            (format!("{}{what}: {}. The picture waits.", job.title, job.told()), Action::CancelMeasuring)
+        }
         _ => return,
     };
     let width = (rect.width() - 140.0).clamp(80.0, 320.0);

@@ -8,6 +8,7 @@ use super::model::{Facts, Traced};
 use super::work::{Done, Post};
 use crate::frame::{Ask, Renderer, Truth};
 use crate::gpu::{GivenUp, Gpu, TimerMode};
+use crate::legend::Known;
 use crate::measure::{Record, metrics, params_text};
 use crate::scene::Scene;
 use crate::scene::geometry::Geometry;
@@ -55,6 +56,8 @@ pub struct Order {
     pub follow: bool,
     /// Something is being measured, which rendering would disturb.
     pub paused: bool,
+    /// The map that is looked into, from 0.
+    pub map: Option<u32>,
 }
 
 /// What changed between two orders.
@@ -106,7 +109,7 @@ impl Order {
     }
 
     fn same(&self, other: &Order) -> bool {
-        let flags = |o: &Order| (o.moving, o.follow, o.paused);
+        let flags = |o: &Order| (o.moving, o.follow, o.paused, o.map);
         self.change(other) == Change::Nothing && flags(self) == flags(other)
     }
 }
@@ -257,31 +260,34 @@ enum Next {
     Rest,
 }
 
-/// What a frame takes: `fixed` milliseconds, and `slope` for each pixel.
-struct Cost {
-    fixed: f64,
-    slope: f64,
-    /// Pixels and milliseconds of the last frame.
-    last: Option<[f64; 2]>,
-}
+/// What frames took last at each of the [`SCALES`], milliseconds.
+struct Costs([Option<f64>; SCALES.len()]);
 
-impl Cost {
-    fn of(&self, pixels: f64) -> f64 {
-        self.fixed + self.slope * pixels
+impl Costs {
+    /// What a frame is likely to take. Few pixels may take as long as many, where triangles and passes count; but that is
+    /// to be found out.
+    fn of(&self, i: usize) -> f64 {
+        let like = |k: usize| self.0[k].map(|ms| ms * (SCALES[i] / SCALES[k]).powi(2));
+        self.0[i].or((0..SCALES.len()).filter_map(like).reduce(f64::min)).unwrap_or(0.0)
     }
 
-    fn learn(&mut self, pixels: f64, ms: f64) {
-        match self.last {
-            Some([p, t]) if pixels > 1.5 * p || p > 1.5 * pixels => {
-                self.slope = ((ms - t) / (pixels - p)).clamp(0.05 * ms / pixels, ms / pixels);
-                self.fixed = ms - self.slope * pixels;
-            }
-            _ => {
-                let by = ms / self.of(pixels).max(1e-6);
-                (self.fixed, self.slope) = (self.fixed * by, self.slope * by);
-            }
+    fn learn(&mut self, scale: f64, ms: f64) {
+        // What was learnt once is doubted after a while, so that more pixels are tried again.
+        self.0.iter_mut().flatten().for_each(|ms| *ms *= 0.97);
+        if let Some(i) = SCALES.iter().position(|s| *s == scale) {
+            self.0[i] = Some(ms);
         }
-        self.last = Some([pixels, ms]);
+    }
+
+    /// The largest share of the side that is likely to be drawn within so many milliseconds, of which `truth` is taken up
+    /// for all pixels; if none is, the largest of those that take hardly longer than the fastest.
+    fn within(&self, allowed: f64, now: f64, truth: f64) -> f64 {
+        let all: Vec<f64> = (0..SCALES.len()).map(|i| self.of(i) + truth * SCALES[i] * SCALES[i]).collect();
+        let least = all.iter().copied().fold(f64::INFINITY, f64::min);
+        let allowed = allowed.max(1.3 * least);
+        // A little room before more pixels are drawn, so that the size does not swing.
+        let fits = |i: &usize| all[*i] <= allowed * if SCALES[*i] > now { 0.85 } else { 1.0 };
+        (0..SCALES.len()).find(fits).map_or(SCALES[SCALES.len() - 1], |i| SCALES[i])
     }
 }
 
@@ -300,8 +306,10 @@ struct Painter<'a> {
     changed: Instant,
     /// The most that changed since the last rest.
     change: Change,
+    /// The share of the side that the picture was rendered at.
+    scale: f64,
     /// Of all passes but the truth.
-    cost: Cost,
+    costs: Costs,
     /// Nanoseconds of a sample of a pixel.
     truth_cost: f64,
     /// How much of the truth there is of the present size, and how much of it the picture shows.
@@ -311,6 +319,9 @@ struct Painter<'a> {
     counted: bool,
     /// The picture made do with one sample a pixel where more are wanted.
     coarse: bool,
+    /// The last frame was analysed, and the map that was handed in of it.
+    analysed: bool,
+    mapped: Option<u32>,
     failed: bool,
     /// The last frame was given up.
     gave_up: bool,
@@ -323,7 +334,7 @@ impl Painter<'_> {
     fn new<'a>(inbox: Arc<Inbox>, post: &'a Post, adapter: &str) -> Result<Painter<'a>> {
         let gpu = Gpu::new(Some(adapter)).context("no second device could be opened")?;
         // Before anything is timed: half a GPU's worth of caution for software.
-        let slope = if gpu.software() { 250e-6 } else { 2e-6 };
+        let truth_cost = if gpu.software() { 500.0 } else { 4.0 };
         let facts = Facts { adapter: gpu.info.name.clone(), software: gpu.software(), ..Facts::default() };
         Ok(Painter {
             inbox,
@@ -337,12 +348,15 @@ impl Painter<'_> {
             size: [0; 2],
             changed: Instant::now(),
             change: Change::Scene,
-            cost: Cost { fixed: 0.0, slope, last: None },
-            truth_cost: slope * 2e6,
+            scale: 1.0,
+            costs: Costs(Default::default()),
+            truth_cost,
             traced: Progress::default(),
             drawn_truth: Progress::default(),
             counted: false,
             coarse: false,
+            analysed: false,
+            mapped: None,
             failed: false,
             gave_up: false,
             facts,
@@ -451,19 +465,22 @@ impl Painter<'_> {
         let served = techniques::TRUTH.refuses(&order.setup.light).is_none();
         let shown = served && order.setup.needs_truth();
         let due = self.drawn.as_ref().map_or(Change::Scene, |d| order.change(d));
-        let scale = self.scale(order, due, rest, shown);
+        let scale = self.next_scale(order, due, rest, shown);
         let size = order.full.map(|side| ((side as f64 * scale).round() as u32).max(1));
         if due > Change::Nothing || size != self.size || rest && self.coarse {
-            let same = self.drawn.as_ref().is_some_and(|d| order.same_frame(d));
-            if due == Change::View && size == self.size && same {
+            if due == Change::View && size == self.size && self.redrawable(order) {
                 self.redraw(order)?;
             } else {
-                self.draw(order, size, rest, [served, shown])?;
+                self.draw(order, (due, rest), scale, size, [served, shown])?;
             }
             return Ok(Next::Now);
         }
         if !rest {
             return Ok(Next::At(self.changed + SETTLE));
+        }
+        if let Some(layer) = order.map.filter(|layer| self.mapped != Some(*layer) && size == order.full) {
+            self.map(order, layer, [served, shown])?;
+            return Ok(Next::Now);
         }
         if served && !self.whole() {
             self.trace(order, shown)?;
@@ -480,27 +497,35 @@ impl Painter<'_> {
         self.traced.done >= 1.0
     }
 
+    /// Another view than that of the picture can be drawn without a new frame.
+    fn redrawable(&self, order: &Order) -> bool {
+        self.drawn.as_ref().is_some_and(|d| order.same_frame(d))
+    }
+
     /// The share of the side to render at next.
-    fn scale(&self, order: &Order, due: Change, rest: bool, truth: bool) -> f64 {
-        let pixels = order.full[0] as f64 * order.full[1] as f64;
-        if rest && (due == Change::Nothing || self.cost.of(pixels) <= STEP_MS) {
+    fn next_scale(&self, order: &Order, due: Change, rest: bool, truth: bool) -> f64 {
+        if rest && (due == Change::Nothing || self.costs.of(0) <= STEP_MS) {
             return 1.0;
+        }
+        if due == Change::View && self.redrawable(order) {
+            return self.scale;
         }
         // Only what moves needs its truth anew in every frame.
         let moving = self.change == Change::Scene;
-        let slope = self.cost.slope + if moving && truth { self.truth_cost * 1e-6 } else { 0.0 };
-        let allowed = if moving { MOVING_MS } else { TUNING_MS };
-        // Where few pixels take as long as none, fewer still are no help.
-        let room = (allowed - self.cost.fixed).max(0.5 * self.cost.fixed);
-        let wanted = (room / (slope * pixels).max(1e-3)).sqrt();
-        // A little room before more pixels are drawn, so that the size does not swing.
-        let now = self.size[0] as f64 / order.full[0] as f64;
-        let fits = |s: &f64| if *s > now { *s * 1.2 <= wanted } else { *s <= wanted * 1.1 };
-        SCALES.iter().copied().find(fits).unwrap_or(SCALES[SCALES.len() - 1])
+        let pixels = order.full[0] as f64 * order.full[1] as f64;
+        let truth = if moving && truth { self.truth_cost * pixels * 1e-6 } else { 0.0 };
+        self.costs.within(if moving { MOVING_MS } else { TUNING_MS }, self.scale, truth)
     }
 
     /// Renders a frame.
-    fn draw(&mut self, order: &Arc<Order>, size: [u32; 2], rest: bool, [served, shown]: [bool; 2]) -> Result<()> {
+    fn draw(
+        &mut self,
+        order: &Arc<Order>,
+        (due, rest): (Change, bool),
+        scale: f64,
+        size: [u32; 2],
+        [served, shown]: [bool; 2],
+    ) -> Result<()> {
         let Some(renderer) = &mut self.renderer else { return Ok(()) };
         let draft = size != order.full;
         let mut setup = order.setup.clone();
@@ -531,7 +556,8 @@ impl Painter<'_> {
             let other = || mail.order.as_ref().is_some_and(|o| o.change(&this) > Change::View);
             mail.closed || !whole && start.elapsed() > PATIENCE && other()
         });
-        let ask = Ask { size, truth, analysis: false, timed: true, picture: true, fresh: false };
+        let analysis = !draft && rest && order.map.is_some();
+        let ask = Ask { size, truth, analysis, timed: true, picture: true, fresh: false };
         let drawn = renderer.draw(&setup, ask);
         self.gpu.give_up_when(|| false);
         let told = match drawn {
@@ -547,13 +573,15 @@ impl Painter<'_> {
         renderer.collect_times(true)?;
         let traced = told.traced;
         (self.traced, self.drawn_truth, self.coarse) = (told.truth, told.truth, coarse);
-        (self.gave_up, self.counted, self.size) = (false, false, size);
+        let stays = due == Change::View && size == self.size;
+        (self.gave_up, self.scale, self.size) = (false, scale, size);
         self.drawn = Some(order.clone());
+        (self.analysed, self.mapped) = (analysis, None);
         let f = &mut self.facts;
         f.wall_clock = renderer.timer.mode() == TimerMode::Wall;
         f.passes = renderer.timer.by_name();
         let truth_ms = f.passes.iter().find(|p| p.0 == "truth").map_or(0.0, |p| p.1);
-        self.cost.learn(size[0] as f64 * size[1] as f64, ms - truth_ms);
+        self.costs.learn(scale, ms - truth_ms);
         if !draft {
             if f.recent.len() == RECENT {
                 f.recent.pop_front();
@@ -562,9 +590,17 @@ impl Painter<'_> {
             f.seconds.insert(info.id, (ms - truth_ms) * 1e-3);
         }
         (f.size, f.full, f.waits, f.told) = (size, order.full, waits, told);
-        f.error = None;
-        f.notes.clear();
-        f.known = renderer.known()?;
+        if !stays {
+            f.error = None;
+            f.notes.clear();
+            self.counted = false;
+            f.known.errors.clear();
+        }
+        let errors = std::mem::take(&mut f.known.errors);
+        f.known = Known { errors, ..renderer.known()? };
+        if let (Some(Some(first)), Some(causes)) = (f.known.errors.first_mut(), renderer.causes()) {
+            first.causes = Some(causes.counts);
+        }
         self.learn_truth(truth_ms, traced);
         self.facts.traced = match served {
             false => Traced::NotServed,
@@ -616,9 +652,25 @@ impl Painter<'_> {
         let again = order.same_frame(order) && order.setup.against.is_empty();
         let step = step && again;
         if shown && (step || now.covered >= 1.0 && drawn.covered < 1.0 || self.whole()) {
-            return if again { self.redraw(order) } else { self.draw(order, self.size, true, [true, shown]) };
+            return if again {
+                self.redraw(order)
+            } else {
+                self.draw(order, (Change::View, true), self.scale, self.size, [true, shown])
+            };
         }
         self.send(order, None);
+        Ok(())
+    }
+
+    /// Hands one of the technique's maps in; of a frame that was not analysed after another that is.
+    fn map(&mut self, order: &Arc<Order>, layer: u32, truth: [bool; 2]) -> Result<()> {
+        if !self.analysed {
+            self.draw(order, (Change::View, true), self.scale, self.size, truth)?;
+        }
+        let Some(renderer) = self.renderer.as_mut().filter(|_| self.analysed) else { return Ok(()) };
+        let map = renderer.read_layer(layer)?;
+        self.mapped = Some(layer);
+        self.post.send(Done::Map(Box::new(map)));
         Ok(())
     }
 
@@ -666,5 +718,69 @@ impl Painter<'_> {
         self.facts.of = order.number;
         let picture = rgba.map(|rgba| Picture { size: self.size, full: order.full, rgba });
         self.post.send(Done::Drawn(Box::new(self.facts.clone()), picture));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Before anything is known all pixels are drawn. Then fewer, as long as that helps, and more again after a while.
+    #[test]
+    fn the_size_follows_what_frames_take() {
+        // Of which half a second is spent on triangles.
+        let takes = |scale: f64, fixed: f64| fixed + 300.0 * scale * scale;
+        for (fixed, most) in [(0.0, 0.4), (20.0, 0.4), (500.0, 1.0)] {
+            let mut costs = Costs(Default::default());
+            let mut scale = costs.within(MOVING_MS, 1.0, 0.0);
+            assert_eq!(scale, 1.0);
+            let mut seen = Vec::new();
+            for _ in 0..40 {
+                costs.learn(scale, takes(scale, fixed));
+                scale = costs.within(MOVING_MS, scale, 0.0);
+                seen.push(scale);
+            }
+            let last = &seen[10..];
+            let mean = last.iter().sum::<f64>() / last.len() as f64;
+            if fixed < MOVING_MS {
+                assert!(last.iter().all(|s| *s <= 0.5) && mean <= most, "{fixed}: {seen:?}");
+            } else {
+                // Fewer pixels are no help, and are tried now and then only.
+                assert!(mean > 0.4, "{fixed}: {seen:?}");
+            }
+        }
+    }
+
+    fn order(change: impl FnOnce(&mut Order)) -> Order {
+        let (setup, scene) = Setup::open("cubes").unwrap();
+        let scene = Arc::new(scene);
+        let (full, number) = ([64, 48], 0);
+        let mut order = Order { number, setup, scene, full, moving: false, follow: false, paused: false, map: None };
+        change(&mut order);
+        order
+    }
+
+    /// What must be done anew for an order, and what of the last one stays.
+    #[test]
+    fn orders_tell_what_changed() {
+        let base = order(|_| ());
+        let like = |change: &dyn Fn(&mut Order)| {
+            let scene = base.scene.clone();
+            order(|o| {
+                o.scene = scene;
+                change(o);
+            })
+            .change(&base)
+        };
+        assert!(like(&|o| o.moving = true) == Change::Nothing);
+        assert!(like(&|o| o.setup.size = [7, 7]) == Change::Nothing, "captures' size is none of the window's");
+        assert!(like(&|o| o.setup.view = "error".into()) == Change::View);
+        assert!(like(&|o| o.setup.split = 0.1) == Change::View);
+        assert!(like(&|o| o.setup.technique = "pcf".into()) == Change::Technique);
+        assert!(like(&|o| o.setup.set("bias=0.01", &["shadow-map".into()]).unwrap()) == Change::Technique);
+        assert!(like(&|o| o.setup.set("pcf.bias=0.01", &[]).unwrap()) == Change::Nothing, "not the one selected");
+        assert!(like(&|o| o.setup.camera.fov = 20.0) == Change::Scene);
+        assert!(like(&|o| o.full = [64, 47]) == Change::Scene);
+        assert!(order(|_| ()).change(&base) == Change::Scene, "loaded again");
     }
 }

@@ -6,9 +6,12 @@ use super::model::{Action, Model, Tab};
 use super::needs::percent;
 use super::plotting::{Labels, color, short};
 use crate::measure::stability::{self, CASES, Case, Point, Stability};
+use crate::params::Values;
 use crate::setup::Setup;
+use crate::{techniques, view};
 use egui::{Button, ComboBox, DragValue, FontId, Grid, Label, RichText, Role, Slider, Ui, WidgetInfo, vec2};
 use egui_plot::{GridMark, HLine, Line, Plot, PlotPoint, PlotPoints, VLine};
+use std::collections::BTreeMap;
 
 /// Seconds that a path takes when it plays.
 pub const SECONDS: f32 = 8.0;
@@ -48,7 +51,50 @@ impl Timeline {
     }
 }
 
+/// A set-up of a case's scene begins where the timeline does.
+pub fn begin(setup: &mut Setup) {
+    if let Some(case) = stability::find(&setup.scene) {
+        (case.place)(setup, 0.0);
+    }
+}
+
+/// Gives back to their defaults the parameters that the path of a set-up's case, if it is one's, moves.
+fn let_go(setup: &mut Setup) {
+    let Some(case) = stability::find(&setup.scene) else { return };
+    let [start, end] = [0.0, 1.0].map(|t| {
+        let mut there = setup.clone();
+        (case.place)(&mut there, t);
+        there.params
+    });
+    for (id, values) in &mut setup.params {
+        let at = |t: &BTreeMap<String, Values>, name: &str| t.get(id).and_then(|v| v.get(name).cloned());
+        values.retain(|name, _| at(&start, name) == at(&end, name));
+    }
+    setup.complete();
+}
+
 impl Model {
+    /// Takes technique, parameters, view and sizes over into the set-up that another scene starts with, as far as its light
+    /// allows.
+    pub fn carry(&self, setup: &mut Setup) {
+        let mut kept = self.setup.clone();
+        let_go(&mut kept);
+        let (camera, light, scene) = (setup.camera, setup.light, std::mem::take(&mut setup.scene));
+        *setup =
+            Setup { scene, origin: setup.origin, time: 0.0, animation: 0, camera, light, shadow_camera: None, ..kept };
+        let serves = |id: &str| techniques::find(id).is_some_and(|i| i.refuses(&light).is_none());
+        if !serves(&setup.technique) {
+            let other = techniques::ALL.iter().find(|i| serves(i.id));
+            setup.technique = other.map_or(setup.technique.clone(), |i| i.id.into());
+        }
+        begin(setup);
+        setup.complete();
+        if techniques::find(&setup.technique).is_none_or(|i| view::check(&setup.view, i).is_err()) {
+            setup.view = view::VIEWS[0].id.into();
+            setup.overlay = None;
+        }
+    }
+
     /// The case whose scene is open.
     fn case(&self) -> Option<&'static Case> {
         self.timeline.case.filter(|c| c.id == self.setup.scene && self.loading.is_none())
@@ -71,10 +117,10 @@ pub fn show(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
 fn controls(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
     let chosen = m.timeline.case;
     let combo = ComboBox::from_id_salt("case").width(ui.available_width() - 4.0).truncate();
-    let shown = combo.selected_text(chosen.map_or("choose a case", |c| c.id)).show_ui(ui, |ui| {
+    let shown = combo.selected_text(chosen.map_or("choose a case", |c| c.title)).show_ui(ui, |ui| {
         for case in CASES {
             let own = chosen.is_some_and(|c| c.id == case.id);
-            if ui.selectable_label(own, case.id).on_hover_text(case.doc).clicked() {
+            if ui.selectable_label(own, case.title).on_hover_text(format!("{}: {}", case.id, case.doc)).clicked() {
                 m.timeline.choose(case);
                 if m.setup.scene != case.id {
                     out.push(Action::Open(case.id.into()));
@@ -88,9 +134,9 @@ fn controls(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
         ui.label(RichText::new(tip).small().weak());
         return;
     };
-    ui.label(RichText::new(case.doc).small().weak());
+    ui.label(RichText::new(format!("{}: {}", case.id, case.doc)).small().weak());
     if m.case().is_none() {
-        let open = ui.add_enabled(m.loading.is_none(), Button::new(format!("Open {}", case.id)));
+        let open = ui.add_enabled(m.loading.is_none(), Button::new(format!("Open {}", case.title)));
         if open.on_hover_text("Load the case's scene.").clicked() {
             out.push(Action::Open(case.id.into()));
         }

@@ -2,7 +2,7 @@
 
 use super::model::{Action, Model, Reading, Traced};
 use super::style::{ACCENT, TEXT};
-use super::{compare, gizmo, legend};
+use super::{compare, freeze, gizmo, legend, maps};
 use crate::view;
 use egui::{Align2, Color32, CursorIcon, FontId, Id, Key, PointerButton, Pos2, Rect, Sense, Ui, vec2};
 
@@ -40,11 +40,19 @@ pub fn show(ui: &mut Ui, rect: Rect, m: &mut Model, out: &mut Vec<Action>) {
         out.push(Action::Focus([at.x, at.y]));
     }
     fly(ui, m);
+    m.maps.pointed = r.hover_pos().map(|p| {
+        let at = (p - rect.min) / rect.size();
+        [at.x, at.y]
+    });
+    maps::marks(ui, rect, m);
     tracing(ui, rect, m);
     let free = if m.show_legend { legend::show(ui, rect, m) } else { rect };
     draft(ui, free, m);
     compare::over(ui, free, m);
-    gizmo::show(ui, rect, m);
+    gizmo::show(ui, free, m);
+    if m.setup.shadow_camera.is_some() {
+        label(ui, rect, free.center_bottom() - vec2(0.0, 12.0), Align2::CENTER_BOTTOM, freeze::FROZEN);
+    }
     if let Some(reason) = m.info().refuses(&m.setup.light) {
         let text = format!("{reason}: drawn without shadow");
         label(ui, rect, rect.center_top() + vec2(0.0, 40.0), Align2::CENTER_TOP, &text);

@@ -5,7 +5,7 @@ use super::chart::Picture;
 use super::model::{Action, Job, Model, Tab};
 use super::stage::{Order, Request, Stage};
 use super::work::{Desk, Done, Figures, Loaded, Opened};
-use super::{Ended, shell, style};
+use super::{Ended, shell, style, timeline};
 use crate::chart::{COSTS, ERRORS};
 use crate::gpu::{self, Gpu};
 use crate::setup::Setup;
@@ -218,7 +218,7 @@ impl Open {
     /// Takes in what the threads have done.
     ///
     /// # Errors
-    /// Not even the first scene can be drawn.
+    /// What was named at the start cannot be opened or drawn.
     fn take_in(&mut self) -> Result<()> {
         while let Some(done) = self.desk.take() {
             match done {
@@ -226,7 +226,12 @@ impl Open {
                     if self.stage.ended() {
                         self.stage = Stage::start(self.desk.post(), self.gpu.info.name.clone(), self.gpu.software());
                     }
-                    let Loaded { setup, scene, geometry } = *loaded;
+                    let Loaded { mut setup, scene, geometry, bare } = *loaded;
+                    match &self.model {
+                        Some(m) if bare => m.carry(&mut setup),
+                        None if bare => timeline::begin(&mut setup),
+                        _ => {}
+                    }
                     self.stage.ask(Request::Load(job, setup, scene, Box::new(geometry)));
                     continue;
                 }
@@ -261,6 +266,10 @@ impl Open {
                     self.glide = Some(Glide { from: m.setup.camera.target, to, start: Instant::now() });
                 }
                 Done::Point(Ok(_)) => {}
+                Done::Map(map) => match *map {
+                    Some(map) if m.maps.wanted().is_some() => m.maps.take(map),
+                    _ => m.maps.forget(),
+                },
                 Done::Reloaded(Ok(())) => {
                     m.notes.retain(|n| !n.error);
                     m.say("Shaders reloaded.");
@@ -438,6 +447,7 @@ impl Open {
             moving: held || resized || self.glide.is_some() || m.moving(),
             follow: m.drawer == Some(Tab::Chart),
             paused: m.measuring.is_some(),
+            map: m.maps.wanted(),
         });
         if std::mem::replace(&mut m.order, number) != number {
             m.ordered = Instant::now();

@@ -3,7 +3,7 @@
 use super::model::{Facts, Tab};
 use super::stage::Picture;
 use crate::chart::{self, Axis};
-use crate::frame::{Ask, Renderer, Truth};
+use crate::frame::{Ask, MapLayer, Renderer, Truth};
 use crate::gpu::Gpu;
 use crate::measure::advise::{self, Advice, Budget};
 use crate::measure::stability::{self, Stability};
@@ -29,6 +29,8 @@ pub struct Loaded {
     pub setup: Setup,
     pub scene: Arc<Scene>,
     pub geometry: Geometry,
+    /// A scene was named, not a set-up: all that is no part of a scene may stay as it is.
+    pub bare: bool,
 }
 
 /// A set-up, its scene, and that scene's lowest and highest corner.
@@ -47,6 +49,8 @@ pub enum Done {
     /// The surface there.
     Point(Result<Option<Vec3>>),
     Reloaded(Result<()>),
+    /// The map that the viewer shows; None: the technique has none.
+    Map(Box<Option<MapLayer>>),
     /// The scene's thread goes on; it has ended.
     Failed(anyhow::Error),
     Broken(anyhow::Error),
@@ -167,7 +171,9 @@ impl Desk {
     /// Opens a scene, set-up or capture.
     pub fn open(&self, job: u64, what: String) {
         self.start(move |post| {
-            let opened = Setup::open(&what).and_then(|(setup, scene)| prepared(setup, scene));
+            let ending = Path::new(&what).extension().map(|e| e.to_ascii_lowercase());
+            let bare = ending.is_none_or(|e| e != "toml" && e != "png");
+            let opened = Setup::open(&what).and_then(|(setup, scene)| prepared(setup, scene, bare));
             post.send(Done::Loaded(job, opened));
         });
     }
@@ -175,7 +181,7 @@ impl Desk {
     /// Loads a set-up's scene again.
     pub fn restore(&self, job: u64, setup: Setup) {
         self.start(move |post| {
-            let loaded = setup::load_scene(&setup.scene).and_then(|scene| prepared(setup, scene));
+            let loaded = setup::load_scene(&setup.scene).and_then(|scene| prepared(setup, scene, false));
             post.send(Done::Loaded(job, loaded));
         });
     }
@@ -255,8 +261,10 @@ impl Desk {
     pub fn capture(&mut self, adapter: String, scene: Arc<Scene>, setup: Setup, path: PathBuf) {
         let closed = self.closed();
         let thread = self.start(move |post| {
+            let folder = path.parent().filter(|f| !f.as_os_str().is_empty() && !f.exists()).map(Path::to_path_buf);
             let captured = renderer(&adapter, scene, closed).and_then(|mut r| capture::capture(&mut r, &setup, &path));
-            post.send(Done::Captured(captured.map(|notes| (path, notes))));
+            let made = folder.map(|f| format!("The folder {} did not exist; it was made.", f.display()));
+            post.send(Done::Captured(captured.map(|notes| (path, made.into_iter().chain(notes).collect()))));
         });
         self.drawing.push(thread);
     }
@@ -328,11 +336,11 @@ impl Desk {
     }
 }
 
-fn prepared(mut setup: Setup, scene: Scene) -> Result<Box<Loaded>> {
+fn prepared(mut setup: Setup, scene: Scene, bare: bool) -> Result<Box<Loaded>> {
     // A step that is restored may have been made before the file changed.
     setup.count_from(scene.origin);
     let geometry = Geometry::new(&scene, 0, 0.0)?;
-    Ok(Box::new(Loaded { setup, scene: Arc::new(scene), geometry }))
+    Ok(Box::new(Loaded { setup, scene: Arc::new(scene), geometry, bare }))
 }
 
 /// Draws small pictures for as long as they are asked for.

@@ -259,7 +259,7 @@ impl Warped {
         Ok(())
     }
 
-    /// Shows counts of view samples, a number a texel, where the map `id` is asked for.
+    /// Shows counts of view samples, a number per texel, where the map `id` is asked for.
     pub fn show_counts(&self, f: &mut Frame, id: &str, counts: &wgpu::Buffer, resolution: u32) {
         if f.setup.view != id {
             return;

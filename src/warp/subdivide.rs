@@ -32,7 +32,7 @@ pub struct Subdivide {
     finish: Pass,
     draw: Pass,
     tiles: wgpu::Buffer,
-    /// For a number of triangles, and texels a side.
+    /// For a number of triangles, and texels per side.
     held: Option<([u32; 2], Held)>,
 }
 

@@ -149,7 +149,7 @@ fn old_specular_glossiness_gives_its_diffuse_colour() {
 #[test]
 fn images_that_cannot_be_read_are_refused() {
     let truncated = &picture(ImageFormat::Png)[..40];
-    let huge = "iVBORw0KGgoAAAANSUhEUgAP//8AD///CAYAAAA="; // a header of a million texels a side
+    let huge = "iVBORw0KGgoAAAANSUhEUgAP//8AD///CAYAAAA="; // a header of a million texels per side
     for (image, reason) in [
         (json!({ "uri": "gone.png" }), "gone.png"),
         (json!({ "uri": "../up.png" }), "outside the file's folder"),

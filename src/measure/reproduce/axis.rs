@@ -43,7 +43,7 @@ fn octaves(z: f64) -> f64 {
 }
 
 const OCTAVES: &str = "depth, octaves from the near plane";
-const ERROR: &str = "aliasing error m along the view, pixels a texel";
+const ERROR: &str = "aliasing error m along the view, pixels per texel";
 
 /// Depth and the perspective part of m of each pixel of the floor, measured.
 fn floor(b: &mut Bench, technique: &str, sets: &[&str]) -> Result<Vec<[f64; 2]>> {

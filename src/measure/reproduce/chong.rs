@@ -5,7 +5,7 @@ use crate::fit::flatland::{self, Badness};
 use crate::measure::table;
 use anyhow::{Context, Result};
 
-/// His rows for a scene: the film's angle, and worst, average and mean + σ in pixels a texel.
+/// His rows for a scene: the film's angle, and worst, average and mean + σ in pixels per texel.
 struct Theirs {
     best: [f64; 4],
     perspective: [f64; 4],

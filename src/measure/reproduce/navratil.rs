@@ -448,7 +448,7 @@ struct Shot {
 
 /// Captures views of a scene, 512² pixels and texels, and what their maps use.
 fn shots(b: &mut Bench, scene: &str, all: &[Shot]) -> Result<[String; 2]> {
-    let head = ["", "texels with view samples, %", "view samples a texel, largest", "inequality (Gini)"];
+    let head = ["", "texels with view samples, %", "samples per texel, largest", "inequality (Gini)"];
     let mut lines = vec![head.map(String::from).to_vec()];
     let mut shown = String::new();
     for (i, shot) in all.iter().enumerate() {

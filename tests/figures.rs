@@ -1,0 +1,299 @@
+//! Figures of several techniques, overlays, legends, and maps read back.
+
+mod common;
+
+use common::*;
+use glam::Vec3;
+use shadowscope::frame::{Ask, Renderer, Truth, panes};
+use shadowscope::legend::{self, Key, Known, Part};
+use shadowscope::palette::{self, OCTAVES};
+use shadowscope::setup::{Arrange, Overlay, Setup, Side};
+
+const SIZE: [u32; 2] = [96, 72];
+
+/// The yard under a low sun, by a coarse map.
+fn yard_setup() -> (Renderer, Setup) {
+    let view = camera(Vec3::new(4.0, 5.0, 9.0), Vec3::new(0.0, 0.3, 0.0));
+    let scene = scene(vec![mesh(&yard(), 0)], vec![material(Vec3::splat(0.8))], view, sun(Vec3::new(0.5, 0.7, 0.3)));
+    let (r, mut s) = start(scene, SIZE);
+    s.set("resolution=96", &["shadow-map".into()]).unwrap();
+    (r, s)
+}
+
+fn whole(setup: &Setup) -> Ask {
+    Ask { size: setup.size, truth: Truth::All, analysis: false, timed: true, picture: true, fresh: false }
+}
+
+/// The picture of a set-up, a colour a pixel.
+fn picture(r: &mut Renderer, s: &Setup) -> Vec<[u8; 4]> {
+    s.check().unwrap();
+    r.draw(s, whole(s)).unwrap();
+    bytemuck::pod_collect_to_vec(&r.read_picture().unwrap())
+}
+
+fn against(s: &Setup, sides: &[&str]) -> Setup {
+    Setup { against: sides.iter().map(|t| Side::parse(t).unwrap()).collect(), ..s.clone() }
+}
+
+fn at(x: u32, y: u32) -> usize {
+    (y * SIZE[0] + x) as usize
+}
+
+/// Left of the line the first, right of it the second, as each is alone; with the truth what `rt-hard` draws.
+#[test]
+fn a_swipe_shows_both_sides_as_they_are_alone() {
+    let (mut r, s) = yard_setup();
+    let alone = picture(&mut r, &s);
+    for other in ["pcf:kernel=5", "pssm", "truth"] {
+        let swipe = Setup { split: 0.4, ..against(&s, &[other]) };
+        let both = picture(&mut r, &swipe);
+        let mut second = swipe.side(1);
+        if other == "truth" {
+            second.select("rt-hard").unwrap();
+        }
+        let second = picture(&mut r, &second);
+        assert_ne!(alone, second, "{other}");
+        let line = (0.4 * SIZE[0] as f32).round() as u32;
+        for y in 0..SIZE[1] {
+            for x in 0..SIZE[0] {
+                let expected = if x < line { &alone } else { &second };
+                assert_eq!(both[at(x, y)], expected[at(x, y)], "{other} at {x}, {y}");
+            }
+        }
+        // Only the arrangement changes: no new frame.
+        r.redraw(&Setup { split: 1.0, ..swipe.clone() }).unwrap();
+        r.draw(&swipe, whole(&swipe)).unwrap();
+        r.redraw(&Setup { split: 1.0, ..swipe.clone() }).unwrap();
+        assert_eq!(bytemuck::pod_collect_to_vec::<u8, [u8; 4]>(&r.read_picture().unwrap()), alone);
+        r.redraw(&Setup { arrange: Arrange::Flicker, front: 1, ..swipe.clone() }).unwrap();
+        assert_eq!(bytemuck::pod_collect_to_vec::<u8, [u8; 4]>(&r.read_picture().unwrap()), second);
+    }
+}
+
+/// Parts side by side are pictures of their size with the same camera, and each side's visibility can be read.
+#[test]
+fn sides_beside_each_other_are_pictures_of_their_size() {
+    let (mut r, s) = yard_setup();
+    let grid = Setup { arrange: Arrange::SideBySide, ..against(&s, &["pcf", "pssm", "truth"]) };
+    let all = picture(&mut r, &grid);
+    let visible: Vec<Vec<f32>> = (0..3).map(|side| r.read_side(side).unwrap()).collect();
+    assert_eq!(panes(&grid, SIZE).len(), 4);
+    for pane in panes(&grid, SIZE) {
+        let mut one = Setup { size: pane.size, ..grid.side(pane.side) };
+        if grid.is_truth(pane.side) {
+            one.select("rt-hard").unwrap();
+        }
+        let alone = picture(&mut r, &one);
+        for (i, color) in alone.iter().enumerate() {
+            let (x, y) = (i as u32 % pane.size[0], i as u32 / pane.size[0]);
+            assert_eq!(all[at(pane.at[0] + x, pane.at[1] + y)], *color, "side {} at {x}, {y}", pane.side);
+        }
+        if pane.side < 3 {
+            assert_eq!(r.read_visibility().unwrap(), visible[pane.side]);
+        }
+    }
+}
+
+/// Times come for each side that is a technique.
+#[test]
+fn each_side_is_timed() {
+    let (mut r, s) = yard_setup();
+    let setup = against(&s, &["pssm", "truth"]);
+    let told = r.draw(&setup, whole(&setup)).unwrap();
+    let passes: Vec<Vec<&str>> = told.sides.iter().map(|s| s.iter().map(|p| p.0).collect()).collect();
+    assert!(passes[0].contains(&"shadow map") && passes[1].contains(&"shadow maps"), "{passes:?}");
+    assert!(passes[2].is_empty());
+}
+
+/// The difference is drawn where visibilities differ, orange where the first is lighter, blue where the second is.
+#[test]
+fn the_difference_is_that_of_the_visibilities() {
+    let (mut r, s) = yard_setup();
+    for other in ["pcf", "truth"] {
+        let setup = Setup { view: "difference".into(), ..against(&s, &[other]) };
+        let drawn = picture(&mut r, &setup);
+        let second = if other == "truth" { r.read_truth().unwrap() } else { r.read_side(1).unwrap() };
+        let (first, mask) = (r.read_visibility().unwrap(), r.read_mask().unwrap());
+        let (mut more, mut less) = (0, 0);
+        for i in 0..first.len() {
+            let [red, _, blue, _] = drawn[i].map(i32::from);
+            let d = if mask[i] == shadowscope::measure::metrics::FACING { first[i] - second[i] } else { 0.0 };
+            if d.abs() > 0.3 {
+                assert_eq!(red > blue, d > 0.0, "{other}: {d} is {:?}", drawn[i]);
+                if d > 0.0 { more += 1 } else { less += 1 }
+            } else if d == 0.0 {
+                assert!((red - blue).abs() < 12, "{other}: no difference is {:?}", drawn[i]);
+            }
+        }
+        assert!(more > 20 && less > 20, "{more} lighter, {less} darker");
+    }
+}
+
+/// An overlay is mixed in where its view shows data, and an inset leaves the rest as it is.
+#[test]
+fn an_overlay_is_blended_over_the_shaded_picture() {
+    let (mut r, s) = yard_setup();
+    let shaded = picture(&mut r, &s);
+    let aliasing = picture(&mut r, &Setup { view: "aliasing".into(), ..s.clone() });
+    let m = r.analysis().aliasing(&r.gpu).unwrap().unwrap();
+    let over = |opacity, inset| Setup {
+        overlay: Some(Overlay { view: "aliasing".into(), opacity, inset }),
+        view: "shaded".into(),
+        ..s.clone()
+    };
+    assert_eq!(picture(&mut r, &over(0.0, false)), shaded);
+    let half = picture(&mut r, &over(0.5, false));
+    for i in 0..shaded.len() {
+        for c in 0..3 {
+            let mixed =
+                if m[i][0] > 0.0 { (shaded[i][c] as i32 + aliasing[i][c] as i32) / 2 } else { shaded[i][c] as i32 };
+            assert!(
+                (half[i][c] as i32 - mixed).abs() <= 1,
+                "{i}: {:?} of {:?} and {:?}",
+                half[i],
+                shaded[i],
+                aliasing[i]
+            );
+        }
+    }
+    let inset = picture(&mut r, &over(1.0, true));
+    let same = (0..SIZE[1]).flat_map(|y| (0..SIZE[0]).map(move |x| (x, y))).filter(|(x, y)| *x < 60 || *y < 44);
+    same.for_each(|(x, y)| assert_eq!(inset[at(x, y)], shaded[at(x, y)], "{x}, {y}"));
+    assert_ne!(inset[at(80, 60)], shaded[at(80, 60)]);
+}
+
+/// The legend's colours are the shader's.
+#[test]
+fn the_legend_has_the_colours_of_the_picture() {
+    let (mut r, s) = yard_setup();
+    let drawn = picture(&mut r, &Setup { view: "aliasing".into(), ..s });
+    let m = r.analysis().aliasing(&r.gpu).unwrap().unwrap();
+    let mut seen = 0;
+    for (i, m) in m.iter().enumerate().filter(|(_, m)| m[0] > 0.0) {
+        let expected = palette::bytes(OCTAVES.at(m[0].log2() / 8.0 + 0.5));
+        let near = (0..3).all(|c| (drawn[i][c] as i32 - expected[c] as i32).abs() <= 1);
+        assert!(near, "m = {}: {:?}, expected {expected:?}", m[0], drawn[i]);
+        seen += 1;
+    }
+    assert!(seen > 1000);
+}
+
+/// Every view of every technique has a legend that fits below a small picture; those with colours have parts.
+#[test]
+fn every_view_has_its_legend() {
+    let (mut r, s) = yard_setup();
+    let plain = ["shaded", "albedo", "triangles"];
+    for info in shadowscope::techniques::ALL {
+        let mut s = s.clone();
+        s.select(info.id).unwrap();
+        for view in shadowscope::view::VIEWS.iter().chain(info.maps()) {
+            s.view = view.id.into();
+            r.draw(&s, Ask { truth: Truth::Off, timed: false, ..whole(&s) }).unwrap();
+            let key = Key::new(&s, r.geometry().bounds, &r.known().unwrap());
+            assert_eq!(key.is_empty(), plain.contains(&view.id), "{} {}", info.id, view.id);
+            assert!(key.title.contains(view.title) && key.title.contains(info.title), "{}", key.title);
+            for part in &key.parts {
+                if let Part::Scale(_, what, ticks) = part {
+                    assert!(!what.is_empty() && ticks.len() >= 2, "{} {}: {what} {ticks:?}", info.id, view.id);
+                    assert!(ticks.iter().all(|t| (-0.01..=1.01).contains(&t.0)), "{} {}: {ticks:?}", info.id, view.id);
+                }
+            }
+        }
+    }
+}
+
+/// A capture's legend lies below the picture, which but for a chart's axes stays as it is.
+#[test]
+fn a_legend_lies_below_the_picture() {
+    let (mut r, s) = yard_setup();
+    let s = Setup { view: "error".into(), size: [320, 180], ..s };
+    r.draw(&s, whole(&s)).unwrap();
+    let plain = r.read_picture().unwrap();
+    let key = Key::new(&s, r.geometry().bounds, &Known::default());
+    let (size, with) = legend::below(&key, s.size, &plain).unwrap();
+    assert!(size[0] == 320 && size[1] > 190 && size[1] < 260, "{size:?}");
+    assert_eq!(with.len(), (size[0] * size[1] * 4) as usize);
+    assert_eq!(with[..plain.len()], plain[..]);
+    // Both classes' colours are in the strip.
+    for color in [palette::LEAK, palette::FALSE_SHADOW].map(palette::bytes) {
+        let found = with[plain.len()..].chunks_exact(4).filter(|p| p[..3] == color).count();
+        assert!(found > 20, "{color:?}: {found}");
+    }
+}
+
+/// A set-up's comparison and overlay survive being written and read; an older file's split view is one with the truth.
+#[test]
+fn comparisons_are_written_and_read() {
+    let (_, s) = yard_setup();
+    let s = Setup {
+        scene: "cubes".into(),
+        arrange: Arrange::SideBySide,
+        overlay: Some(Overlay { view: "aliasing".into(), opacity: 0.25, inset: false }),
+        legend: true,
+        ..against(&s, &["pssm:lambda=0.75;cascades=3", "truth"])
+    };
+    let text = s.to_toml(std::path::Path::new("x.toml")).unwrap();
+    let (back, _) = Setup::from_toml(&text, std::path::Path::new("x.toml")).unwrap();
+    assert_eq!((&back.against, back.arrange, &back.overlay, back.legend), (&s.against, s.arrange, &s.overlay, true));
+    let old = "scene = \"cubes\"\nview = \"split\"\nsplit = 0.3\n";
+    let (old, _) = Setup::from_toml(old, std::path::Path::new("x.toml")).unwrap();
+    assert_eq!((old.view.as_str(), old.split, old.is_truth(1)), ("shaded", 0.3, true));
+    assert!(old.needs_truth());
+    for (bad, said) in [
+        ("[[against]]\ntechnique = \"nothing\"\n", "nothing"),
+        ("[[against]]\nparams = {}\n", "technique"),
+        ("arrange = \"around\"\n", "swipe"),
+        ("[overlay]\nview = \"nothing\"\n", "nothing"),
+        ("[overlay]\nview = \"error\"\nopacity = 2.0\n", "0 to 1"),
+    ] {
+        let text = format!("scene = \"cubes\"\n{bad}");
+        let e = format!("{:#}", Setup::from_toml(&text, std::path::Path::new("x.toml")).unwrap_err());
+        assert!(e.contains(said), "{bad}: {e}");
+    }
+}
+
+/// Every sample has its texel: places and counts tell the same, and depths are those of the casters.
+#[test]
+fn maps_are_read_back_with_their_samples() {
+    let (mut r, mut s) = yard_setup();
+    for id in ["shadow-map", "pcf", "pssm", "lispsm", "rtw"] {
+        s.select(id).unwrap();
+        s.set("resolution=128", &[id.into()]).unwrap();
+        r.render(&s, Ask { analysis: true, ..whole(&s) }).unwrap();
+        let first = r.read_layer(0).unwrap().unwrap();
+        let layers = if id == "pssm" { 4 } else { 1 };
+        assert_eq!((first.layers, first.side, first.size), (layers, 128, SIZE), "{id}");
+        let mut total = 0;
+        for layer in 0..layers {
+            let map = r.read_layer(layer).unwrap().unwrap();
+            let mut counted = vec![0; 128 * 128];
+            for (texel, l) in map.places.iter().flatten() {
+                if *l == layer {
+                    let [x, y] = texel.map(|t| (t.max(0.0) as usize).min(127));
+                    counted[y * 128 + x] += 1;
+                }
+            }
+            total += counted.iter().sum::<u32>();
+            assert_eq!(map.samples.unwrap(), counted, "{id} {layer}");
+        }
+        assert!(total > 1500, "{id}: {total}");
+        // Where a place is lit the map holds the surface itself, to within a texel's slope.
+        let visible = r.read_visibility().unwrap();
+        let (at, mut off, mut lit) = (r.read_position().unwrap(), 0, 0);
+        for (i, place) in first.places.iter().enumerate() {
+            let Some(([x, y], 0)) = *place else { continue };
+            let texel = (y.max(0.0) as usize).min(127) * 128 + (x.max(0.0) as usize).min(127);
+            if visible[i] < 1.0 || (id == "rtw" && first.depth[texel] == 0.0) {
+                continue;
+            }
+            let p = Vec3::new(at[i][0], at[i][1], at[i][2]);
+            let depth = first.view.axis.dot(p.extend(1.0));
+            lit += 1;
+            off += first.metres(texel).is_none_or(|d| (d - depth).abs() > 0.6) as usize;
+        }
+        assert!(lit > 300 && off * 20 < lit, "{id}: {off} of {lit} lit pixels are far from what the map holds");
+    }
+    s.select("rt-hard").unwrap();
+    r.render(&s, Ask { analysis: true, ..whole(&s) }).unwrap();
+    assert!(r.read_layer(0).unwrap().is_none());
+}
