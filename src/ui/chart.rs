@@ -181,6 +181,10 @@ pub fn show(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
         labels.keep_off(at.windows(2).map(|p| [p[0], p[1]]));
         whiskers(ui, frame, line, &spots, |cost, error| screen((cost, error)));
     }
+    for front in fronts(cost, &m.chart.seen, &spots) {
+        let at: Vec<Pos2> = staircase(&front).into_iter().map(screen).collect();
+        labels.keep_off(at.windows(2).map(|p| [p[0], p[1]]));
+    }
     live(ui, m, error, frame, &mut labels, &trail.iter().copied().map(screen).collect::<Vec<_>>());
     for line in &m.chart.lines {
         if let Some(end) = line.points.iter().rev().find_map(|i| screens[*i]) {
