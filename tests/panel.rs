@@ -811,3 +811,274 @@ fn the_panel_clips_nothing_and_keeps_its_columns() {
         }
     }
 }
+
+#[test]
+fn a_parameter_shows_only_where_it_means_something() {
+    let mut harness = harness("cubes", 2600.0);
+    click(&mut harness, "Percentage-closer filtering");
+    assert!(
+        harness.query_by_role_and_label(egui::accesskit::Role::Slider, "kernel").is_some()
+            && harness.query_by_role_and_label(egui::accesskit::Role::Slider, "samples").is_none()
+    );
+    harness.state_mut().model.setup.set("mode=disk", &["pcf".into()]).unwrap();
+    harness.run_steps(2);
+    assert!(
+        harness.query_by_role_and_label(egui::accesskit::Role::Slider, "kernel").is_none()
+            && harness.query_by_role_and_label(egui::accesskit::Role::Slider, "samples").is_some()
+    );
+    // Splits that fewer cascades have not, and the two ends of λ.
+    click(&mut harness, "Parallel-split (cascaded) shadow maps");
+    assert!(
+        harness.query_by_role_and_label(egui::accesskit::Role::Slider, "resolution 4").is_some()
+            && harness.query_by_role_and_label(egui::accesskit::Role::Slider, "resolution 5").is_none()
+    );
+    assert!(texts(&harness).iter().any(|t| t.0 == "uniform") && texts(&harness).iter().any(|t| t.0 == "logarithmic"));
+}
+
+#[test]
+fn a_pinned_parameter_stands_on_top_and_folded_sections_stay_so() {
+    let mut harness = harness("cubes", 2600.0);
+    let top = |h: &Harness<'static, State>, name: &str| {
+        h.get_by_role_and_label(egui::accesskit::Role::Slider, name).rect().top()
+    };
+    assert!(top(&harness, "slope bias") > top(&harness, "resolution"));
+    harness.state_mut().model.pinned.insert("slope_bias");
+    harness.run_steps(3);
+    assert!(top(&harness, "slope bias") < top(&harness, "resolution"));
+    click(&mut harness, "Map");
+    harness.run_steps(20);
+    assert!(harness.query_by_role_and_label(egui::accesskit::Role::Slider, "resolution").is_none());
+    click(&mut harness, "Percentage-closer filtering");
+    assert!(
+        harness.query_by_role_and_label(egui::accesskit::Role::Slider, "resolution").is_none()
+            && harness.query_by_role_and_label(egui::accesskit::Role::Slider, "slope bias").is_some()
+    );
+}
+
+#[test]
+fn a_number_out_of_range_says_what_became_of_it() {
+    use egui::accesskit::Role;
+    let mut harness = harness("cubes", 2600.0);
+    let field = |h: &Harness<'static, State>| {
+        let all = h.get_all_by_role_and_label(Role::SpinButton, "slope bias");
+        all.map(|n: Node| n.rect().center()).next().unwrap()
+    };
+    let mut enter = |text: &str| {
+        harness.hover_at(field(&harness));
+        harness.run_steps(1);
+        harness.drag_at(field(&harness));
+        harness.drop_at(field(&harness));
+        harness.run_steps(3);
+        harness.event(egui::Event::Text(text.into()));
+        harness.run_steps(2);
+        harness.key_press(egui::Key::Enter);
+        harness.run_steps(3);
+        let m = &harness.state().model;
+        (m.setup.values()["slope_bias"].clone(), m.notes.last().map_or(String::new(), |n| n.text.clone()))
+    };
+    assert_eq!(enter("1.234567"), (Value::Float(1.234567), String::new()));
+    // Left as it stands, the shortened text changes nothing.
+    assert_eq!(enter(""), (Value::Float(1.234567), String::new()));
+    assert_eq!(enter("100"), (Value::Float(8.0), "slope bias takes 0 to 8 × texel: 100 became 8.".into()));
+}
+
+#[test]
+fn the_focus_moves_by_tab_and_arrows_turn_what_has_it() {
+    use egui::accesskit::Role;
+    let mut harness = harness("cubes", 2600.0);
+    let before = setup(&harness);
+    let bias = |h: &Harness<'static, State>| {
+        let all = h.get_all_by_role_and_label(Role::Slider, "bias");
+        all.map(|n: Node| n.accesskit_node().is_focused()).next().unwrap()
+    };
+    for _ in 0..200 {
+        if bias(&harness) {
+            break;
+        }
+        harness.key_press(egui::Key::Tab);
+        harness.run_steps(2);
+    }
+    assert!(bias(&harness), "the slider is never in focus");
+    assert!(harness.state().model.show_panel, "Tab no longer hides the panel");
+    for _ in 0..3 {
+        harness.key_press(egui::Key::ArrowRight);
+        harness.run_steps(2);
+    }
+    let Value::Float(more) = setup(&harness).values()["bias"] else { panic!() };
+    assert!(more > 0.002, "{more}");
+    // Other keys go on working.
+    harness.key_press(egui::Key::Num5);
+    harness.run_steps(2);
+    assert_eq!(setup(&harness).view, "error");
+    for _ in 0..4 {
+        harness.key_press_modifiers(egui::Modifiers::COMMAND, egui::Key::Z);
+        harness.run_steps(2);
+    }
+    assert_eq!(setup(&harness), before);
+}
+
+#[test]
+fn a_hidden_panel_comes_back() {
+    let mut harness = harness("cubes", 800.0);
+    harness.key_press(egui::Key::F9);
+    harness.run_steps(3);
+    assert_eq!(harness.state().picture.width(), 1280.0);
+    click(&mut harness, "Show the panel");
+    assert_eq!(harness.state().picture.width(), 940.0);
+    // The edge can be dragged.
+    let edge = egui::pos2(harness.state().picture.right() + 2.0, 400.0);
+    harness.hover_at(edge);
+    harness.run_steps(2);
+    harness.drag_at(edge);
+    harness.run_steps(2);
+    harness.hover_at(edge - egui::vec2(100.0, 0.0));
+    harness.run_steps(2);
+    harness.drop_at(edge - egui::vec2(100.0, 0.0));
+    harness.run_steps(4);
+    let width = harness.state().picture.width();
+    assert!((820.0..=860.0).contains(&width), "{width}");
+}
+
+#[test]
+fn a_small_window_hides_the_panel_and_holds_everything() {
+    for size in [[300.0, 200.0], [420.0, 260.0], [559.0, 300.0]] {
+        let mut harness = harness("st-jitter", 800.0);
+        harness.set_size(egui::vec2(size[0] + 16.0, size[1] + 16.0));
+        harness.run_steps(4);
+        assert_eq!(harness.state().picture.width(), size[0], "the picture has all the width");
+        assert!(harness.state().picture.height() >= size[1] - 60.0);
+        click(&mut harness, "Show the panel");
+        assert!(harness.state().picture.width() <= size[0] - 200.0);
+        for step in 0..8 {
+            let m = &mut harness.state_mut().model;
+            match step {
+                0 => m.show_help = true,
+                1 => (m.show_help, m.closing) = (false, true),
+                2 => m.closing = false,
+                3 => m.drawer = Some(Tab::Chart),
+                4 => m.drawer = Some(Tab::Stability),
+                5 => m.drawer = Some(Tab::Advice),
+                6 => m.framed = true,
+                _ => m.fail(&anyhow::anyhow!(
+                    "a long message that must find its place in a window that is hardly larger"
+                )),
+            }
+            harness.run_steps(3);
+        }
+        harness.key_press(egui::Key::F9);
+        harness.run_steps(3);
+        assert!(!harness.state().model.panel_shows());
+    }
+}
+
+#[test]
+fn the_frame_gives_the_picture_the_captures_shape() {
+    let mut harness = harness("cubes", 800.0);
+    harness.state_mut().model.framed = true;
+    harness.run_steps(3);
+    let picture = harness.state().picture;
+    assert!((picture.aspect_ratio() - 1280.0 / 720.0).abs() < 1e-3 && picture.width() == 940.0, "{picture:?}");
+}
+
+#[test]
+fn closing_with_rows_in_no_file_asks() {
+    let mut harness = charted();
+    harness.state_mut().actions.clear();
+    let quit = |h: &mut Harness<'static, State>| {
+        h.key_press_modifiers(egui::Modifiers::COMMAND, egui::Key::Q);
+        h.run_steps(4);
+    };
+    quit(&mut harness);
+    assert!(harness.state().actions.is_empty());
+    harness.get_by_label("5 measured rows are not saved.");
+    click(&mut harness, "Cancel");
+    assert!(harness.query_by_label("Close without saving").is_none());
+    quit(&mut harness);
+    click(&mut harness, "Save measured-001.csv and close");
+    assert_eq!(harness.state().actions, [Action::Export(Tab::Chart, "measured-001.csv".into())]);
+    harness.state_mut().model.closing = false;
+    harness.state_mut().actions.clear();
+    quit(&mut harness);
+    click(&mut harness, "Close without saving");
+    assert_eq!(harness.state().actions, [Action::Quit]);
+    harness.state_mut().actions.clear();
+    quit(&mut harness);
+    assert_eq!(harness.state().actions, [Action::Quit], "nothing is left to save");
+}
+
+#[test]
+fn another_scene_keeps_technique_parameters_view_and_size() {
+    let mut harness = harness("cubes", 800.0);
+    let m = &mut harness.state_mut().model;
+    m.select(techniques::find("pcf").unwrap());
+    m.setup.set("kernel=7", &["pcf".into()]).unwrap();
+    m.setup.set("bias=0.05", &["pcf".into()]).unwrap();
+    m.setup.view = "texels".into();
+    m.setup.size = [320, 200];
+    let (mut next, scene) = Setup::open("st-contact").unwrap();
+    let first = next.clone();
+    m.carry(&mut next);
+    assert_eq!((next.technique.as_str(), next.view.as_str(), next.size), ("pcf", "texels", [320, 200]));
+    assert_eq!((next.scene.as_str(), next.camera, next.light), ("st-contact", first.camera, first.light));
+    assert_eq!(next.values()["kernel"], Value::Int(7));
+    // The case begins where its timeline does, and what its path moves goes back to the default afterwards.
+    assert_eq!(next.values()["bias"], Value::Float(0.0));
+    next.check().unwrap();
+    let bounds = m.bounds;
+    m.open(next, Arc::new(scene), bounds, false);
+    let (mut back, _) = Setup::open("blocks").unwrap();
+    m.carry(&mut back);
+    assert_eq!((&back.values()["kernel"], &back.values()["bias"]), (&Value::Int(7), &Value::Float(0.002)));
+    // A light that the technique does not serve.
+    let (mut lit, scene) = Setup::open("cubes").unwrap();
+    lit.light = setup::scene_light(&scene, "omni").unwrap();
+    m.carry(&mut lit);
+    lit.check().unwrap();
+    assert_eq!((lit.technique.as_str(), lit.view.as_str()), ("rt-hard", "shaded"), "rays have no texel grid");
+}
+
+#[test]
+fn every_case_names_only_techniques_that_are_there() {
+    let known: Vec<&str> = techniques::ALL.iter().map(|i| i.id).collect();
+    let absent = [
+        "shadow-volume",
+        "izb",
+        "vsm",
+        "esm",
+        "evsm",
+        "msm",
+        "pcss",
+        "sssm",
+        "edsm",
+        "ipsm",
+        "cube",
+        "cssm",
+        "hybrid-pcf",
+        "csm-conservative",
+        "dual-paraboloid",
+        "area-uniform",
+        "area-adaptive",
+        "lixel-per-pixel",
+        "optimal-light-plane",
+    ];
+    for case in stability::CASES {
+        assert!(case.title.contains(": "), "{}", case.title);
+        for word in case.doc.split(|c: char| !(c.is_alphanumeric() || c == '-')).map(|w| w.trim_end_matches("'s")) {
+            assert!(!absent.contains(&word) || known.contains(&word), "{}: {word}", case.id);
+        }
+    }
+}
+
+#[test]
+fn techniques_are_searched_for() {
+    let mut harness = harness("cubes", 800.0);
+    harness.key_press_modifiers(egui::Modifiers::COMMAND, egui::Key::F);
+    harness.run_steps(2);
+    harness.event(egui::Event::Text("lauritzen".into()));
+    harness.run_steps(3);
+    assert!(harness.query_by_label("Sample distribution shadow maps").is_some());
+    assert!(harness.query_by_label("Shadow map").is_none_or(|n| n.rect().top() > 300.0), "only the view is left");
+    harness.key_press(egui::Key::Enter);
+    harness.run_steps(3);
+    assert_eq!((setup(&harness).technique.as_str(), harness.state().model.search.as_str()), ("sdsm", ""));
+}

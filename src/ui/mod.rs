@@ -1,7 +1,8 @@
 //! The window.
 //!
-//! A pass runs from `shell::layout` (input to changes of the `Model`) over `stage` (which picture to
-//! render, and when) to `canvas` (picture and panel onto the surface). What takes long runs in `work`.
+//! A pass runs from `shell::layout` (input to changes of the `Model`) to `canvas` (what changed of picture and panel onto
+//! the surface). The scene is rendered by a thread of its own, `stage`, which decides which picture to render, and when.
+//! What else takes long runs in `work`.
 
 mod advice;
 mod camera;
@@ -20,6 +21,7 @@ mod maps;
 mod model;
 mod needs;
 mod panel;
+mod picker;
 mod plotting;
 mod results;
 mod shell;

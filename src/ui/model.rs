@@ -4,6 +4,7 @@ use super::advice::Advising;
 use super::chart::Chart;
 use super::history::History;
 use super::maps::Maps;
+use super::picker::Picker;
 use super::timeline::Timeline;
 use crate::frame::{SHARED_PASSES, Told};
 use crate::legend::Known;
@@ -220,6 +221,8 @@ pub struct Model {
     pub pinned: BTreeSet<&'static str>,
     /// The picture has the capture's shape.
     pub framed: bool,
+    /// The file dialog, where the system has none.
+    pub picker: Option<Picker>,
     /// Measured rows are in no file yet.
     pub unsaved: bool,
     /// Asked to close with such rows, and waiting for an answer.
@@ -265,6 +268,7 @@ impl Model {
             search: String::new(),
             pinned: BTreeSet::new(),
             framed: false,
+            picker: None,
             unsaved: false,
             closing: false,
             setup,

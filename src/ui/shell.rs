@@ -4,7 +4,7 @@ use super::controls::{set_panel_left, take_said};
 use super::history::REST;
 use super::model::{Action, Model, Tab, Traced};
 use super::viewport;
-use super::{drawer, freeze, maps, panel};
+use super::{drawer, freeze, maps, panel, picker};
 use crate::view;
 use egui::{
     Align, Align2, Area, Button, Context, Frame, Grid, Id, Key, Label, Layout, Margin, ModifierNames, Modifiers, Order,
@@ -62,6 +62,7 @@ pub fn layout(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) -> Rect {
     tab(ui, m);
     help(ui.ctx(), m);
     closing(ui.ctx(), m, out);
+    picker::show(ui.ctx(), m, out);
     let ctx = ui.ctx();
     // While another scene is on its way the history waits: a step undone may be what is loading.
     let busy = ctx.input(|i| i.pointer.any_down() || !i.keys_down.is_empty()) || ctx.text_edit_focused();

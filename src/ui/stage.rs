@@ -449,6 +449,9 @@ impl Painter<'_> {
             self.renderer = None;
             self.renderer = self.loaded.take();
             self.drawn = None;
+            self.costs = Costs(Default::default());
+            self.facts.recent.clear();
+            self.facts.seconds.clear();
         }
         let change = self.before.replace(order.clone()).map_or(Change::Scene, |before| order.change(&before));
         if change > Change::Nothing {
@@ -553,8 +556,9 @@ impl Painter<'_> {
         let (inbox, this, whole) = (self.inbox.clone(), order.clone(), !rest || self.gave_up);
         self.gpu.give_up_when(move || {
             let mail = inbox.lock();
-            let other = || mail.order.as_ref().is_some_and(|o| o.change(&this) > Change::View);
-            mail.closed || !whole && start.elapsed() > PATIENCE && other()
+            let new = mail.order.as_ref();
+            let other = || new.is_some_and(|o| o.change(&this) > Change::View);
+            mail.closed || new.is_some_and(|o| o.paused) || !whole && start.elapsed() > PATIENCE && other()
         });
         let analysis = !draft && rest && order.map.is_some();
         let ask = Ask { size, truth, analysis, timed: true, picture: true, fresh: false };

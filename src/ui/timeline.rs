@@ -82,12 +82,13 @@ impl Model {
         let (camera, light, scene) = (setup.camera, setup.light, std::mem::take(&mut setup.scene));
         *setup =
             Setup { scene, origin: setup.origin, time: 0.0, animation: 0, camera, light, shadow_camera: None, ..kept };
+        begin(setup);
+        let light = setup.light;
         let serves = |id: &str| techniques::find(id).is_some_and(|i| i.refuses(&light).is_none());
         if !serves(&setup.technique) {
             let other = techniques::ALL.iter().find(|i| serves(i.id));
             setup.technique = other.map_or(setup.technique.clone(), |i| i.id.into());
         }
-        begin(setup);
         setup.complete();
         if techniques::find(&setup.technique).is_none_or(|i| view::check(&setup.view, i).is_err()) {
             setup.view = view::VIEWS[0].id.into();

@@ -3,6 +3,7 @@
 use super::canvas::Canvas;
 use super::chart::Picture;
 use super::model::{Action, Job, Model, Tab};
+use super::picker::Picker;
 use super::stage::{Order, Request, Stage};
 use super::work::{Desk, Done, Figures, Loaded, Opened};
 use super::{Ended, shell, style, timeline};
@@ -339,6 +340,10 @@ impl Open {
                     }
                 }
                 Done::Counted(row) => m.chart.live(*row),
+                Done::NoDialog(save) => {
+                    let at = if save { &m.picture_path } else { &m.setup.scene };
+                    m.picker = Some(Picker::new(save, Path::new(at)));
+                }
                 Done::PickedFile(path) => self.load(path.to_string_lossy().into_owned()),
                 Done::PickedCapture(path) => {
                     m.picture_path = path.to_string_lossy().into_owned();
@@ -593,4 +598,30 @@ fn parts(raw: RawInput) -> Vec<RawInput> {
 /// Writes the set-up as TOML.
 fn save(m: &Model, path: &Path) -> Result<()> {
     crate::capture::save(path, m.setup.to_toml(path)?.as_bytes())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use egui::{Modifiers, PointerButton, pos2};
+
+    /// A press, a way and a release that come in together are seen one after the other.
+    #[test]
+    fn input_is_cut_behind_each_press_and_release() {
+        let at = |x: f32| Event::PointerMoved(pos2(x, 0.0));
+        let button = |pressed| Event::PointerButton {
+            pos: pos2(1.0, 0.0),
+            button: PointerButton::Primary,
+            pressed,
+            modifiers: Modifiers::NONE,
+        };
+        let events = vec![at(1.0), button(true), at(2.0), button(false), at(3.0), Event::Copy];
+        let raw = RawInput { events, time: Some(7.0), ..Default::default() };
+        let cut = parts(raw);
+        let events: Vec<&[Event]> = cut.iter().map(|r| &r.events[..]).collect();
+        let whole = [&[at(1.0), button(true)][..], &[at(2.0), button(false)], &[at(3.0), Event::Copy]];
+        assert_eq!(events, whole);
+        assert!(cut.iter().all(|r| r.time == Some(7.0)));
+        assert_eq!(parts(RawInput::default()).len(), 1, "a pass without input is a pass");
+    }
 }

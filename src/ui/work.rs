@@ -1,6 +1,7 @@
 //! Work beside the window: loading, measuring, capturing, file dialogs. Each on a thread of its own.
 
 use super::model::{Facts, Tab};
+use super::picker;
 use super::stage::Picture;
 use crate::chart::{self, Axis};
 use crate::frame::{Ask, MapLayer, Renderer, Truth};
@@ -70,6 +71,8 @@ pub enum Done {
     Counted(Box<Record>),
     PickedFile(PathBuf),
     PickedCapture(PathBuf),
+    /// The system has no file dialog; whether it was to save a picture.
+    NoDialog(bool),
 }
 
 /// Where threads hand in what they have done.
@@ -117,6 +120,8 @@ struct Watch {
     said: Cell<Option<Instant>>,
 }
 
+/// Nobody cancels a dialog faster than this after asking for it.
+const GLANCE: Duration = Duration::from_millis(500);
 /// Between two words on the progress: each draws the window anew, on the device that is being timed.
 const PAUSE: Duration = Duration::from_millis(300);
 
@@ -300,11 +305,8 @@ impl Desk {
     pub fn pick_file(&self) {
         self.start(|post| {
             let dialog = rfd::FileDialog::new().set_title("Open a scene, a set-up or a capture");
-            let dialog =
-                dialog.add_filter("Scenes, set-ups, captures, results", &["glb", "gltf", "toml", "png", "csv", "json"]);
-            if let Some(path) = dialog.pick_file() {
-                post.send(Done::PickedFile(path));
-            }
+            let dialog = dialog.add_filter("Scenes, set-ups, captures, results", &picker::OPENED);
+            picked(post, || dialog.pick_file(), Done::PickedFile, false);
         });
     }
 
@@ -312,9 +314,8 @@ impl Desk {
     pub fn pick_capture(&self) {
         self.start(|post| {
             let dialog = rfd::FileDialog::new().set_title("Save the picture").set_file_name("picture.png");
-            if let Some(path) = dialog.add_filter("Pictures", &["png", "exr"]).save_file() {
-                post.send(Done::PickedCapture(path));
-            }
+            let dialog = dialog.add_filter("Pictures", &picker::SAVED);
+            picked(post, || dialog.save_file(), Done::PickedCapture, true);
         });
     }
 
@@ -333,6 +334,16 @@ impl Desk {
             // A thread that panicked has said so already.
             let _ = thread.join();
         }
+    }
+}
+
+/// Sends what the system's dialog returns. One that nobody can have seen was none: neither a portal nor zenity is there.
+fn picked(post: &Post, ask: impl FnOnce() -> Option<PathBuf>, done: fn(PathBuf) -> Done, save: bool) {
+    let asked = Instant::now();
+    match ask() {
+        Some(path) => post.send(done(path)),
+        None if asked.elapsed() < GLANCE => post.send(Done::NoDialog(save)),
+        None => {}
     }
 }
 
