@@ -308,7 +308,7 @@ fn buttons_ask_the_window_for_what_only_it_can_do() {
 #[test]
 fn digits_choose_views() {
     let mut harness = harness("cubes", 1200.0);
-    harness.key_press(egui::Key::Num5);
+    harness.key_press(egui::Key::Num4);
     harness.run_steps(2);
     assert_eq!(setup(&harness).view, "error");
 }
@@ -471,7 +471,7 @@ fn the_axes_can_be_changed() {
     assert_eq!(chart::COSTS[harness.state().model.chart.cost].id, "gpu_bytes");
     assert!(place(&harness, fast).x > place(&harness, "rt-hard ").x, "rays hold no memory");
     click(&mut harness, "error axis");
-    click(&mut harness, "flicker, mean change a frame beyond the truth's");
+    click(&mut harness, "flicker, mean change per frame beyond the truth's, %");
     harness.run_steps(4);
     assert_eq!(harness.get_all_by_role(egui::accesskit::Role::Button).filter(is_point).count(), 0, "none has flicker");
 }
@@ -600,7 +600,7 @@ fn advice_is_asked_for_and_applied() {
     harness.get_by_label("Margin: 60 % of the error allowed is to spare.");
     harness.state_mut().model.advice.found.as_mut().unwrap().1.alike = vec![1];
     harness.run_steps(2);
-    harness.get_by_label_contains("Cannot be told apart from shadow-map");
+    harness.get_by_label_contains("As fast, within the spread of the times: shadow-map");
     click(&mut harness, "Apply");
     assert_eq!(
         (setup(&harness).technique.as_str(), &setup(&harness).values()["resolution"]),
@@ -926,7 +926,7 @@ fn the_focus_moves_by_tab_and_arrows_turn_what_has_it() {
     let Value::Float(more) = setup(&harness).values()["bias"] else { panic!() };
     assert!(more > 0.002, "{more}");
     // Other keys go on working.
-    harness.key_press(egui::Key::Num5);
+    harness.key_press(egui::Key::Num4);
     harness.run_steps(2);
     assert_eq!(setup(&harness).view, "error");
     for _ in 0..4 {

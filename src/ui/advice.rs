@@ -157,7 +157,7 @@ fn found(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
                 ui.label(format!("Nothing found with {wanted}."));
             }
         }
-        ui.horizontal(|ui| {
+        ui.horizontal_wrapped(|ui| {
             ui.label(RichText::new(tried).small().weak());
             let send = ui.small_button("To the chart");
             to_chart = send.on_hover_text("Add all that was measured to the chart, and open it.").clicked();

@@ -128,6 +128,9 @@ pub fn show(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
     let at = |(cost, error): (f64, f64)| [x.at(cost), y.at(error)];
 
     let (text, weak) = (ui.visuals().text_color(), ui.visuals().weak_text_color());
+    let stairs: Vec<Vec<(f64, f64)>> =
+        fronts(cost, &m.chart.seen, &spots).iter().map(|front| staircase(front)).collect();
+
     let empty = all().next().is_none();
     let plot = Plot::new(("chart", m.chart.cost, m.chart.error))
         .show_x(false)
@@ -150,8 +153,8 @@ pub fn show(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
                 Line::new("", places).color(color(&line.technique).gamma_multiply(0.8)).width(1.5).allow_hover(false),
             );
         }
-        for front in fronts(cost, &m.chart.seen, &spots) {
-            let steps: PlotPoints = staircase(&front).into_iter().map(at).collect();
+        for stair in &stairs {
+            let steps: PlotPoints = stair.iter().copied().map(at).collect();
             let line = Line::new("", steps).color(text.gamma_multiply(0.6)).width(1.0);
             plot.line(line.style(LineStyle::dashed_dense()).allow_hover(false));
         }
@@ -180,6 +183,10 @@ pub fn show(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
         let at: Vec<Pos2> = line.points.iter().filter_map(|i| screens[*i]).collect();
         labels.keep_off(at.windows(2).map(|p| [p[0], p[1]]));
         whiskers(ui, frame, line, &spots, |cost, error| screen((cost, error)));
+    }
+    for stair in &stairs {
+        let at: Vec<Pos2> = stair.iter().copied().map(screen).collect();
+        labels.keep_off(at.windows(2).map(|p| [p[0], p[1]]));
     }
     live(ui, m, error, frame, &mut labels, &trail.iter().copied().map(screen).collect::<Vec<_>>());
     for line in &m.chart.lines {

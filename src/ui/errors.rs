@@ -17,10 +17,9 @@ pub fn error_options(ui: &mut Ui, m: &mut Model) {
     if marked {
         let tip = "Pixels by which each wrong one grows in the picture, so that single ones are seen on paper and on a \
                    projector. Figures stay.";
-        row(ui, "grow wrong pixels", tip, |ui, _| {
+        row(ui, "dilation", tip, |ui, _| {
             for n in 0..=MAX_DILATION {
-                let text = if n == 0 { "not".into() } else { format!("{n} px") };
-                if ui.add(Button::selectable(s.error_dilation == n, text)).tip(tip).clicked() {
+                if ui.add(Button::selectable(s.error_dilation == n, format!("{n} px"))).tip(tip).clicked() {
                     s.error_dilation = n;
                 }
             }

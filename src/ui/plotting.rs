@@ -119,10 +119,10 @@ impl Labels {
         if above {
             sides.swap(0, 2);
         }
-        // First beside all lines, then over them.
-        for over in [false, true] {
+        // First beside all lines, if a little farther away, then over them.
+        for (over, reach) in [(false, 1.0), (false, 1.7), (false, 2.6), (true, 1.0)] {
             for (align, offset) in sides {
-                let rect = align.anchor_size(at + offset, galley.size());
+                let rect = align.anchor_size(at + offset * reach, galley.size());
                 let free = |r: &Rect| !r.expand2(vec2(3.0, 0.0)).intersects(rect);
                 let crossed = !over && self.lines.iter().any(|line| crosses(rect, *line));
                 if !crossed && self.inside.contains_rect(rect) && self.placed.iter().all(free) {

@@ -710,6 +710,8 @@ impl Painter<'_> {
         self.post.send(Done::Counted(Box::new(Record {
             technique: setup.technique.clone(),
             params: params_text(setup),
+            width: self.size[0],
+            height: self.size[1],
             gpu_bytes: self.facts.told.gpu_bytes,
             gpu_ms: self.facts.technique_ms(),
             truth_samples: setup.truth_samples.shown(techniques::find_or_say(&setup.technique)?),
