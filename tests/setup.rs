@@ -168,3 +168,20 @@ fn the_scenes_path_counts_from_the_set_ups_file() {
     let (again, scene) = Setup::open(&file.to_string_lossy()).unwrap();
     assert_eq!((scene.triangles(), again.to_toml(&file).unwrap()), (1, text));
 }
+
+/// Files and rows from before a parameter had its present name.
+#[test]
+fn parameters_with_their_old_names_still_open() {
+    let text = "scene = \"cubes\"\ntechnique = \"rtw\"\n[params.rtw]\nk_e = 3.5\ntau = 0.02\ne = 0.1\n[params.psm]\npush = false\n";
+    let (setup, _) = Setup::from_toml(text, Path::new("old.toml")).unwrap();
+    let values = setup.values();
+    assert_eq!(values["edge_weight"], Value::Float(3.5));
+    assert_eq!((&values["edge_threshold"], &values["floor"]), (&Value::Float(0.02), &Value::Float(0.1)));
+    assert_eq!(setup.params["psm"]["push_near"], Value::Bool(false));
+    let row = serde_json::to_string(&setup).unwrap().replace("edge_weight", "k_e");
+    let read: Setup = serde_json::from_str(&row).unwrap();
+    assert_eq!(read, setup);
+    // What another technique calls by that name is left alone.
+    let text = "scene = \"cubes\"\n[params.pcf]\nk_e = 3.5\n";
+    assert!(Setup::from_toml(text, Path::new("old.toml")).unwrap_err().to_string().contains("k_e"));
+}

@@ -10,6 +10,7 @@ use shadowscope::measure;
 use shadowscope::measure::Step;
 use shadowscope::measure::metrics::{Errors, FACING};
 use shadowscope::params::{Condition, Kind, Spec, Test, Value, Values};
+use shadowscope::scene::geometry::Geometry;
 use shadowscope::scene::{
     Animation, Camera, Channel, Interpolation, Local, Material, Node, Property, Scene, Texture, builtin,
 };
@@ -917,4 +918,23 @@ fn a_shot_shows_what_a_pass_wrote() {
     assert_eq!(r.shot(&s, "no such pass").unwrap(), None);
     let after = (r.read_picture().unwrap(), r.read_visibility().unwrap(), r.read_truth().unwrap());
     assert!(before == after, "a shot changed the frame");
+}
+
+/// Where the slider of the bias ends, light shows between casters and their shadows in every built-in scene.
+#[test]
+fn the_bias_reaches_peter_panning_in_every_scene() {
+    for name in builtin::NAMES {
+        let scene = builtin::build(name).unwrap();
+        let bounds = Geometry::new(&scene, 0, 0.0).unwrap().bounds;
+        let (mut r, mut s) = start(scene, [192, 108]);
+        let info = techniques::find("shadow-map").unwrap();
+        let bias = info.specs().find(|s| s.name == "bias").unwrap();
+        let end = bias.reach.unwrap() * (bounds[1] - bounds[0]).length() as f64;
+        bias.check("bias", &Value::Float(end)).unwrap();
+        let before = errors(&mut r, &mut s, "shadow-map", &["resolution=2048"]);
+        let after = errors(&mut r, &mut s, "shadow-map", &["resolution=2048", &format!("bias={end}")]);
+        let leaks = |e: &Errors| e.lit_incorrect as f64 / (e.lit_incorrect + e.shadow_correct).max(1) as f64;
+        println!("{name}: {end:.2} m, {:.4} -> {:.4} of the shadow is lit", leaks(&before), leaks(&after));
+        assert!(leaks(&after) > leaks(&before) + 0.05, "{name}: {end} m, {} -> {}", leaks(&before), leaks(&after));
+    }
 }

@@ -379,8 +379,8 @@ fn nothing_breaks() {
             for (technique, sets) in [
                 ("lispsm", "strength=2"),
                 ("lispsm", "focus=false"),
-                ("tsm", "p=0.95"),
-                ("psm", "push=false"),
+                ("tsm", "focus_share=0.95"),
+                ("psm", "push_near=false"),
                 ("psm", "slide=fixed"),
                 ("shadow-map", "fit=msf"),
             ] {
@@ -397,7 +397,7 @@ fn nothing_breaks() {
     let (mut r, mut s) = start(scene, [64, 64]);
     s.camera = camera(Vec3::new(0.0, 500.0, 0.0), Vec3::new(1.0, 900.0, 0.0));
     for (technique, sets) in
-        [("lispsm", "strength=1"), ("tsm", "p=0.8"), ("psm", "push=true"), ("shadow-map", "fit=msf")]
+        [("lispsm", "strength=1"), ("tsm", "focus_share=0.8"), ("psm", "push_near=true"), ("shadow-map", "fit=msf")]
     {
         assert_eq!(errors(&mut r, &mut s, technique, &[sets]).facing, 0);
     }
@@ -495,9 +495,9 @@ fn every_sample_in_a_cone_has_a_texel() {
             ("lispsm", vec![]),
             ("lispsm", vec!["focus=false", "strength=2"]),
             ("tsm", vec![]),
-            ("tsm", vec!["p=0.95", "focus=0.05"]),
+            ("tsm", vec!["focus_share=0.95", "focus=0.05"]),
             ("psm", vec![]),
-            ("psm", vec!["push=false", "slide=fixed"]),
+            ("psm", vec!["push_near=false", "slide=fixed"]),
             ("shadow-map", vec!["fit=msf"]),
         ] {
             let e = errors(&mut r, &mut s, technique, &[&sets[..], &["resolution=1024"]].concat());

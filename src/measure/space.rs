@@ -185,6 +185,17 @@ mod tests {
     }
 
     #[test]
+    fn what_means_nothing_is_not_swept() {
+        let (setup, _) = Setup::open("cubes").unwrap();
+        let axes = ["pcf.mode=grid,disk", "pcf.kernel=3,5,7", "pcf.samples=8,16"].map(|a| Axis::parse(a).unwrap());
+        let all = expand(&setup, &["pcf".into()], &axes, false).unwrap();
+        let told: Vec<String> = all.iter().map(params_text).collect();
+        let of = |mode: &str| told.iter().filter(|t| t.contains(mode)).count();
+        assert_eq!((told.len(), of("mode=grid"), of("mode=disk")), (5, 3, 2), "{told:#?}");
+        assert!(told.iter().all(|t| t.contains("kernel=") != t.contains("samples=")), "{told:#?}");
+    }
+
+    #[test]
     fn the_first_axis_changes_slowest_and_each_technique_has_its_own() {
         let (setup, _) = Setup::open("cubes").unwrap();
         let ids = ["shadow-map".to_string(), "pcf".into(), "rt-hard".into()];

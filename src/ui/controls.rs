@@ -10,7 +10,7 @@ use std::ops::RangeInclusive;
 /// Width of the names, points.
 const NAME: f32 = 100.0;
 /// Width of the value fields, points.
-pub const FIELD: f32 = 108.0;
+const FIELD: f32 = 108.0;
 pub const HEIGHT: f32 = 21.0;
 /// Width of the button that resets a parameter, points.
 const RESET: f32 = 20.0;

@@ -1,6 +1,6 @@
 //! The panel's light section.
 
-use super::controls::{FIELD, Tip, field, room, row, slide};
+use super::controls::{Tip, field, room, row, slide};
 use super::model::Model;
 use super::panel::{choice, vector};
 use crate::light::{KINDS, Light};
@@ -148,7 +148,8 @@ fn color(ui: &mut Ui, light: &mut Light) {
         let mut value = strength;
         let drag =
             DragValue::new(&mut value).range(0.0..=1e6).speed(strength.max(0.1) * 0.01).max_decimals(2).prefix(unit);
-        let dragged = field(ui, FIELD, drag, tip).labelled_by(label.id);
+        let width = room(ui);
+        let dragged = field(ui, width, drag, tip).labelled_by(label.id);
         if picked.changed() || dragged.changed() {
             *color = Vec3::from(hue) * value;
         }

@@ -123,12 +123,9 @@ fn head(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
     });
 }
 
-/// What a scene is called: a case's title, a built-in scene's name, a file's name without its folders.
+/// What a scene is called: a built-in one's name, a file's name without its folders.
 pub fn scene_name(scene: &str) -> String {
-    match stability::find(scene) {
-        Some(case) => case.title.into(),
-        None => Path::new(scene).file_name().map_or(scene.into(), |n| n.to_string_lossy().into_owned()),
-    }
+    Path::new(scene).file_name().map_or(scene.into(), |n| n.to_string_lossy().into_owned())
 }
 
 fn scene(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
@@ -147,9 +144,9 @@ fn scene(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
             let now = m.setup.scene.as_str();
             let combo = ComboBox::from_id_salt("scene").selected_text(scene_name(now)).width(width).truncate();
             let shown = combo.height(420.0).show_ui(ui, |ui| {
-                let scenes = builtin::SCENES.iter().map(|b| (b.name, b.name, b.description));
-                let cases = stability::CASES.iter().map(|c| (c.id, c.title, c.doc));
-                let mut entry = |ui: &mut Ui, (id, title, doc): (&str, &str, &str)| {
+                let scenes = builtin::SCENES.iter().map(|b| (b.name, b.name.to_string(), b.description));
+                let cases = stability::CASES.iter().map(|c| (c.id, format!("{} ({})", c.title, c.id), c.doc));
+                let mut entry = |ui: &mut Ui, (id, title, doc): (&str, String, &str)| {
                     let chosen = now == id;
                     if ui.selectable_label(chosen, title).on_hover_text(doc).clicked() && !chosen {
                         asked.push(Action::Open(id.into()));

@@ -91,7 +91,7 @@ fn tab(ui: &Ui, m: &mut Model) {
     let edge = ui.available_rect_before_wrap();
     let area = Area::new(Id::unique("panel's tab")).order(Order::Foreground).constrain(false);
     area.fixed_pos(pos2(edge.right() - TAB, edge.center().y - 28.0)).show(ui.ctx(), |ui| {
-        let button = ui.add(Button::new("‹").min_size(vec2(TAB, 56.0)));
+        let button = ui.add(Button::new(RichText::new("‹").heading()).min_size(vec2(TAB, 56.0)));
         button.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, true, "Show the panel"));
         if button.on_hover_text("Show the panel (F9).").clicked() {
             m.toggle_panel();

@@ -5,13 +5,12 @@
 //! back through the window's post.
 
 use super::model::{Facts, Traced};
-use super::work::{Done, Post};
+use super::work::{Done, Loaded, Post};
 use crate::frame::{Ask, Renderer, Truth};
 use crate::gpu::{GivenUp, Gpu, TimerMode};
 use crate::legend::Known;
 use crate::measure::{Record, metrics, params_text};
 use crate::scene::Scene;
-use crate::scene::geometry::Geometry;
 use crate::setup::{Arrange, Setup};
 use crate::truth::{Progress, Samples};
 use crate::{techniques, view};
@@ -117,7 +116,7 @@ impl Order {
 /// What is answered, in the order in which it is asked.
 pub enum Request {
     /// Take a scene onto the device, for the first order that names it. The number comes back with the answer.
-    Load(u64, Setup, Arc<Scene>, Box<Geometry>),
+    Load(u64, Box<Loaded>),
     /// Read what the view shows at a place of the viewport (0 to 1 from its upper left corner).
     Value([f32; 2]),
     /// Find the surface there.
@@ -251,7 +250,7 @@ impl Stage {
 fn give_way() {
     // What is not allowed is done without.
     #[cfg(target_os = "linux")]
-    let _ = rustix::process::nice(10);
+    let _ = rustix::process::nice(5);
 }
 
 /// When to come again.
@@ -402,10 +401,11 @@ impl Painter<'_> {
         // After a frame that was given up there is nothing to read.
         let held = self.renderer.as_ref().filter(|_| self.drawn.is_some());
         match request {
-            Request::Load(job, setup, scene, geometry) => {
+            Request::Load(job, loaded) => {
+                let Loaded { setup, scene, geometry, .. } = *loaded;
                 let bounds = geometry.bounds;
                 self.loaded = None;
-                let opened = Renderer::with_geometry(self.gpu.clone(), scene.clone(), *geometry).map(|r| {
+                let opened = Renderer::with_geometry(self.gpu.clone(), scene.clone(), geometry).map(|r| {
                     self.loaded = Some(r);
                     (setup, scene, bounds)
                 });

@@ -5,7 +5,7 @@ use super::chart::Picture;
 use super::model::{Action, Job, Model, Tab};
 use super::picker::Picker;
 use super::stage::{Order, Request, Stage};
-use super::work::{Desk, Done, Figures, Loaded, Opened};
+use super::work::{Desk, Done, Figures, Opened};
 use super::{Ended, shell, style, timeline};
 use crate::chart::{COSTS, ERRORS};
 use crate::gpu::{self, Gpu};
@@ -227,13 +227,13 @@ impl Open {
                     if self.stage.ended() {
                         self.stage = Stage::start(self.desk.post(), self.gpu.info.name.clone(), self.gpu.software());
                     }
-                    let Loaded { mut setup, scene, geometry, bare } = *loaded;
+                    let mut loaded = loaded;
                     match &self.model {
-                        Some(m) if bare => m.carry(&mut setup),
-                        None if bare => timeline::begin(&mut setup),
+                        Some(m) if loaded.bare => m.carry(&mut loaded.setup),
+                        None if loaded.bare => timeline::begin(&mut loaded.setup),
                         _ => {}
                     }
-                    self.stage.ask(Request::Load(job, setup, scene, Box::new(geometry)));
+                    self.stage.ask(Request::Load(job, loaded));
                     continue;
                 }
                 Done::Loaded(job, Err(e)) if job == self.loading => {

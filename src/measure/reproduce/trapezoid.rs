@@ -126,7 +126,7 @@ fn view(b: &mut Bench, name: &str, file: &str, setup: &Setup) -> Result<String> 
     for (what, ending, p) in [Some(("80 % rule", "rule", RULE)), naive].into_iter().flatten() {
         let mut drawn = setup.clone();
         drawn.select("tsm")?;
-        drawn.set(&format!("p={p}"), &["tsm".into()])?;
+        drawn.set(&format!("focus_share={p}"), &["tsm".into()])?;
         drawn.set(&format!("focus={FOCUS}"), &["tsm".into()])?;
         drawn.view = "warp".into();
         let says = format!("{name}, {what}: left the light's image, right the map");
