@@ -37,7 +37,7 @@ impl Group {
         match self {
             Group::Look => "Look",
             Group::Errors => "Errors",
-            Group::Map => "Map",
+            Group::Map => "Maps",
             Group::Aliasing => "Aliasing",
             Group::Scene => "Scene data",
         }

@@ -29,13 +29,14 @@ fn read(folder: &Path, name: &str) -> Vec<u8> {
 fn captures_repeat_and_reopen_byte_for_byte() {
     let dir = tempfile::tempdir().unwrap();
     let folder = dir.path();
-    let args = ["capture", "cubes", "--size", "160x90", "--technique", "pcf", "--set", "kernel=5", "--view", "split"];
+    let args =
+        ["capture", "cubes", "--size", "160x90", "--technique", "pcf", "--set", "kernel=5", "--against", "truth"];
     ok(folder, &[&args[..], &["-o", "a.png"]].concat());
     ok(folder, &[&args[..], &["-o", "b.png"]].concat());
     assert_eq!(read(folder, "a.png"), read(folder, "b.png"), "two captures of one set-up differ");
     ok(folder, &["capture", "a.png", "-o", "c.png"]);
     assert_eq!(read(folder, "a.png"), read(folder, "c.png"), "a capture reopens as another");
-    ok(folder, &["capture", "a.png", "--view", "shaded", "-o", "d.png"]);
+    ok(folder, &["capture", "a.png", "--against", "none", "-o", "d.png"]);
     assert_ne!(read(folder, "a.png"), read(folder, "d.png"));
     // A camera left behind is kept too, and drawn.
     let flown = ["capture", "cubes", "--size", "160x90", "--technique", "pssm", "--camera", "above"];

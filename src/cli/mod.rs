@@ -128,7 +128,7 @@ enum Command {
 /// What a picture is composed of.
 #[derive(Args)]
 struct Figure {
-    /// Compare with TECHNIQUE, TECHNIQUE:key=value;… or truth. Can be given up to three times.
+    /// Compare with TECHNIQUE, TECHNIQUE:key=value;… or truth. Can be given up to three times; none: with nothing.
     #[arg(long, value_name = "TECHNIQUE[:K=V;…]")]
     against: Vec<String>,
     /// How the sides of a comparison share the picture: swipe, side-by-side or flicker.
@@ -169,7 +169,9 @@ impl Figure {
             setup.shadow_camera = Some(setup::parse_camera(scene, camera)?);
         }
         setup.outlines |= self.outlines;
-        if !self.against.is_empty() {
+        if self.against == ["none"] {
+            (setup.against, setup.front) = (Vec::new(), 0);
+        } else if !self.against.is_empty() {
             setup.against = self.against.iter().map(|a| Side::parse(a)).collect::<Result<_>>()?;
         }
         if let Some(how) = &self.arrange {

@@ -1,6 +1,7 @@
 //! The analysis of a frame: aliasing error of every pixel, view samples of every texel, triangles and rays counted.
 //! It runs, and holds memory, only in frames that ask for it.
 
+use super::maps::Place;
 use super::{Frame, STORED};
 use crate::gpu::{DrawCount, Draws, Gpu, Pass, Resource, Slot};
 use anyhow::Result;
@@ -170,7 +171,7 @@ impl Analysis {
     }
 
     /// Of each pixel its place in the maps, texels, and which map; None: in none.
-    pub(super) fn places(&self, gpu: &Gpu) -> Result<Vec<Option<([f32; 2], u32)>>> {
+    pub(super) fn places(&self, gpu: &Gpu) -> Result<Vec<Place>> {
         let Some(texture) = self.places.texture() else { return Ok(Vec::new()) };
         let bytes = gpu.read_texture(texture)?;
         let place = |p: [f32; 4]| (p[2] >= 0.0).then(|| ([p[0], p[1]], p[2] as u32));

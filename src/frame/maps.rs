@@ -16,6 +16,9 @@ pub(super) struct Offered {
     sides: Vec<u32>,
 }
 
+/// A pixel's place in the maps, texels, and the number of the map; None: in none.
+pub type Place = Option<([f32; 2], u32)>;
+
 /// One of a technique's maps, read back.
 pub struct MapLayer {
     /// Its number, and how many there are.
@@ -29,7 +32,7 @@ pub struct MapLayer {
     /// Samples per texel, where they could be counted.
     pub samples: Option<Vec<u32>>,
     /// Of each pixel of the picture its place in the maps, texels, and the number of the map; None: in none.
-    pub places: Vec<Option<([f32; 2], u32)>>,
+    pub places: Vec<Place>,
     /// Pixels of the picture.
     pub size: [u32; 2],
 }

@@ -447,13 +447,7 @@ fn samples(ui: &Ui, rect: Rect) {
         ui.painter().rect_filled(part, 0.0, Color32::from_rgb(r, g, b));
     }
     for (place, text) in [(0.0, "1/256"), (0.25, "1/16"), (0.5, "1"), (0.75, "16"), (1.0, "256 samples per texel")] {
-        let align = if place == 0.0 {
-            Align2::LEFT_TOP
-        } else if place == 1.0 {
-            Align2::LEFT_TOP
-        } else {
-            Align2::CENTER_TOP
-        };
+        let align = if (0.1..0.9).contains(&place) { Align2::CENTER_TOP } else { Align2::LEFT_TOP };
         let at = pos2(bar.left() + bar.width() * place - if place == 1.0 { 14.0 } else { 0.0 }, bar.bottom() + 3.0);
         ui.painter().text(at, align, text, FontId::proportional(11.5), TEXT);
     }
