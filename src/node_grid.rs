@@ -22,8 +22,8 @@ pub const MAPS: [View; 2] = [
     View {
         id: "cells",
         title: "Balance of the cells",
-        doc: "Left before the warp, right in the map: what a cell asks for over what it has. Orange: more than its area, \
-              blue: less; strongest from 16 times on. Pale on the right: the grid has reached its goal.",
+        doc: "Left: before the warp. Right: in the map. What a cell asks for over what it has: orange, more than its \
+              area; blue, less; strongest from 16 times on. Pale on the right: the grid has reached its goal.",
         truth: false,
     },
 ];

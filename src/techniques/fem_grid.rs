@@ -51,8 +51,8 @@ pub static INFO: Info = Info {
         &[View {
             id: "energy",
             title: "Energy",
-            doc: "The potential after each step, over that of the regular grid; a line each tenth. Seed-stiffness: the \
-                  linear solver's squared residual, from 1 at the top down to 10⁻¹⁰.",
+            doc: "The potential after each step, over that of the regular grid, with a line at each tenth. Seed- \
+                  stiffness: the linear solver's squared residual, from 1 at the top down to 10⁻¹⁰.",
             truth: false,
         }],
         &node_grid::MAPS,

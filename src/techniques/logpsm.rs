@@ -47,8 +47,8 @@ pub static INFO: Info = Info {
             View {
                 id: "gain",
                 title: "Gain of the logarithm",
-                doc: "Against the perspective alone: where the logarithm makes texels shorter (green) and longer (red); full \
-                  colour at a quarter and at four times the length.",
+                doc: "Compared with the perspective alone: where the logarithm makes texels shorter (green) and longer \
+                      (red), in full colour at a quarter and at four times the length.",
                 truth: false,
             },
             diagram::view(

@@ -52,7 +52,7 @@ pub static INFO: Info = Info {
         &[
             View {
                 id: "counts-between",
-                title: "View samples between the warps",
+                title: "Samples between the warps",
                 doc: "The map after the rows' warp, before the columns': what each column still has to even out. Colours as in \
                   the other counts.",
                 truth: false,
@@ -60,15 +60,15 @@ pub static INFO: Info = Info {
             View {
                 id: "row-offsets",
                 title: "Row offsets",
-                doc: "How far each row's warp moves its texels: yellow to the right, blue to the left, strongest from a \
-                  quarter of the map on. Left before smoothing, right after.",
+                doc: "How far each row's warp moves its texels: yellow to the right, blue to the left, strongest from \
+                      a quarter of the map on. Left: before smoothing. Right: after it.",
                 truth: false,
             },
             View {
                 id: "column-offsets",
                 title: "Column offsets",
-                doc: "How far each column's warp moves its texels: yellow down, blue up, strongest from a quarter of the map \
-                  on. Left before smoothing, right after.",
+                doc: "How far each column's warp moves its texels: yellow down, blue up, strongest from a quarter of \
+                      the map on. Left: before smoothing. Right: after it.",
                 truth: false,
             },
             View {

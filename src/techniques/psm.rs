@@ -51,9 +51,9 @@ pub static INFO: Info = Info {
             View {
                 id: "pps",
                 title: "Post-perspective space",
-                doc: "The space after the camera's perspective, from the side (left) and from above (right): the camera looks \
-                  to the right, near to far plane in blue. Green: what the camera sees. Cross and lines: the light as a \
-                  point, and its rays; parallel ones where it is no point.",
+                doc: "The space after the camera's perspective, from the side (left) and from above (right): the \
+                      camera looks to the right, its near and far planes in blue. Green: what the camera sees. Cross \
+                      and lines: the light as a point, and its rays; parallel ones where it is no point.",
                 truth: false,
             },
         ],

@@ -66,22 +66,24 @@ pub static INFO: Info = Info {
             View {
                 id: "importance",
                 title: "Importance map",
-                doc: "Left in the light's image before the warp, right in the map. The brighter yellow, the more important; \
-                  blue: not at all.",
+                doc: "Left: in the light's image before the warp. Right: in the map. The brighter the yellow, the more \
+                      important; blue: not at all.",
                 truth: false,
             },
             View {
                 id: "profiles",
                 title: "Importance profiles",
-                doc: "Left of the columns, right of the rows: the largest importance in each (grey), blurred (orange), and \
-                  the warp that its sums make (blue), steep where texels are many. Thin: no warp.",
+                doc: "Left: of the columns. Right: of the rows. The largest importance in each (grey), blurred \
+                      (orange), and the warp that its sums make (blue), which is steep where there are many texels. \
+                      Thin line: no warp.",
                 truth: false,
             },
             View {
                 id: "over-dense",
                 title: "Over-dense cells",
-                doc: "Blue: bins without importance that have more texels than they would without the warp, the stronger the \
-                  more; grey: others without importance; yellow: important. Left before the warp, right in the map.",
+                doc: "Blue: bins without importance that have more texels than they would without the warp, stronger \
+                      the more they have; grey: others without importance; yellow: important. Left: before the warp. \
+                      Right: in the map.",
                 truth: false,
             },
         ],

@@ -265,11 +265,12 @@ fn technique(ui: &mut Ui, m: &mut Model) {
         search.request_focus();
     }
     let found: Vec<_> = techniques::ALL.iter().copied().filter(|i| m.finds(i)).collect();
-    if search.lost_focus() && ui.input(|i| i.key_pressed(Key::Enter)) {
-        if let Some(first) = found.iter().find(|i| i.refuses(&m.setup.light).is_none()) {
-            m.select(first);
-            m.search.clear();
-        }
+    if search.lost_focus()
+        && ui.input(|i| i.key_pressed(Key::Enter))
+        && let Some(first) = found.iter().find(|i| i.refuses(&m.setup.light).is_none())
+    {
+        m.select(first);
+        m.search.clear();
     }
     // A high window shows more of the list.
     let most = (0.24 * ui.ctx().content_rect().height()).max(140.0);

@@ -48,7 +48,7 @@ pub const MAPS: [View; 3] = [
     },
     View {
         id: "counts-before",
-        title: "View samples before the warp",
+        title: "Samples before the warp",
         doc: "The map as it would be without the warp. White: texels that no pixel looks up. Green: one pixel each. Ochre \
               to dark red: 4 to 256 pixels share a texel; blue: the mean of texels fewer than one.",
         truth: false,
