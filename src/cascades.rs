@@ -102,14 +102,14 @@ pub const MAPS: [View; 6] = [
         "side",
         "Side view",
         "The upright plane through the camera's axis, the camera at the left. Its frustum in the cascades' colours, the \
-         split planes white, and outlined what each cascade's map covers of this plane. Outlines that overlap draw the \
-         same casters twice.",
+         split planes white, and as outlines what each cascade's map covers of this plane. Where outlines overlap, the \
+         same casters are drawn twice.",
         Drawn::Labels(Legend::Side),
     ),
     map(
         "seams",
         "Seams",
-        "Where two cascades are mixed: dark all of the first, bright all of the second.",
+        "Where two cascades are blended: dark, all of the first; bright, all of the second.",
         view::ramp("share of the second cascade", "", [0.0, 1.0]),
     ),
     view::aliasing(

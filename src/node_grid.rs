@@ -26,8 +26,8 @@ pub const MAPS: [View; 2] = [
     view::map(
         "cells",
         "Balance of the cells",
-        "Left before the warp, right in the map: what a cell asks for over what it has. Orange: more than its area, \
-              blue: less; strongest from 16 times on. Pale on the right: the grid has reached its goal.",
+        "Left: before the warp. Right: in the map. What a cell asks for over what it has: orange, more than its \
+              area; blue, less; strongest from 16 times on. Pale on the right: the grid has reached its goal.",
         Drawn::Labels(Legend::Squares(
             BEFORE_AFTER,
             &[Class::label(0, "asks for more than its area"), Class::label(4, "for less")],

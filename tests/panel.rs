@@ -11,6 +11,7 @@ use shadowscope::scene::geometry::Geometry;
 use shadowscope::setup::{self, Setup};
 use shadowscope::techniques;
 use shadowscope::ui::{self, Action, Job, Model, Reading, Tab, Traced};
+use shadowscope::view;
 use std::sync::Arc;
 
 struct State {
@@ -1100,4 +1101,20 @@ fn techniques_are_searched_for() {
     harness.key_press(egui::Key::Enter);
     harness.run_steps(3);
     assert_eq!((setup(&harness).technique.as_str(), harness.state().model.search.as_str()), ("sdsm", ""));
+}
+
+/// Nothing that the window says in tooltips shows as an empty box.
+#[test]
+fn the_fonts_have_every_letter_of_the_tooltips() {
+    let harness = harness("cubes", 800.0);
+    let mut all: Vec<&str> = stability::CASES.iter().flat_map(|c| [c.title, c.doc, c.axis]).collect();
+    all.extend(view::VIEWS.iter().chain(techniques::ALL.iter().flat_map(|i| i.maps())).flat_map(|v| [v.title, v.doc]));
+    all.extend(techniques::ALL.iter().flat_map(|i| [i.title, i.doc, i.paper]));
+    all.extend(techniques::ALL.iter().flat_map(|i| i.specs()).flat_map(|s| [s.doc, s.unit]));
+    let font = egui::FontId::proportional(13.5);
+    let has = |c: char| c.is_whitespace() || harness.ctx.fonts_mut(|f| f.has_glyph(&font, c));
+    for text in all {
+        let missing: String = text.chars().filter(|c| !has(*c)).collect();
+        assert!(missing.is_empty(), "{missing:?} in {text}");
+    }
 }

@@ -136,7 +136,7 @@ pub const ERRORS: &[Axis] = &[
 pub const COSTS: &[Axis] = &[
     Axis {
         id: "gpu_ms",
-        title: "GPU time, ms per frame",
+        title: "technique, ms per frame",
         doc: "The technique's passes of one frame together.",
         get: |r| Some(r.gpu_ms),
     },

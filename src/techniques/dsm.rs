@@ -36,8 +36,8 @@ pub static INFO: Info = Info {
     title: "Distorted shadow mapping",
     paper: "Jia, Luo, Zhang 2013",
     family: "Warping",
-    doc: "Draws a plain map, finds the jumps in its depth, and distorts a grid over the map so that these silhouettes get \
-          more texels. It knows nothing of the camera: edges that nobody sees get as much.",
+    doc: "Draws a plain map, finds the jumps in its depth, and distorts a grid over the map so that these silhouettes \
+          get more texels. It knows nothing of the camera: edges that nobody sees get just as many.",
     lights: &["directional", "spot"],
     filters: false,
     params: &[DsmParams::GROUP, RasterParams::GROUP, MapParams::GROUP],
@@ -48,7 +48,7 @@ pub static INFO: Info = Info {
         &[view::map(
             "edges",
             "Edge mask",
-            "The plain map that comes first, with the texels in red between which depth jumps.",
+            "The plain map that is drawn first; texels between which depth jumps are red.",
             Drawn::Labels(Legend::Classes(&[Class::label(0, "depth jumps")])),
         )],
         &node_grid::MAPS,

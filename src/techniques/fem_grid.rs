@@ -51,8 +51,8 @@ pub static INFO: Info = Info {
         &[view::map(
             "energy",
             "Energy",
-            "The potential after each step, over that of the regular grid; a line each tenth. Seed-stiffness: the \
-                  linear solver's squared residual, from 1 at the top down to 10⁻¹⁰.",
+            "The potential after each step, over that of the regular grid, with a line at each tenth. Seed- \
+                  stiffness: the linear solver's squared residual, from 1 at the top down to 10⁻¹⁰.",
             Drawn::Labels(Legend::Chart(
                 Area::Square,
                 Axis { what: "share of the steps", span: Span::Linear(0.0, 1.0) },

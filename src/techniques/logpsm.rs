@@ -47,8 +47,8 @@ pub static INFO: Info = Info {
             view::map(
                 "gain",
                 "Gain of the logarithm",
-                "Against the perspective alone: where the logarithm makes texels shorter (green) and longer (red); full \
-                  colour at a quarter and at four times the length.",
+                "Compared with the perspective alone: where the logarithm makes texels shorter (green) and longer \
+                      (red), in full colour at a quarter and at four times the length.",
                 Drawn::Labels(Legend::Classes(&[
                     Class::label(2, "texels shorter than without the logarithm"),
                     Class::label(0, "longer"),

@@ -52,7 +52,7 @@ pub static INFO: Info = Info {
         &[
             view::map(
                 "counts-between",
-                "View samples between the warps",
+                "Samples between the warps",
                 "The map after the rows' warp, before the columns': what each column still has to even out. Colours as in \
                   the other counts.",
                 Drawn::Counts,
@@ -60,8 +60,8 @@ pub static INFO: Info = Info {
             view::map(
                 "row-offsets",
                 "Row offsets",
-                "How far each row's warp moves its texels: yellow to the right, blue to the left, strongest from a \
-                  quarter of the map on. Left before smoothing, right after.",
+                "How far each row's warp moves its texels: yellow to the right, blue to the left, strongest from \
+                      a quarter of the map on. Left: before smoothing. Right: after it.",
                 Drawn::Labels(Legend::Squares(
                     ["before smoothing", "after it"],
                     &[Class::label(1, "to the right"), Class::label(4, "to the left")],
@@ -70,8 +70,8 @@ pub static INFO: Info = Info {
             view::map(
                 "column-offsets",
                 "Column offsets",
-                "How far each column's warp moves its texels: yellow down, blue up, strongest from a quarter of the map \
-                  on. Left before smoothing, right after.",
+                "How far each column's warp moves its texels: yellow down, blue up, strongest from a quarter of \
+                      the map on. Left: before smoothing. Right: after it.",
                 Drawn::Labels(Legend::Squares(
                     ["before smoothing", "after it"],
                     &[Class::label(1, "down"), Class::label(4, "up")],

@@ -33,7 +33,7 @@ pub static INFO: Info = Info {
     paper: "Reeves, Salesin, Cook 1987",
     family: "Basics",
     doc: "Several depth comparisons around each pixel's place in the shadow map, averaged: the stairs blur. The blur \
-          is as wide everywhere, also where the shadow touches its caster.",
+          is equally wide everywhere, even where the shadow touches its caster.",
     lights: &["directional", "spot"],
     filters: true,
     params: &[PcfParams::GROUP, FitParams::GROUP, MapParams::GROUP, HardwareParams::GROUP],

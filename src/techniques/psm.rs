@@ -51,9 +51,9 @@ pub static INFO: Info = Info {
             view::map(
                 "pps",
                 "Post-perspective space",
-                "The space after the camera's perspective, from the side (left) and from above (right): the camera looks \
-                  to the right, near to far plane in blue. Green: what the camera sees. Cross and lines: the light as a \
-                  point, and its rays; parallel ones where it is no point.",
+                "The space after the camera's perspective, from the side (left) and from above (right): the \
+                      camera looks to the right, its near and far planes in blue. Green: what the camera sees. Cross \
+                      and lines: the light as a point, and its rays; parallel ones where it is no point.",
                 Drawn::Diagram(Legend::Squares(["from the side", "from above"], diagram::SPACE_CLASSES)),
             ),
         ],

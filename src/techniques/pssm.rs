@@ -54,8 +54,9 @@ pub static INFO: Info = Info {
     title: "Parallel-split (cascaded) shadow maps",
     paper: "Zhang, Sun, Xu, Lun 2006",
     family: "Cascades",
-    doc: "The view is cut into slices along its depth, and each slice has a map of its own: near things get more texels, \
-          as perspective asks. Where slices meet, the sharpness jumps; light along the view gives all maps the same area.",
+    doc: "The view is cut into slices along its depth, and each slice has a map of its own: near things get more \
+          texels, as perspective demands. Where slices meet, the sharpness jumps; where light and view are parallel, \
+          all maps cover the same area.",
     lights: &["directional", "spot"],
     filters: false,
     params: &[PssmParams::GROUP, CascadeParams::GROUP],

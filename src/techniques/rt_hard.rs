@@ -26,8 +26,8 @@ pub static INFO: Info = Info {
     title: "Ray-traced hard shadow",
     paper: "watertight test: Woop, Benthin, Wald 2013",
     family: "Ray traced",
-    doc: "One ray from each pixel to the light, against every triangle. Exact for a point or the sun's direction: the \
-          truth that all others are measured against.",
+    doc: "One ray from each pixel to the light, against every triangle. Exact for a point light or the sun: the truth \
+          that all others are measured against.",
     lights: &["directional", "spot", "omni", "hemisphere"],
     filters: false,
     params: &[RtParams::GROUP],

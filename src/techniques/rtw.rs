@@ -66,8 +66,8 @@ pub static INFO: Info = Info {
             view::map(
                 "importance",
                 "Importance map",
-                "Left in the light's image before the warp, right in the map. The brighter yellow, the more important; \
-                  blue: not at all.",
+                "Left: in the light's image before the warp. Right: in the map. The brighter the yellow, the more \
+                      important; blue: not at all.",
                 Drawn::Labels(Legend::Squares(
                     BEFORE_AFTER,
                     &[Class::label(1, "important"), Class::label(4, "not at all")],
@@ -76,8 +76,9 @@ pub static INFO: Info = Info {
             view::map(
                 "profiles",
                 "Importance profiles",
-                "Left of the columns, right of the rows: the largest importance in each (grey), blurred (orange), and \
-                  the warp that its sums make (blue), steep where texels are many. Thin: no warp.",
+                "Left: of the columns. Right: of the rows. The largest importance in each (grey), blurred \
+                      (orange), and the warp that its sums make (blue), which is steep where there are many texels. \
+                      Thin line: no warp.",
                 Drawn::Labels(Legend::Curves(
                     ["columns", "rows"],
                     ["place across the light's image", "importance, warped place"],
@@ -87,8 +88,9 @@ pub static INFO: Info = Info {
             view::map(
                 "over-dense",
                 "Over-dense cells",
-                "Blue: bins without importance that have more texels than they would without the warp, the stronger the \
-                  more; grey: others without importance; yellow: important. Left before the warp, right in the map.",
+                "Blue: bins without importance that have more texels than they would without the warp, stronger \
+                      the more they have; grey: others without importance; yellow: important. Left: before the warp. \
+                      Right: in the map.",
                 Drawn::Labels(Legend::Squares(
                     BEFORE_AFTER,
                     &[

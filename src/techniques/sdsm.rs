@@ -34,7 +34,7 @@ pub static INFO: Info = Info {
     paper: "Lauritzen, Salvi, Lefohn 2011",
     family: "Cascades",
     doc: "Cascades between the nearest and the farthest surface seen, each map drawn tightly around its part of the \
-          picture: no texel for what nobody sees. A thing that comes into view can stretch a map at once: pops.",
+          picture: no texel for what nobody sees. Something that comes into view can stretch a map suddenly: it pops.",
     lights: &["directional", "spot"],
     filters: false,
     params: &[SdsmParams::GROUP, CascadeParams::GROUP],
@@ -58,8 +58,8 @@ pub static INFO: Info = Info {
             view::map(
                 "boxes",
                 "Sample boxes",
-                "The light's view with the box around each cascade's samples; grey: the last frame's boxes, where they were \
-              others.",
+                "The light's view with the box around each cascade's samples; grey: the previous frame's boxes, \
+                      where they differ.",
                 Drawn::Labels(Legend::Cascades),
             ),
         ],

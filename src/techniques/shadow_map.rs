@@ -14,7 +14,7 @@ pub static INFO: Info = Info {
     paper: "Williams 1978",
     family: "Basics",
     doc: "Depth seen from the light, compared once per pixel. Fast; its edges are stairs of the map's texels, and \
-          without bias surfaces shadow themselves (acne).",
+          without a bias surfaces shadow themselves (acne).",
     lights: &["directional", "spot"],
     filters: false,
     params: &[FitParams::GROUP, MapParams::GROUP, HardwareParams::GROUP],
@@ -58,23 +58,23 @@ pub const MAPS: &[View] = &[
     view::aliasing(
         "perspective-aliasing",
         "Perspective aliasing",
-        "The part of the aliasing error that distances decide: the texel's width over the pixel's, both at the \
-              surface and facing it. Near the camera pixels are small, so texels look large. Colours as there.",
+        "The part of the aliasing error that comes from distances: the texel's width over the pixel's, both at \
+              the surface and facing it. Near the camera pixels are small, so texels look large. Colours as for the \
+              aliasing error.",
         view::Drawn::Aliasing(1),
     ),
     view::aliasing(
         "projection-aliasing",
         "Projection aliasing",
-        "The part of the aliasing error that the surface's slope decides: light that grazes it stretches texels \
-              (ochre, red), a gaze that grazes it shortens them (blue). Colours as there.",
+        "The part of the aliasing error that comes from the surface's slope: light that grazes it stretches \
+              texels (ochre, red), a gaze that grazes it shortens them (blue). Colours as for the aliasing error.",
         view::Drawn::Aliasing(2),
     ),
     view::aliasing(
         "counts",
         "Samples per texel",
         "The map itself. White: texels that no pixel looks up. Green: one pixel each. Ochre to dark red: 4 to 256 \
-              pixels share a texel. Where the picture is too small for the texels it shows their mean: blue, fewer than \
-              one.",
+              pixels share a texel. Where texels are smaller than pixels, their mean is shown; blue: fewer than one.",
         view::Drawn::Counts,
     ),
 ];

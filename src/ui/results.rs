@@ -217,7 +217,11 @@ fn measured(ui: &mut Ui, i: usize, r: &Record) {
     rows.extend(r.flicker.map(|f| ("flicker", percent(f), tip)));
     let tip = "Labels that change between neighbouring frames though the truth's do not, as a share of pixels.";
     rows.extend(r.label_flicker.map(|f| ("flicker of labels", percent(f), tip)));
-    rows.push(("GPU time", format!("{:.3} ms", r.gpu_ms), "Median of the technique's time."));
+    let (name, tip) = match r.wall_clock {
+        true => ("time", "Median of the technique's time by the clock, each pass waited for."),
+        false => ("GPU time", "Median of the technique's time by GPU timestamps."),
+    };
+    rows.push((name, format!("{:.3} ms", r.gpu_ms), tip));
     let quartiles = format!("{:.3} to {:.3} ms", r.gpu_ms_q1, r.gpu_ms_q3);
     rows.push(("quartiles", quartiles, "The middle half of the frames lies between these."));
     let tip = "Time as a multiple of the standard shadow map's of the same resolution, measured in the same run.";

@@ -51,7 +51,7 @@ pub const MAPS: [View; 3] = [
     ),
     view::aliasing(
         "counts-before",
-        "View samples before the warp",
+        "Samples before the warp",
         "The map as it would be without the warp. White: texels that no pixel looks up. Green: one pixel each. Ochre \
               to dark red: 4 to 256 pixels share a texel; blue: the mean of texels fewer than one.",
         Drawn::Counts,
