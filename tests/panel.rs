@@ -1014,6 +1014,10 @@ fn closing_with_rows_in_no_file_asks() {
     click(&mut harness, "Cancel");
     assert!(harness.query_by_label("Close without saving").is_none());
     quit(&mut harness);
+    quit(&mut harness);
+    assert_eq!(harness.state().actions, [Action::Quit], "asked twice");
+    harness.state_mut().actions.clear();
+    quit(&mut harness);
     click(&mut harness, "Save measured-001.csv and close");
     assert_eq!(harness.state().actions, [Action::Export(Tab::Chart, "measured-001.csv".into())]);
     harness.state_mut().model.closing = false;

@@ -369,6 +369,10 @@ fn a_sweep_started_by_a_click_makes_points_and_a_click_on_one_applies_it() {
     });
     assert!(changed, "none of the points at {points:?} changed the set-up");
 
+    // The rows are in no file: the first time the window asks.
+    desktop.key("ctrl+q");
+    std::thread::sleep(Duration::from_secs(3));
+    assert!(desktop.window.0.try_wait().unwrap().is_none(), "the rows are lost");
     desktop.key("ctrl+q");
     let status = wait_for_exit(&mut desktop.window);
     assert!(status.success(), "the window closed with {status}");

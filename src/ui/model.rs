@@ -531,9 +531,9 @@ impl Model {
         self.camera_chosen = true;
     }
 
-    /// Whether the window may close now; else it asks what is to become of the rows measured.
+    /// Whether the window may close now; else it asks what is to become of the rows measured. Who asks again means it.
     pub fn may_close(&mut self) -> bool {
-        self.closing = self.unsaved && !self.rows.is_empty();
+        self.closing = !self.closing && self.unsaved && !self.rows.is_empty();
         !self.closing
     }
 

@@ -240,6 +240,7 @@ fn closing(ctx: &Context, m: &mut Model, out: &mut Vec<Action>) {
         let rows =
             if m.rows.len() == 1 { "1 measured row is".into() } else { format!("{} measured rows are", m.rows.len()) };
         ui.label(format!("{rows} not saved."));
+        ui.label(RichText::new("Ctrl+Q again closes the window without saving.").small().weak());
         ui.add_space(6.0);
         ui.horizontal_wrapped(|ui| {
             let path = numbered("measured", "csv");
