@@ -178,6 +178,23 @@ fn error_picture(pixel: vec2u) -> vec4f {
     return data(mix(base, select(false_shadow_color, leak_color, off > 0.0), 0.35 + 0.65 * abs(off)));
 }
 
+// About how many pixels wide the texels around a pixel with this cell are, the narrower way.
+fn texel_width(pixel: vec2u, cell: vec2u) -> f32 {
+    let step = 3u;
+    var most = 0.0;
+    for (var i = 0u; i < 2u; i++) {
+        let by = select(vec2u(0u, step), vec2u(step, 0u), i == 0u);
+        let beside = select(pixel - min(by, pixel), pixel + by, all(pixel + by < frame.size));
+        let x = textureLoad(map, beside, 0).x;
+        let deeper = textureLoad(g_position, beside, 0).w / textureLoad(g_position, pixel, 0).w;
+        // Beyond an edge of the surface lies another part of the map.
+        if x >= 0.0 && abs(deeper - 1.0) < 0.05 {
+            most = max(most, distance(vec2f(cell_of(x)), vec2f(cell)));
+        }
+    }
+    return f32(step) / max(most, 1e-3);
+}
+
 // Where there is no surface: the sky, or a plain background.
 fn beyond(pixel: vec2u, plain: bool) -> vec4f {
     let color = linear_to_srgb(sky(normalize(pixel_ray(vec2f(pixel) + 0.5))));
@@ -213,7 +230,9 @@ fn color_of(pixel: vec2u) -> vec4f {
             let cell = cell_of(x);
             let odd = ((cell.x + cell.y) & 1u) == 1u;
             let tint = select(vec3f(0.95, 0.75, 0.35), vec3f(0.25, 0.45, 0.75), odd);
-            return data(mix(linear_to_srgb(lit(s, v)), tint, 0.45));
+            // Squares of a pixel and less would make other patterns: they fade.
+            let strength = smoothstep(1.0, 2.5, texel_width(pixel, cell));
+            return vec4f(mix(linear_to_srgb(lit(s, v)), tint, 0.45 * strength), select(0.0, 1.0, strength > 0.0));
         }
     }
     if pixel.y >= view.rows {

@@ -117,6 +117,15 @@ impl Key {
                 key.parts.push(Part::Class(LABELS[i.min(7)], text));
             }
         };
+        if view.shows_scene() && (setup.outlines || setup.shadow_camera.is_some()) {
+            let frozen = setup.shadow_camera.map(|_| (LABELS[8], "shadow camera's frustum"));
+            let boxed = known.splits.is_empty().then_some((LABELS[1], "what the map covers"));
+            let lines = frozen.into_iter().chain(boxed);
+            key.parts.extend(lines.map(|(color, what)| Part::Class(color, what.into())));
+            if !matches!(view.drawn.legend(), Legend::Cascades | Legend::Side) {
+                cascades(&mut key);
+            }
+        }
         match view.drawn.legend() {
             Legend::None => {}
             Legend::Scale(palette, v) => {

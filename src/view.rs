@@ -397,7 +397,10 @@ pub const fn ramp(what: &'static str, unit: &'static str, range: [f32; 2]) -> Dr
     Drawn::Ramp(Values { what, unit, range })
 }
 
-const CELLS: &[Class] = &[Class::new([0.25, 0.45, 0.75], "a texel"), Class::new([0.95, 0.75, 0.35], "the next one")];
+const CELLS: &[Class] = &[
+    Class::new([0.25, 0.45, 0.75], "a texel"),
+    Class::new([0.95, 0.75, 0.35], "the next one; faded where about a pixel wide"),
+];
 
 impl Drawn {
     /// The scale that explains its colours, if it is one.

@@ -1,15 +1,18 @@
 //! Techniques side by side: which there are, which one the panel edits, and what stands over their parts of the picture.
 
-use super::controls::chips;
+use super::controls::{Tip, chips};
 use super::model::Model;
 use super::style::ACCENT;
 use crate::frame::{SHARED_PASSES, panes};
 use crate::legend::{percent, side_name};
+use crate::params::{Spec, Value};
 use crate::setup::{Arrange, Setup, Side};
 use crate::techniques;
 use egui::{
-    Button, Color32, CursorIcon, Frame, Id, Margin, Pos2, Rect, RichText, Sense, Stroke, Ui, UiBuilder, pos2, vec2,
+    Button, Color32, CursorIcon, Frame, Id, Margin, Pos2, Rect, RichText, Role, Sense, Stroke, Ui, UiBuilder,
+    WidgetInfo, pos2, vec2,
 };
+use std::collections::BTreeMap;
 
 /// The rows over the list of techniques: a chip for each side, one that adds a side, and how they share the picture.
 pub fn show(ui: &mut Ui, m: &mut Model) {
@@ -57,6 +60,26 @@ pub fn show(ui: &mut Ui, m: &mut Model) {
             None => {}
         }
     }
+}
+
+/// Values of the side that the edited one is held against, which is the first, or for that the second: with its letter.
+pub fn other_values(m: &Model) -> BTreeMap<String, (&'static str, Value)> {
+    let (side, letter) = if m.editing == 0 { (1, "B") } else { (0, "A") };
+    if side >= m.setup.sides() || m.setup.is_truth(side) {
+        return BTreeMap::new();
+    }
+    let setup = m.setup.side(side);
+    let of = |(name, value): (&String, &Value)| (name.clone(), (letter, value.clone()));
+    setup.values().iter().map(of).collect()
+}
+
+/// Marks a parameter's row whose value differs from the other side's.
+pub fn differs(ui: &mut Ui, row: Rect, spec: &Spec, tip: &str) {
+    let place = Rect::from_center_size(pos2(row.left() - 4.0, row.center().y), vec2(9.0, row.height()));
+    let r = ui.interact(place, ui.scope_id().with(("differs", spec.name)), Sense::hover());
+    r.widget_info(|| WidgetInfo::labeled(Role::Image, true, format!("{} differs: {tip}", spec.name)));
+    ui.painter().circle_filled(place.center(), 2.5, ui.visuals().hyperlink_color);
+    r.tip(tip);
 }
 
 /// A side's letter and its technique's id.

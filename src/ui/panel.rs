@@ -295,6 +295,7 @@ fn parameters(ui: &mut Ui, m: &mut Model) {
         return;
     };
     let diagonal = m.diagonal() as f64;
+    let other = compare::other_values(m);
     let mut held = std::mem::take(&mut m.pinned);
     let pinned = &mut held;
     let values = m.edited_values();
@@ -302,7 +303,10 @@ fn parameters(ui: &mut Ui, m: &mut Model) {
     let mut one = |ui: &mut Ui, spec: &'static Spec, pinned: &mut std::collections::BTreeSet<&'static str>| {
         let value = values.entry(spec.name.into()).or_insert_with(|| spec.default());
         let mut held = pinned.contains(spec.name);
-        ui.push_id((chosen.id, spec.name), |ui| parameter(ui, spec, value, diagonal, &mut held));
+        let row = ui.push_id((chosen.id, spec.name), |ui| parameter(ui, spec, value, diagonal, &mut held));
+        if let Some((side, theirs)) = other.get(spec.name).filter(|(_, theirs)| theirs != value) {
+            compare::differs(ui, row.response.rect, spec, &format!("{side} has {theirs}."));
+        }
         if held {
             pinned.insert(spec.name)
         } else {
