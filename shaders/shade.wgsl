@@ -7,7 +7,7 @@
 // The picture: shading, the common views, and a technique's own maps.
 
 // A pipeline draws one view: adapters that run both sides of a branch would pay for all of them. The common views are
-// numbered by Rust: constants `view_shaded`, `view_split` and so on.
+// numbered by Rust: constants `view_shaded`, `view_error` and so on.
 override drawn_view: u32;
 // How it draws a technique's own map: 0 not, 1 texture, 2 ramp, 3 cells, 4 aliasing, 5 counts, 6 labels.
 override drawn_map: u32;

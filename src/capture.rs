@@ -23,7 +23,17 @@ const KEYWORD: &str = "shadowscope-setup";
 /// A light that the technique does not serve, another file ending, or what the file system says.
 pub fn capture(renderer: &mut Renderer, setup: &Setup, path: &Path) -> Result<Vec<String>> {
     check(&setup.view, path)?;
-    techniques::find_or_say(&setup.technique)?.serve(&setup.light)?;
+    // Raw values are of one technique.
+    let alone;
+    let setup = if is_exr(path) {
+        alone = setup.alone();
+        &alone
+    } else {
+        setup
+    };
+    for side in (0..setup.sides()).filter(|side| !setup.is_truth(*side)) {
+        techniques::find_or_say(&setup.side(side).technique)?.serve(&setup.light)?;
+    }
     let truth = if setup.needs_truth() { Truth::All } else { Truth::Off };
     let analysis = is_exr(path);
     renderer.draw(setup, Ask { size: setup.size, truth, analysis, timed: false, picture: true, fresh: false })?;

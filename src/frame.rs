@@ -14,7 +14,7 @@ mod shot;
 pub use analysis::{Analysis, Counting, Maps, PieceCount};
 pub use figure::{Pane, panes};
 pub use lines::{Segment, Style};
-pub use maps::MapLayer;
+pub use maps::{MapLayer, Place};
 pub use shot::{Shot, ShotUniform};
 
 use crate::gpu::{Gpu, Pass, Raster, Recorder, Slot, Timer};

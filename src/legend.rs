@@ -117,8 +117,8 @@ impl Key {
                 key.parts.push(Part::Class(LABELS[i.min(7)], text));
             }
         };
-        if view.shows_scene() && (setup.outlines || setup.shadow_camera.is_some()) {
-            let frozen = setup.shadow_camera.map(|_| (LABELS[8], "shadow camera's frustum"));
+        if view.shows_scene() && (setup.outlines || setup.frozen().is_some()) {
+            let frozen = setup.frozen().map(|_| (LABELS[8], "shadow camera's frustum"));
             let boxed = known.splits.is_empty().then_some((LABELS[1], "what the map covers"));
             let lines = frozen.into_iter().chain(boxed);
             key.parts.extend(lines.map(|(color, what)| Part::Class(color, what.into())));

@@ -286,7 +286,7 @@ impl Setup {
         let mut table: toml::Table = toml::from_str(text).map_err(|e| one_line(&e.to_string()))?;
         shape::rename(&mut table);
         shape::check(&table)?;
-        split_to_truth(&mut table);
+        rename_views(&mut table);
         let Some(name) = table.get("scene").and_then(|v| v.as_str()) else {
             bail!("the key scene is missing; give a built-in scene's name or the path of a glTF file");
         };
@@ -358,7 +358,15 @@ impl Setup {
     /// What is measured of a set-up: its technique alone, shaded, with maps fitted to the camera that looks.
     pub fn measured(&self) -> Setup {
         let view = default_view();
-        Setup { view, shadow_camera: None, outlines: false, error_dilation: 0, error_base: Base::Dark, ..self.alone() }
+        Setup {
+            view,
+            legend: false,
+            shadow_camera: None,
+            outlines: false,
+            error_dilation: 0,
+            error_base: Base::Dark,
+            ..self.alone()
+        }
     }
 
     /// The set-up of one side of the comparison, alone; the first is 0. The truth has that of the first.
@@ -375,6 +383,12 @@ impl Setup {
     /// Sides of the comparison; 1 without one.
     pub fn sides(&self) -> usize {
         1 + self.against.len()
+    }
+
+    /// Samples per pixel of the truth that all sides are held against: the most that one of them asks for.
+    pub fn shown_samples(&self) -> u32 {
+        let infos = (0..self.sides()).filter_map(|i| techniques::find(&self.side(i).technique));
+        infos.map(|info| self.truth_samples.shown(info)).max().unwrap_or(1)
     }
 
     /// Whether a side is the truth.
@@ -487,6 +501,10 @@ impl Setup {
         );
         if let Some(overlay) = &self.overlay {
             view::check(&overlay.view, info).context("overlay")?;
+            ensure!(
+                overlay.view != "difference" || self.against.is_empty(),
+                "overlay.view = difference is not allowed in a comparison; take it as the view"
+            );
             in_range("overlay.opacity", overlay.opacity, 0.0, 1.0, "")?;
         }
         in_range("time", self.time, 0.0, 1e6, " s")?;
@@ -566,9 +584,12 @@ fn check_camera(key: &str, c: &Camera) -> Result<()> {
     Ok(())
 }
 
-/// The view `split` of older files is a comparison with the truth.
-fn split_to_truth(table: &mut toml::Table) {
-    if table.get("view").and_then(|v| v.as_str()) == Some("split") {
+/// Views of older files: `split` is a comparison with the truth, what showed one cause shows all.
+fn rename_views(table: &mut toml::Table) {
+    let view = table.get("view").and_then(|v| v.as_str());
+    if matches!(view, Some("acne" | "detachment")) {
+        table.insert("view".into(), "causes".into());
+    } else if view == Some("split") {
         table.insert("view".into(), default_view().into());
         let truth = toml::Table::from_iter([("technique".to_string(), Side::TRUTH.into())]);
         table.insert("against".into(), toml::Value::Array(vec![truth.into()]));

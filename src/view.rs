@@ -31,7 +31,8 @@ pub enum Group {
 }
 
 impl Group {
-    pub const ALL: [Group; 5] = [Group::Look, Group::Errors, Group::Map, Group::Aliasing, Group::Scene];
+    /// Those that differ from technique to technique come last, so that the others keep their place.
+    pub const ALL: [Group; 5] = [Group::Look, Group::Errors, Group::Scene, Group::Map, Group::Aliasing];
 
     pub fn title(self) -> &'static str {
         match self {
@@ -369,7 +370,17 @@ pub fn is_judged(id: &str) -> bool {
 /// The maps that show a channel of the analysis: the aliasing error and its two parts, in that order.
 pub const ALIASING: [&str; 3] = ["aliasing", "perspective-aliasing", "projection-aliasing"];
 /// Maps that count the picture's pixels: at fewer of them they would tell something else.
-const COUNTS: [&str; 6] = ["counts", "counts-before", "counts-between", "histogram", "profiles", "occupancy"];
+const COUNTS: [&str; 9] = [
+    "counts",
+    "counts-before",
+    "counts-between",
+    "histogram",
+    "profiles",
+    "occupancy",
+    "causes",
+    "error-density",
+    "flip",
+];
 
 /// Whether a view is drawn only at the full resolution.
 pub fn waits(id: &str) -> bool {

@@ -173,6 +173,7 @@ impl Figure {
             (setup.against, setup.front) = (Vec::new(), 0);
         } else if !self.against.is_empty() {
             setup.against = self.against.iter().map(|a| Side::parse(a)).collect::<Result<_>>()?;
+            setup.front = setup.front.min(setup.against.len() as u32);
         }
         if let Some(how) = &self.arrange {
             let found = Arrange::ALL.into_iter().find(|a| a.id() == how);
@@ -255,6 +256,7 @@ pub fn run() -> Result<ExitCode> {
             }
             if let Some(view) = view {
                 setup.view = view;
+                setup.overlay = None;
             }
             figure.apply(&mut setup, &scene)?;
             let selected = [setup.technique.clone()];

@@ -4,7 +4,7 @@ use super::{Ask, Drawing, Layer, Made, NO_FRAME, Renderer, STORED, Targets, Told
 use crate::gpu::{Gpu, Recorder, Slot};
 use crate::setup::{Arrange, Setup};
 use crate::techniques;
-use crate::truth::Tracing;
+use crate::truth::{Samples, Tracing};
 use crate::view::{self, Drawn, Legend};
 use anyhow::{Context, Result};
 use wgpu::TextureFormat as Format;
@@ -96,17 +96,17 @@ impl Figure {
         if setup.needs_truth() && !other { truth.rows() } else { u32::MAX }
     }
 
-    /// Where a pixel of the figure lies in the first side's frame; None: another side is there.
-    pub(super) fn pixel(&self, [x, y]: [u32; 2]) -> Option<[u32; 2]> {
+    /// Where a pixel of the figure lies in the frame of its side, and which side that is; None: beside all.
+    pub(super) fn pixel(&self, [x, y]: [u32; 2]) -> Option<([u32; 2], usize)> {
         if self.panes.is_empty() {
-            return Some([x, y]);
+            return Some(([x, y], 0));
         }
         let inside = |p: &&Pane| {
             let d = [x.wrapping_sub(p.at[0]), y.wrapping_sub(p.at[1])];
-            p.side == 0 && d[0] < p.part[2] && d[1] < p.part[3]
+            d[0] < p.part[2] && d[1] < p.part[3]
         };
         let p = self.panes.iter().find(inside)?;
-        Some([x - p.at[0] + p.part[0], y - p.at[1] + p.part[1]])
+        Some(([x - p.at[0] + p.part[0], y - p.at[1] + p.part[1]], p.side))
     }
 }
 
@@ -130,6 +130,8 @@ impl Renderer {
         if setup.against.is_empty() {
             return self.render_over(setup, ask);
         }
+        // All sides are held against one truth.
+        let setup = &Setup { truth_samples: Samples::Fixed(setup.shown_samples()), ..setup.clone() };
         let panes = panes(setup, ask.size);
         // All parts have one size.
         // A side that another arrangement would show at this size is drawn too: the line can then be moved at once.
@@ -253,9 +255,9 @@ impl Renderer {
 
     /// Renders the first side of the last figure once more, without the figure taking notice.
     pub(super) fn again(&mut self, setup: &Setup, ask: Ask) -> Result<Told> {
-        let kept = (self.figure.composed, std::mem::take(&mut self.figure.panes));
+        let kept = (self.figure.composed, std::mem::take(&mut self.figure.panes), self.seen);
         let rendered = self.render(&setup.side(0), ask);
-        (self.figure.composed, self.figure.panes) = kept;
+        (self.figure.composed, self.figure.panes, self.seen) = kept;
         rendered
     }
 

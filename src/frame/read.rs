@@ -113,7 +113,8 @@ impl Renderer {
 
     /// Reads the world position at one pixel of the last frame; None for background.
     pub fn position_at(&self, pixel: [u32; 2]) -> Result<Option<Vec3>> {
-        self.figure.pixel(pixel).map_or(Ok(None), |pixel| self.surface_at(pixel))
+        // All sides are seen by one camera.
+        self.figure.pixel(pixel).map_or(Ok(None), |(pixel, _)| self.surface_at(pixel))
     }
 
     fn surface_at(&self, pixel: [u32; 2]) -> Result<Option<Vec3>> {
@@ -126,7 +127,8 @@ impl Renderer {
     /// Reads single values, but waits for the device.
     pub fn value_at(&self, pixel: [u32; 2]) -> Result<Option<String>> {
         let size = self.targets.size()?;
-        let Some(pixel) = self.figure.pixel(pixel) else { return Ok(None) };
+        // Only the first side has all its buffers.
+        let Some((pixel, 0)) = self.figure.pixel(pixel) else { return Ok(None) };
         if pixel[0] >= size[0] || pixel[1] >= size[1] {
             return Ok(None);
         }

@@ -175,19 +175,32 @@ impl Canvas {
         viewport: Rect,
         scale: f32,
     ) -> bool {
+        // The font's texture only grows: what is written anew is a shape that changes.
+        let mut redrawn: Vec<egui::TextureId> = Vec::new();
         for (id, changes) in delta.set.drain() {
+            if id != egui::TextureId::default() {
+                redrawn.push(id);
+            }
             for change in changes {
                 self.egui.update_texture(&gpu.device, &gpu.queue, id, &change);
             }
         }
-        let shown = self.draw(gpu, ctx, shapes, viewport, scale);
+        let shown = self.draw(gpu, ctx, shapes, &redrawn, viewport, scale);
         for id in delta.free.drain() {
             self.egui.free_texture(&id);
         }
         shown
     }
 
-    fn draw(&mut self, gpu: &Gpu, ctx: &egui::Context, shapes: Vec<ClippedShape>, viewport: Rect, scale: f32) -> bool {
+    fn draw(
+        &mut self,
+        gpu: &Gpu,
+        ctx: &egui::Context,
+        shapes: Vec<ClippedShape>,
+        redrawn: &[egui::TextureId],
+        viewport: Rect,
+        scale: f32,
+    ) -> bool {
         let size = [self.config.width, self.config.height];
         let whole = Rect::from_min_size(egui::Pos2::ZERO, egui::vec2(size[0] as f32, size[1] as f32));
         let mut damage = Damage::default();
@@ -205,11 +218,13 @@ impl Canvas {
             damage.add(viewport);
         }
         if kept {
-            changes(&self.shapes.0, &shapes, |rect| {
+            let mut changed = |rect: Rect| {
                 // With what antialiasing adds.
                 let rect = rect.expand(1.5) * scale;
                 damage.add(Rect::from_min_max(rect.min.floor(), rect.max.ceil()).intersect(whole));
-            });
+            };
+            changes(&self.shapes.0, &shapes, &mut changed);
+            shapes.iter().filter(|s| redrawn.contains(&s.shape.texture_id())).map(bounds).for_each(changed);
         } else {
             damage.rects = vec![whole];
         }

@@ -3,7 +3,7 @@
 use super::controls::{Tip, chips};
 use super::model::Model;
 use super::style::ACCENT;
-use crate::frame::{SHARED_PASSES, panes};
+use crate::frame::{Pane, SHARED_PASSES, panes};
 use crate::legend::{percent, side_name};
 use crate::params::{Spec, Value};
 use crate::setup::{Arrange, Setup, Side};
@@ -119,25 +119,50 @@ fn add_menu(ui: &mut Ui, m: &mut Model) {
     }
 }
 
-/// The titles of the sides over their parts of the picture, with menus, and the swipe's line.
-pub fn over(ui: &mut Ui, rect: Rect, m: &mut Model) {
+/// A side's part of the viewport.
+pub struct Part {
+    pub side: usize,
+    /// What of it is seen, and where all of its picture would lie.
+    pub seen: Rect,
+    pub whole: Rect,
+}
+
+/// The parts of a viewport.
+pub fn parts(rect: Rect, setup: &Setup) -> Vec<Part> {
+    // In parts of the viewport: panes know whole pixels only.
+    const PARTS: u32 = 4000;
+    let place = |[x, y]: [u32; 2]| rect.min + rect.size() * vec2(x as f32, y as f32) / PARTS as f32;
+    let part = |pane: Pane| {
+        let [x, y] = pane.at;
+        let seen = Rect::from_min_max(place(pane.at), place([x + pane.part[2], y + pane.part[3]]));
+        let from = place([x - pane.part[0].min(x), y - pane.part[1].min(y)]);
+        let size = rect.size() * vec2(pane.size[0] as f32, pane.size[1] as f32) / PARTS as f32;
+        Part { side: pane.side, seen, whole: Rect::from_min_size(from, size) }
+    };
+    panes(setup, [PARTS; 2]).into_iter().map(part).collect()
+}
+
+/// Where all of the first side's picture would lie.
+pub fn first(rect: Rect, setup: &Setup) -> Rect {
+    parts(rect, setup).iter().find(|p| p.side == 0).map_or(rect, |p| p.whole)
+}
+
+/// The titles of the sides over their parts of the picture, with menus, and the swipe's line; `free`: what no legend hides.
+pub fn over(ui: &mut Ui, rect: Rect, free: Rect, m: &mut Model) {
     if m.setup.sides() == 1 {
         return;
     }
     let difference = m.setup.view == "difference";
     if m.setup.arrange == Arrange::Swipe && m.setup.sides() == 2 && !difference {
-        line(ui, rect, m);
+        line(ui, free, m);
     }
-    // In thousandths of the viewport: panes know whole pixels only.
-    const PARTS: u32 = 1000;
-    for pane in panes(&m.setup, [PARTS; 2]) {
-        let place = |[x, y]: [u32; 2]| rect.min + rect.size() * vec2(x as f32, y as f32) / PARTS as f32;
-        let part = Rect::from_min_max(place(pane.at), place([pane.at[0] + pane.part[2], pane.at[1] + pane.part[3]]));
+    for Part { side, seen: part, .. } in parts(rect, &m.setup) {
+        let part = part.intersect(free);
         if difference {
             title(ui, part, m, 0);
             title(ui, part.translate(vec2(0.0, 28.0)), m, 1);
         } else {
-            title(ui, part, m, pane.side);
+            title(ui, part, m, side);
         }
         if part.left() > rect.left() && m.setup.arrange == Arrange::SideBySide {
             let line = Stroke::new(2.0, Color32::from_gray(20));
@@ -165,6 +190,11 @@ fn title(ui: &mut Ui, part: Rect, m: &mut Model, side: usize) {
                 let name = if full { side_name(&m.setup, side) } else { short_name(&m.setup, side) };
                 let name = RichText::new(name).color(color);
                 ui.menu_button(name, |ui| side_menu(ui, m, side)).response.on_hover_text("What is shown on this side.");
+                let info = if m.setup.is_truth(side) { None } else { techniques::find(&m.setup.side(side).technique) };
+                if let Some(reason) = info.and_then(|i| i.refuses(&m.setup.light)) {
+                    let text = RichText::new("no shadow").color(ui.visuals().warn_fg_color);
+                    ui.label(text).on_hover_text(reason);
+                }
                 let error = m.facts.known.errors.get(side).copied().flatten();
                 if let Some(e) = error.filter(|_| !m.setup.is_truth(side)) {
                     ui.label(RichText::new(format!("{} wrong", percent(e.share()))).color(Color32::WHITE));

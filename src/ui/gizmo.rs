@@ -12,15 +12,15 @@ use glam::Vec3;
 const SKY: f32 = 50.0;
 const GROUND: Color32 = Color32::from_black_alpha(140);
 
-/// Draws and moves the light's handles.
-pub fn show(ui: &mut Ui, rect: Rect, m: &mut Model) {
+/// Draws and moves the light's handles over a picture in `rect`, of which no legend hides `free`.
+pub fn show(ui: &mut Ui, rect: Rect, free: Rect, m: &mut Model) {
     if rect.width() < 4.0 * SKY || rect.height() < 4.0 * SKY {
         return;
     }
     let camera = m.setup.camera;
     let light = &mut m.setup.light;
     match light {
-        Light::Directional { to_light, .. } => sun(ui, rect, &camera, to_light),
+        Light::Directional { to_light, .. } => sun(ui, rect.intersect(free), &camera, to_light),
         Light::Omni { position, .. } => {
             place(ui, rect, &camera, position, "light");
         }

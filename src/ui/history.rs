@@ -2,7 +2,7 @@
 
 use super::controls::{shown_name, shown_value};
 use crate::scene::Camera;
-use crate::setup::Setup;
+use crate::setup::{Setup, Side};
 use crate::techniques;
 use std::time::{Duration, Instant};
 
@@ -130,6 +130,36 @@ fn changes(before: &Setup, after: &Setup) -> String {
     let size = |s: &Setup| format!("{} × {}", s.size[0], s.size[1]);
     differ("size", size(before), size(after));
     differ("split", format!("{:.0} %", before.split * 100.0), format!("{:.0} %", after.split * 100.0));
+    differ("arranged", before.arrange.id().into(), after.arrange.id().into());
+    let sides = |s: &Setup| {
+        let all: Vec<&str> = s.against.iter().map(|side| side.technique.as_str()).collect();
+        if all.is_empty() { "nothing".into() } else { all.join(", ") }
+    };
+    differ("against", sides(before), sides(after));
+    let overlay = |s: &Setup| {
+        let at = |o: &crate::setup::Overlay| {
+            if o.inset { format!("{} inset", o.view) } else { format!("{} {:.0} %", o.view, o.opacity * 100.0) }
+        };
+        s.overlay.as_ref().map_or("none".into(), at)
+    };
+    differ("overlay", overlay(before), overlay(after));
+    let word = |on: bool| if on { "on" } else { "off" }.to_string();
+    differ("legend in captures", word(before.legend), word(after.legend));
+    differ("outlines", word(before.outlines), word(after.outlines));
+    differ("frozen camera", word(before.shadow_camera.is_some()), word(after.shadow_camera.is_some()));
+    differ("error dilation", before.error_dilation.to_string(), after.error_dilation.to_string());
+    differ("error base", format!("{:?}", before.error_base), format!("{:?}", after.error_base));
+    differ("error window", before.error_window.to_string(), after.error_window.to_string());
+    differ("front", before.front.to_string(), after.front.to_string());
+    differ("time", format!("{:.2} s", before.time), format!("{:.2} s", after.time));
+    for (i, (a, b)) in
+        before.against.iter().zip(&after.against).enumerate().filter(|(_, (a, b))| a.technique == b.technique)
+    {
+        for spec in a.info().into_iter().flat_map(|i| i.specs()) {
+            let value = |s: &Side| shown_value(s.params.get(spec.name).unwrap_or(&spec.default()));
+            differ(&format!("{} {}", ["B", "C", "D"][i.min(2)], shown_name(spec)), value(a), value(b));
+        }
+    }
     for info in techniques::ALL {
         for spec in info.specs() {
             let value =

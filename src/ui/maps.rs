@@ -1,9 +1,10 @@
 //! The map viewer: a technique's depth maps beside the picture or instead of it, linked with it texel by texel.
 
+use super::compare;
 use super::model::Model;
 use super::panel::grouped;
 use super::style::{ACCENT, TEXT};
-use crate::frame::MapLayer;
+use crate::frame::{self, MapLayer};
 use crate::palette::{GREY, OCTAVES, Rgb, bytes};
 use crate::view::Group;
 use egui::{
@@ -30,8 +31,8 @@ enum Quantity {
     Samples,
 }
 
-/// What a texture was made of: map, quantity, points per texel and texel in the middle, size in pixels, range.
-type Key = (usize, Quantity, [f32; 3], [usize; 2], [f32; 2]);
+/// What a texture was made of: the map by its number, quantity, points per texel and texel in the middle, size in pixels, range.
+type Key = (u64, Quantity, [f32; 3], [usize; 2], [f32; 2]);
 
 /// The viewer's state.
 #[derive(Default)]
@@ -40,6 +41,8 @@ pub struct Maps {
     /// The map that is asked for, from 0.
     pub layer: u32,
     held: Option<Held>,
+    /// Counts the maps taken in.
+    taken: u64,
     quantity: Quantity,
     /// Points per texel; None: the whole map fits.
     zoom: Option<f32>,
@@ -98,6 +101,7 @@ impl Maps {
             self.middle = Vec2::splat(map.side as f32 / 2.0);
         }
         self.layer = map.layer;
+        self.taken += 1;
         self.held = Some(Held { ends, usual: [at(0.01), at(0.99)], bins, empty, flat, map: Arc::new(map) });
     }
 
@@ -253,7 +257,7 @@ fn map(ui: &mut Ui, image: Rect, maps: &mut Maps) {
     let scale = ui.ctx().pixels_per_point();
     let size = [image.width(), image.height()].map(|s| (s * scale).round().max(1.0) as usize);
     let range = shown(maps, held);
-    let key = (Arc::as_ptr(&held.map) as usize, maps.quantity, [zoom, middle.x, middle.y], size, range);
+    let key = (maps.taken, maps.quantity, [zoom, middle.x, middle.y], size, range);
     if maps.texture.as_ref().is_none_or(|(k, _)| *k != key) {
         let drawn = draw(&held.map, maps.quantity, size, scale * zoom, middle, range);
         match &mut maps.texture {
@@ -458,27 +462,22 @@ pub fn marks(ui: &Ui, rect: Rect, m: &Model) {
     let (Some(held), Some(texel)) = (&m.maps.held, m.maps.texel) else { return };
     let map = &held.map;
     let [w, h] = map.size;
-    let pixel = vec2(rect.width() / w as f32, rect.height() / h as f32);
-    let here = |place: &Option<([f32; 2], u32)>| {
+    let here = |place: &frame::Place| {
         place.is_some_and(|(t, layer)| layer == map.layer && t.map(|t| t.max(0.0) as u32) == texel)
     };
-    let found = map.places.iter().enumerate().filter(|(_, p)| here(p)).take(MARKS);
-    let painter = ui.painter().with_clip_rect(rect);
-    let mut count = 0;
-    let mut around = Rect::NOTHING;
-    for (i, _) in found {
-        let min = rect.min + vec2((i % w as usize) as f32, (i / w as usize) as f32) * pixel;
-        painter.rect_filled(Rect::from_min_size(min, pixel), 0.0, Color32::from_rgb(255, 60, 200));
-        around = around.union(Rect::from_min_size(min, pixel));
-        count += 1;
-    }
-    if count > 0 {
-        // A single pixel would hardly be seen.
-        painter.rect_stroke(
-            around.expand(5.0),
-            2.0,
-            Stroke::new(1.5, Color32::from_rgb(255, 60, 200)),
-            StrokeKind::Outside,
-        );
+    let found: Vec<usize> = (0..map.places.len()).filter(|i| here(&map.places[*i])).take(MARKS).collect();
+    let pink = Color32::from_rgb(255, 60, 200);
+    for part in compare::parts(rect, &m.setup) {
+        let painter = ui.painter().with_clip_rect(part.seen);
+        let pixel = vec2(part.whole.width() / w as f32, part.whole.height() / h as f32);
+        let place = |i: &usize| {
+            let at = vec2((i % w as usize) as f32, (i / w as usize) as f32);
+            Rect::from_min_size(part.whole.min + at * pixel, pixel)
+        };
+        found.iter().for_each(|i| _ = painter.rect_filled(place(i), 0.0, pink));
+        if let Some(around) = found.iter().map(place).reduce(Rect::union) {
+            // A single pixel would hardly be seen.
+            painter.rect_stroke(around.expand(5.0), 2.0, Stroke::new(1.5, pink), StrokeKind::Outside);
+        }
     }
 }

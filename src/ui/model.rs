@@ -41,7 +41,6 @@ pub enum Action {
     /// Look among techniques for the cheapest configuration that meets a budget.
     Advise(Budget, Vec<String>),
     CancelMeasuring,
-    /// Write the measured rows: .svg and .png the chart, .csv and .json the figures.
     /// Write what a tab of the drawer shows: as a chart or as figures, by the file's ending.
     Export(Tab, PathBuf),
     /// Render a small picture of this set-up (JSON, as a row holds it).
@@ -299,6 +298,7 @@ impl Model {
             self.history.commit(&setup, true);
         }
         self.setup = setup;
+        self.editing = self.editing.min(self.setup.against.len());
         self.scene = scene;
         self.bounds = bounds;
         self.playing = false;
@@ -392,6 +392,7 @@ impl Model {
             };
         } else {
             self.look = std::mem::replace(&mut self.setup.view, "difference".into());
+            self.setup.overlay = None;
         }
     }
 
@@ -455,10 +456,14 @@ impl Model {
             error_base: now.error_base,
             error_window: now.error_window,
             outlines: now.outlines,
+            overlay: now.overlay.clone(),
+            shadow_camera: now.shadow_camera.filter(|_| now.scene == setup.scene),
             ..setup
         };
         let known = techniques::find(&setup.technique).is_some_and(|i| view::check(&self.setup.view, i).is_ok());
         setup.view = if known { self.setup.view.clone() } else { view::VIEWS[0].id.into() };
+        let info = techniques::find(&setup.technique);
+        setup.overlay = setup.overlay.filter(|o| info.is_some_and(|i| view::check(&o.view, i).is_ok()));
         // Other techniques keep what they are set to.
         let own = setup.values().clone();
         setup.params = self.setup.params.clone();
@@ -584,6 +589,7 @@ impl Model {
         }
         setup.count_from(self.scene.origin);
         self.setup = setup;
+        self.editing = self.editing.min(self.setup.against.len());
         None
     }
 }

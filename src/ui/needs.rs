@@ -3,6 +3,7 @@
 use super::controls::Tip;
 use super::model::{Action, Model};
 use super::panel::grouped;
+pub use crate::legend::percent;
 use crate::measure::{Record, params_text};
 use crate::setup::Setup;
 use crate::techniques;
@@ -67,13 +68,6 @@ pub fn rows(r: &Record) -> Vec<Row> {
 /// Bytes in words.
 pub fn mebibytes(bytes: u64) -> String {
     format!("{:.2} MiB", bytes as f64 / 1048576.0)
-}
-
-/// A share as a percentage with about three figures.
-pub fn percent(share: f64) -> String {
-    let p = share * 100.0;
-    let decimals = if p == 0.0 { 0 } else { (2.0 - p.abs().log10().floor()).clamp(0.0, 5.0) as usize };
-    format!("{p:.decimals$} %")
 }
 
 /// The values of the technique's main parameters: `resolution 1024, kernel 3`.

@@ -269,7 +269,9 @@ fn technique(ui: &mut Ui, m: &mut Model) {
 /// Shows at the end of a technique's row that its picture is being rendered, and how long it took last. No spinner of
 /// egui's: that is drawn anew all the time, by the cores that render where the adapter is software.
 fn awaited(ui: &Ui, m: &Model, info: &Info, row: Rect) {
-    let Some(since) = m.awaited().filter(|_| info.id == m.setup.technique) else { return };
+    let Some(since) = m.awaited().filter(|_| (0..m.setup.sides()).any(|i| m.setup.side(i).technique == info.id)) else {
+        return;
+    };
     let wait = AWAITED.saturating_sub(since.elapsed());
     if !wait.is_zero() {
         return ui.ctx().request_repaint_after(wait);

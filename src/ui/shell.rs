@@ -52,13 +52,14 @@ pub fn layout(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) -> Rect {
         rect = shaped(rect, m.setup.size);
         ui.painter().rect_stroke(rect, 0.0, Stroke::new(1.0, ui.visuals().weak_text_color()), StrokeKind::Outside);
     }
-    let [viewer, rect] = maps::split(rect, m.maps.place);
+    let room = rect;
+    let [viewer, rect] = maps::split(room, m.maps.place);
     if rect.is_positive() {
         viewport::show(ui, rect, m, out);
     }
     maps::show(ui, viewer, m);
-    messages(ui.ctx(), rect, m);
-    busy(ui.ctx(), rect, m, out);
+    messages(ui.ctx(), room, m);
+    busy(ui.ctx(), room, m, out);
     tab(ui, m);
     help(ui.ctx(), m);
     closing(ui.ctx(), m, out);
@@ -162,11 +163,11 @@ const SHORTCUTS: &[Shortcut] = &[
     always(&[(CTRL, Key::S)], "save the set-up", |m, out| {
         out.push(Action::SaveSetup(PathBuf::from(m.setup_path.trim())));
     }),
-    always(&[(NONE, Key::F12)], "capture into capture-001.png and so on", |_, out| {
-        out.push(Action::Capture(numbered("capture", "png")));
-    }),
     always(&[(SHIFT, Key::F12)], "capture at 1920 × 1080 with the legend, into figure-001.png and so on", |_, out| {
         out.push(Action::Figure(numbered("figure", "png")));
+    }),
+    always(&[(NONE, Key::F12)], "capture into capture-001.png and so on", |_, out| {
+        out.push(Action::Capture(numbered("capture", "png")));
     }),
     always(&[(CTRL, Key::Q)], "quit", |m, out| {
         if m.may_close() {
@@ -213,6 +214,7 @@ fn keys(ctx: &Context, m: &mut Model, out: &mut Vec<Action>) {
     for (key, v) in VIEWS.into_iter().zip(view::VIEWS) {
         if pressed((NONE, key)) {
             m.setup.view = v.id.into();
+            m.setup.overlay = None;
         }
     }
 }

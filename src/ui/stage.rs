@@ -6,7 +6,7 @@
 
 use super::model::{Facts, Traced};
 use super::work::{Done, Loaded, Post};
-use crate::frame::{Ask, Renderer, Truth};
+use crate::frame::{Ask, Renderer, Truth, panes};
 use crate::gpu::{GivenUp, Gpu, TimerMode};
 use crate::legend::Known;
 use crate::measure::{Record, metrics, params_text};
@@ -420,6 +420,8 @@ impl Painter<'_> {
                 self.post.send(Done::Point(point));
             }
             Request::Shot(pass) => {
+                // It is rendered once more without an analysis.
+                self.analysed = false;
                 let shot = match (&self.drawn, &mut self.renderer) {
                     (Some(order), Some(renderer)) => renderer.shot(&order.setup, pass),
                     _ => Ok(None),
@@ -545,7 +547,7 @@ impl Painter<'_> {
         // While the scene moves every frame needs all of its truth: what an earlier frame left would be a lie. One sample
         // a pixel must do.
         let at_once = draft || !rest && self.change == Change::Scene;
-        let coarse = at_once && setup.truth_samples.shown(info) > 1;
+        let coarse = at_once && setup.shown_samples() > 1;
         if coarse {
             setup.truth_samples = Samples::Fixed(1);
         }
@@ -697,6 +699,7 @@ impl Painter<'_> {
         let (hard, mean) = (renderer.read_hard_truth()?, renderer.read_truth()?);
         let (mask, width) = (renderer.read_mask()?, renderer.read_width()?);
         let e = metrics::errors(&visibility, &hard, &mean, &mask, width);
+        let size = panes(setup, self.size)[0].size;
         let mut errors = vec![Some(e)];
         for side in 1..setup.sides() {
             let seen = if setup.is_truth(side) { None } else { Some(renderer.read_side(side)?) };
@@ -710,11 +713,11 @@ impl Painter<'_> {
         self.post.send(Done::Counted(Box::new(Record {
             technique: setup.technique.clone(),
             params: params_text(setup),
-            width: self.size[0],
-            height: self.size[1],
+            width: size[0],
+            height: size[1],
             gpu_bytes: self.facts.told.gpu_bytes,
             gpu_ms: self.facts.technique_ms(),
-            truth_samples: setup.truth_samples.shown(techniques::find_or_say(&setup.technique)?),
+            truth_samples: setup.shown_samples(),
             error_share: e.share(),
             rmse: e.rmse,
             mae: e.mae,

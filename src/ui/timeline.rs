@@ -92,8 +92,9 @@ impl Model {
         setup.complete();
         if techniques::find(&setup.technique).is_none_or(|i| view::check(&setup.view, i).is_err()) {
             setup.view = view::VIEWS[0].id.into();
-            setup.overlay = None;
         }
+        let info = techniques::find(&setup.technique);
+        setup.overlay = setup.overlay.take().filter(|o| info.is_some_and(|i| view::check(&o.view, i).is_ok()));
     }
 
     /// The case whose scene is open.
@@ -106,7 +107,16 @@ impl Model {
         let Some(case) = self.case() else { return };
         self.history.commit(&self.setup, true);
         self.timeline.t = t.clamp(0.0, 1.0);
+        let before = self.setup.params.clone();
         (case.place)(&mut self.setup, self.timeline.t);
+        // A parameter that the path moves moves on all sides.
+        for side in &mut self.setup.against {
+            let (Some(old), Some(new)) = (before.get(&side.technique), self.setup.params.get(&side.technique)) else {
+                continue;
+            };
+            let moved = new.iter().filter(|(name, value)| old.get(*name) != Some(*value));
+            side.params.extend(moved.map(|(name, value)| (name.clone(), value.clone())));
+        }
         self.history.absorb(&self.setup);
     }
 }

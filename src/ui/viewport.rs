@@ -40,16 +40,17 @@ pub fn show(ui: &mut Ui, rect: Rect, m: &mut Model, out: &mut Vec<Action>) {
         out.push(Action::Focus([at.x, at.y]));
     }
     fly(ui, m);
-    m.maps.pointed = r.hover_pos().map(|p| {
-        let at = (p - rect.min) / rect.size();
-        [at.x, at.y]
+    m.maps.pointed = r.hover_pos().and_then(|p| {
+        let part = compare::parts(rect, &m.setup).into_iter().find(|part| part.seen.contains(p))?;
+        let at = (p - part.whole.min) / part.whole.size();
+        Some([at.x, at.y])
     });
     maps::marks(ui, rect, m);
     tracing(ui, rect, m);
     let free = if m.show_legend { legend::show(ui, rect, m) } else { rect };
     draft(ui, free, m);
-    compare::over(ui, free, m);
-    gizmo::show(ui, free, m);
+    compare::over(ui, rect, free, m);
+    gizmo::show(ui, compare::first(rect, &m.setup), free, m);
     if m.setup.shadow_camera.is_some() {
         label(ui, rect, free.center_bottom() - vec2(0.0, 12.0), Align2::CENTER_BOTTOM, freeze::FROZEN);
     }
@@ -65,7 +66,8 @@ const VALUED: [&str; 8] =
 
 /// Reads the view's value under the pointer, while the picture is at rest.
 fn read(ui: &Ui, rect: Rect, pointer: Option<Pos2>, m: &mut Model, out: &mut Vec<Action>) {
-    let valued = view::index(&m.setup.view).is_none() || VALUED.contains(&m.setup.view.as_str());
+    let shown = m.setup.overlay.as_ref().map_or(&m.setup.view, |o| &o.view);
+    let valued = view::index(shown).is_none() || VALUED.contains(&shown.as_str());
     let traced = !m.setup.needs_truth() || m.facts.traced == Traced::Fully;
     let rest = !m.draft() && !m.moving() && m.measuring.is_none();
     let (Some(pointer), true) = (pointer, valued && traced && rest) else { return };

@@ -67,7 +67,9 @@ fn overlay(ui: &mut Ui, m: &mut Model) {
             if ui.selectable_label(id.is_none(), "none").clicked() {
                 m.setup.overlay = None;
             }
-            for v in view::VIEWS.iter().chain(info.maps()).filter(|v| v.id != "shaded") {
+            let alone = m.setup.sides() == 1;
+            let offered = |v: &&View| v.id != "shaded" && (alone || v.id != "difference");
+            for v in view::VIEWS.iter().chain(info.maps()).filter(offered) {
                 let chosen = id.as_deref() == Some(v.id);
                 if ui.selectable_label(chosen, v.title).on_hover_text(v.doc).clicked() {
                     let (opacity, inset) =

@@ -272,7 +272,7 @@ impl Open {
                         }
                         Ok(None) => {
                             seen.picture =
-                                Picture::Failed("It wrote no texture that can be shown: its results are lists.".into());
+                                Picture::Failed("It wrote no texture that can be shown, or does not run again in a frame that is known.".into());
                         }
                         Err(e) => seen.picture = Picture::Failed(format!("{e:#}")),
                     }
@@ -428,7 +428,9 @@ impl Open {
 
         let scale = output.pixels_per_point;
         let viewport = if rect.is_positive() { (rect * scale).round() } else { Rect::ZERO };
-        self.order([viewport.width() as u32, viewport.height() as u32]);
+        // Behind a map that takes its place the picture goes on, at the size it had.
+        let full = [viewport.width() as u32, viewport.height() as u32];
+        self.order(if full.contains(&0) { self.full } else { full });
         let presented = self.canvas.show(&self.gpu, &ctx, output.shapes, delta, viewport, scale);
         if let (Err(e), Some(m)) = (self.gpu.check(), &mut self.model) {
             m.fail(&e);
