@@ -8,6 +8,7 @@ use shadowscope::frame::{Ask, Renderer, Truth, panes};
 use shadowscope::legend::{self, Key, Known, Part};
 use shadowscope::palette::{self, OCTAVES};
 use shadowscope::setup::{Arrange, Overlay, Setup, Side};
+use shadowscope::truth::Samples;
 
 const SIZE: [u32; 2] = [96, 72];
 
@@ -16,6 +17,7 @@ fn yard_setup() -> (Renderer, Setup) {
     let view = camera(Vec3::new(4.0, 5.0, 9.0), Vec3::new(0.0, 0.3, 0.0));
     let scene = scene(vec![mesh(&yard(), 0)], vec![material(Vec3::splat(0.8))], view, sun(Vec3::new(0.5, 0.7, 0.3)));
     let (r, mut s) = start(scene, SIZE);
+    s.truth_samples = Samples::Fixed(1);
     s.set("resolution=96", &["shadow-map".into()]).unwrap();
     (r, s)
 }

@@ -8,7 +8,7 @@ use shadowscope::measure::advise::{Advice, Budget, FIGURES, Figure};
 use shadowscope::measure::{self, Record, params_text, stability};
 use shadowscope::params::{Kind, Value};
 use shadowscope::scene::geometry::Geometry;
-use shadowscope::setup::{self, Setup};
+use shadowscope::setup::{self, Arrange, Setup};
 use shadowscope::techniques;
 use shadowscope::ui::{self, Action, Job, Model, Reading, Tab, Traced};
 use shadowscope::view;
@@ -1121,4 +1121,53 @@ fn the_fonts_have_every_letter_of_the_tooltips() {
         let missing: String = text.chars().filter(|c| !has(*c)).collect();
         assert!(missing.is_empty(), "{missing:?} in {text}");
     }
+}
+
+/// A second technique is added from the menu; list and parameters are of the side that is edited, and what differs from the
+/// other is marked.
+#[test]
+fn sides_of_a_comparison_are_edited_one_at_a_time() {
+    let mut harness = harness("cubes", 2600.0);
+    click(&mut harness, "Compare with …");
+    click(&mut harness, "Shadow map, other parameters");
+    let model = &harness.state().model;
+    assert_eq!((model.setup.against.len(), model.editing), (1, 1));
+    assert_eq!(model.setup.against[0].technique, "shadow-map");
+    harness.state_mut().model.edited_values().insert("resolution".into(), Value::Int(512));
+    harness.run_steps(3);
+    assert!(harness.query_by_label("resolution differs: A has 1024.").is_some());
+    click(&mut harness, "A shadow-map");
+    assert_eq!(harness.state().model.editing, 0);
+    assert!(harness.query_by_label("resolution differs: B has 512.").is_some());
+    click(&mut harness, "B shadow-map");
+    click(&mut harness, "Percentage-closer filtering");
+    let model = &harness.state().model;
+    assert_eq!((model.setup.technique.as_str(), model.setup.against[0].technique.as_str()), ("shadow-map", "pcf"));
+    // The difference is a view, which the same key leaves again.
+    harness.key_press(egui::Key::B);
+    harness.run_steps(2);
+    assert_eq!(harness.state().model.setup.view, "difference");
+    harness.key_press(egui::Key::B);
+    harness.run_steps(2);
+    assert_eq!(harness.state().model.setup.view, "shaded");
+    for front in [0, 1, 0] {
+        harness.key_press(egui::Key::X);
+        harness.run_steps(2);
+        assert_eq!((harness.state().model.setup.arrange, harness.state().model.setup.front), (Arrange::Flicker, front));
+    }
+    harness.state().model.setup.check().unwrap();
+    click(&mut harness, "×");
+    assert_eq!((harness.state().model.setup.sides(), harness.state().model.editing), (1, 0));
+}
+
+#[test]
+fn shift_f12_captures_a_figure_and_f12_the_set_up() {
+    let mut harness = harness("cubes", 800.0);
+    harness.key_press_modifiers(egui::Modifiers::SHIFT, egui::Key::F12);
+    harness.run_steps(2);
+    assert!(matches!(harness.state().actions[..], [Action::Figure(_)]), "{:?}", harness.state().actions);
+    harness.state_mut().actions.clear();
+    harness.key_press(egui::Key::F12);
+    harness.run_steps(2);
+    assert!(matches!(harness.state().actions[..], [Action::Capture(_)]), "{:?}", harness.state().actions);
 }

@@ -417,7 +417,8 @@ fn depths(ui: &mut Ui, rect: Rect, maps: &mut Maps) {
     if ends != [near, far] {
         maps.range = Some(ends);
     }
-    let number = |d: f32| crate::chart::short(d.into());
+    // To a thousandth of the range.
+    let number = |d: f32| crate::chart::short(((d / span * 1e3).round() * span / 1e3).into());
     let flat = match held.flat {
         0 => String::new(),
         n => format!(", {} on the near plane", grouped(n)),

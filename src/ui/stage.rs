@@ -572,7 +572,9 @@ impl Painter<'_> {
             mail.closed || new.is_some_and(|o| o.paused) || !whole && start.elapsed() > PATIENCE && other()
         });
         let analysis = !draft && rest && order.map.is_some();
-        let ask = Ask { size, truth, analysis, timed: true, picture: true, fresh: false };
+        // What a technique keeps from frame to frame must not flatter it beside others.
+        let fresh = rest && !draft && setup.sides() > 1;
+        let ask = Ask { size, truth, analysis, timed: true, picture: true, fresh };
         let drawn = renderer.draw(&setup, ask);
         self.gpu.give_up_when(|| false);
         let told = match drawn {
