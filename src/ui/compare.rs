@@ -182,6 +182,8 @@ fn title(ui: &mut Ui, part: Rect, m: &mut Model, side: usize) {
     Frame::new().fill(Color32::from_black_alpha(165)).corner_radius(3.0).inner_margin(Margin::symmetric(5, 2)).show(
         &mut child,
         |ui| {
+            // Over the picture all is written light on dark.
+            ui.set_style(ui.ctx().style_of(egui::Theme::Dark));
             ui.horizontal(|ui| {
                 ui.spacing_mut().item_spacing.x = 8.0;
                 let color = if side == m.editing { ACCENT } else { Color32::WHITE };
