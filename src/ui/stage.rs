@@ -521,7 +521,8 @@ impl Painter<'_> {
         if rest && (due == Change::Nothing || self.costs.of(0) <= STEP_MS) {
             return 1.0;
         }
-        if due == Change::View && self.redrawable(order) {
+        // What is drawn already stays, and what is only drawn again keeps its size.
+        if due == Change::Nothing || due == Change::View && self.redrawable(order) {
             return self.scale;
         }
         // Only what moves needs its truth anew in every frame.
