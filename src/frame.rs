@@ -450,6 +450,12 @@ pub struct Renderer {
 /// What the frame itself takes, beside its technique, by the names in the pass times.
 pub const SHARED_PASSES: [&str; 9] =
     [ANIMATION, "G-buffer", freeze::PASS, ANALYSIS, "count map", "truth", JUDGED, "shading", lines::PASS];
+/// Milliseconds of the technique's passes among these, each with its name.
+pub fn technique_ms(passes: &[(&'static str, f64)]) -> f64 {
+    // Not sum(), whose zero is -0.
+    passes.iter().filter(|p| !SHARED_PASSES.contains(&p.0)).fold(0.0, |sum, p| sum + p.1)
+}
+
 /// The name of every technique's analysis pass.
 pub(crate) const ANALYSIS: &str = "analysis";
 /// What [`judged`] does.

@@ -88,13 +88,18 @@ pub fn percent(share: f64) -> String {
     format!("{p:.decimals$} %")
 }
 
+/// The letter of a side of the comparison; the first is 0.
+pub fn letter(side: usize) -> &'static str {
+    ["A", "B", "C", "D"][side.min(3)]
+}
+
 /// A side's letter and technique.
 pub fn side_name(setup: &Setup, side: usize) -> String {
     let title = match setup.is_truth(side) {
         true => "truth",
         false => techniques::find(&setup.side(side).technique).map_or("", |i| i.title),
     };
-    if setup.sides() > 1 { format!("{} {title}", ["A", "B", "C", "D"][side.min(3)]) } else { title.into() }
+    if setup.sides() > 1 { format!("{} {title}", letter(side)) } else { title.into() }
 }
 
 impl Key {
@@ -254,12 +259,7 @@ fn linear_ticks(low: f64, high: f64, count: u32) -> Vec<(f32, String)> {
     let step = [1.0, 2.0, 5.0, 10.0].map(|m| m * power).into_iter().find(|s| *s >= wanted * 0.999).unwrap_or(wanted);
     let first = (low / step - 1e-6).ceil() as i64;
     let last = (high / step + 1e-6).floor() as i64;
-    (first..=last).map(|i| ((((i as f64) * step - low) / span) as f32, number(i as f64 * step))).collect()
-}
-
-/// A number with a minus sign of its own.
-fn number(x: f64) -> String {
-    if x < 0.0 { format!("−{}", chart::short(-x)) } else { chart::short(x) }
+    (first..=last).map(|i| ((((i as f64) * step - low) / span) as f32, chart::short(i as f64 * step))).collect()
 }
 
 /// Round values on a logarithmic scale: 1, 2, 5 of each power of ten, fewer where they would be more than `most`.

@@ -380,6 +380,16 @@ impl Setup {
         setup
     }
 
+    /// A technique beside the others, with what was set of it before.
+    ///
+    /// # Errors
+    /// No technique of that name.
+    pub fn kept(&self, technique: &str) -> Result<Side> {
+        let mut side = Side::new(technique)?;
+        side.params.extend(self.params.get(technique).cloned().unwrap_or_default());
+        Ok(side)
+    }
+
     /// Sides of the comparison; 1 without one.
     pub fn sides(&self) -> usize {
         1 + self.against.len()

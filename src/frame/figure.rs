@@ -134,10 +134,10 @@ impl Renderer {
         let setup = &Setup { truth_samples: Samples::Fixed(setup.shown_samples()), ..setup.clone() };
         let panes = panes(setup, ask.size);
         // All parts have one size.
-        // A side that another arrangement would show at this size is drawn too: the line can then be moved at once.
+        let size = panes[0].size;
+        // A side that the swipe line hides is drawn too: the line can then be moved at once.
         let alone = setup.view == "difference";
         let seen = |side: usize| !alone || side == 0;
-        let size = panes[0].size;
         let mut sides = vec![Vec::new(); setup.sides()];
         let mut told = Told::default();
         // The first one last, so that what is read back is its.

@@ -1,6 +1,6 @@
 //! Times of configurations: many frames, warm-up left out, taking turns so that drift hits all alike.
 
-use crate::frame::{Ask, Made, Renderer, SHARED_PASSES, Truth};
+use crate::frame::{Ask, Made, Renderer, Truth, technique_ms};
 use crate::gpu::TimerMode;
 use crate::setup::Setup;
 use anyhow::{Result, ensure};
@@ -118,7 +118,7 @@ impl Lane<'_> {
         if counted {
             self.cpu.push(told.cpu_ms);
             let passes = renderer.timer.by_name();
-            self.totals.push(passes.iter().filter(|(n, _)| !SHARED_PASSES.contains(n)).map(|(_, ms)| ms).sum());
+            self.totals.push(technique_ms(&passes));
             for (name, ms) in passes {
                 match self.passes.iter_mut().find(|(n, _)| *n == name) {
                     Some((_, all)) => all.push(ms),

@@ -3,8 +3,8 @@
 use super::controls::{Tip, chips};
 use super::model::Model;
 use super::style::ACCENT;
-use crate::frame::{Pane, SHARED_PASSES, panes};
-use crate::legend::{percent, side_name};
+use crate::frame::{Pane, panes, technique_ms};
+use crate::legend::{letter, percent, side_name};
 use crate::params::{Spec, Value};
 use crate::setup::{Arrange, Setup, Side};
 use crate::techniques;
@@ -64,12 +64,12 @@ pub fn show(ui: &mut Ui, m: &mut Model) {
 
 /// Values of the side that the edited one is held against, which is the first, or for that the second: with its letter.
 pub fn other_values(m: &Model) -> BTreeMap<String, (&'static str, Value)> {
-    let (side, letter) = if m.editing == 0 { (1, "B") } else { (0, "A") };
+    let side = if m.editing == 0 { 1 } else { 0 };
     if side >= m.setup.sides() || m.setup.is_truth(side) {
         return BTreeMap::new();
     }
     let setup = m.setup.side(side);
-    let of = |(name, value): (&String, &Value)| (name.clone(), (letter, value.clone()));
+    let of = |(name, value): (&String, &Value)| (name.clone(), (letter(side), value.clone()));
     setup.values().iter().map(of).collect()
 }
 
@@ -84,9 +84,8 @@ pub fn differs(ui: &mut Ui, row: Rect, spec: &Spec, tip: &str) {
 
 /// A side's letter and its technique's id.
 fn short_name(setup: &Setup, side: usize) -> String {
-    let letter = ["A", "B", "C", "D"][side.min(3)];
     let id = if setup.is_truth(side) { Side::TRUTH.into() } else { setup.side(side).technique };
-    format!("{letter} {id}")
+    format!("{} {id}", letter(side))
 }
 
 /// What can be set beside the present technique.
@@ -96,7 +95,7 @@ fn add_menu(ui: &mut Ui, m: &mut Model) {
     if ui.button("Truth").on_hover_text("The ray-traced shadow.").clicked() {
         chosen = Side::new(Side::TRUTH).ok();
     }
-    let title = m.info().title;
+    let title = techniques::find(&now.technique).map_or("", |i| i.title);
     if ui.button(format!("{title}, other parameters")).on_hover_text("A copy to be changed.").clicked() {
         chosen = Some(Side { technique: now.technique.clone(), params: now.values().clone() });
     }
@@ -105,12 +104,7 @@ fn add_menu(ui: &mut Ui, m: &mut Model) {
         let served = info.refuses(&m.setup.light);
         let button = ui.add_enabled(served.is_none(), Button::new(info.title));
         if button.on_hover_text(info.doc).on_disabled_hover_text(served.unwrap_or_default()).clicked() {
-            // Parameters that were set before are kept.
-            let params = m.setup.params.get(info.id).cloned().unwrap_or_default();
-            chosen = Side::new(info.id).ok().map(|mut side| {
-                side.params.extend(params);
-                side
-            });
+            chosen = m.setup.kept(info.id).ok();
         }
     }
     if let Some(side) = chosen {
@@ -214,7 +208,7 @@ fn title(ui: &mut Ui, part: Rect, m: &mut Model, side: usize) {
 /// Milliseconds of a side's technique in the last frame.
 fn side_ms(m: &Model, side: usize) -> Option<f64> {
     let passes = m.facts.told.sides.get(side).filter(|p| !p.is_empty())?;
-    Some(passes.iter().filter(|p| !SHARED_PASSES.contains(&p.0)).map(|p| p.1).sum())
+    Some(technique_ms(passes))
 }
 
 fn side_menu(ui: &mut Ui, m: &mut Model, side: usize) {

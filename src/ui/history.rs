@@ -1,6 +1,7 @@
 //! Undo and redo: the set-up before and after each step.
 
 use super::controls::{shown_name, shown_value};
+use crate::legend::letter;
 use crate::scene::Camera;
 use crate::setup::{Setup, Side};
 use crate::techniques;
@@ -157,7 +158,7 @@ fn changes(before: &Setup, after: &Setup) -> String {
     {
         for spec in a.info().into_iter().flat_map(|i| i.specs()) {
             let value = |s: &Side| shown_value(s.params.get(spec.name).unwrap_or(&spec.default()));
-            differ(&format!("{} {}", ["B", "C", "D"][i.min(2)], shown_name(spec)), value(a), value(b));
+            differ(&format!("{} {}", letter(i + 1), shown_name(spec)), value(a), value(b));
         }
     }
     for info in techniques::ALL {

@@ -6,7 +6,7 @@ use super::history::History;
 use super::maps::Maps;
 use super::picker::Picker;
 use super::timeline::Timeline;
-use crate::frame::{SHARED_PASSES, Told};
+use crate::frame::{Told, technique_ms};
 use crate::legend::Known;
 use crate::measure::Record;
 use crate::measure::advise::Budget;
@@ -133,7 +133,7 @@ impl Facts {
 
     /// Milliseconds of the technique's passes.
     pub fn technique_ms(&self) -> f64 {
-        self.passes.iter().filter(|p| !SHARED_PASSES.contains(&p.0)).fold(0.0, |sum, p| sum + p.1)
+        technique_ms(&self.passes)
     }
 }
 
@@ -346,9 +346,7 @@ impl Model {
     pub fn set_side(&mut self, side: usize, technique: &str) {
         match side.checked_sub(1) {
             Some(i) => {
-                if let Ok(mut new) = Side::new(technique) {
-                    // Parameters that were set before are kept.
-                    new.params.extend(self.setup.params.get(technique).cloned().unwrap_or_default());
+                if let Ok(new) = self.setup.kept(technique) {
                     self.setup.against[i] = new;
                 }
             }

@@ -13,7 +13,7 @@ use crate::setup::Setup;
 use anyhow::{Context, Result};
 use egui::{ColorImage, Event, RawInput, Rect, TextureOptions, TexturesDelta};
 use glam::Vec3;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 use winit::application::ApplicationHandler;
@@ -509,6 +509,13 @@ impl Open {
         (self.measuring, self.gpu.info.name.clone())
     }
 
+    /// Captures a set-up to a file, unless a capture is under way.
+    fn capture(&mut self, setup: Setup, path: PathBuf) {
+        let Some(m) = self.model.as_mut().filter(|m| !m.capturing) else { return };
+        m.capturing = true;
+        self.desk.capture(self.gpu.info.name.clone(), m.scene.clone(), setup, path);
+    }
+
     fn act(&mut self, action: Action) {
         let Some(m) = &mut self.model else { return };
         let scene = m.scene.clone();
@@ -574,17 +581,12 @@ impl Open {
                 m.measuring = None;
             }
             Action::Capture(path) => {
-                if !m.capturing {
-                    m.capturing = true;
-                    self.desk.capture(self.gpu.info.name.clone(), m.scene.clone(), m.setup.clone(), path);
-                }
+                let setup = m.setup.clone();
+                self.capture(setup, path);
             }
             Action::Figure(path) => {
-                if !m.capturing {
-                    m.capturing = true;
-                    let setup = Setup { size: [1920, 1080], legend: true, ..m.setup.clone() };
-                    self.desk.capture(self.gpu.info.name.clone(), m.scene.clone(), setup, path);
-                }
+                let setup = Setup { size: [1920, 1080], legend: true, ..m.setup.clone() };
+                self.capture(setup, path);
             }
             Action::SaveSetup(path) => match save(m, &path) {
                 Ok(()) => m.say(format!("Saved {}.", path.display())),
