@@ -14,7 +14,7 @@ mod shot;
 pub use analysis::{Analysis, Counting, Maps, PieceCount};
 pub use figure::{Pane, panes};
 pub use lines::{Segment, Style};
-pub use maps::{MapLayer, Place};
+pub use maps::{LightSpace, MapLayer, Place};
 pub use shot::{Shot, ShotUniform};
 
 use crate::gpu::{Gpu, Pass, Raster, Recorder, Slot, Timer};
@@ -162,6 +162,8 @@ pub struct Frame<'a> {
     pub revision: u64,
     /// Nothing may be taken over from the frame before.
     pub fresh: bool,
+    /// Maps are looked into: their texels are drawn even where the picture looks none up.
+    pub whole_maps: bool,
     offered: Option<Offered>,
     splits: Option<(wgpu::Buffer, u32)>,
     held: u64,
@@ -418,6 +420,8 @@ pub struct Renderer {
     targets: Targets,
     made: Option<Made>,
     pub timer: Timer,
+    /// See [`Frame::whole_maps`].
+    pub whole_maps: bool,
     frame_buffer: wgpu::Buffer,
     gbuffer: Pass,
     unshadowed: Pass,
@@ -433,6 +437,10 @@ pub struct Renderer {
     /// The last frame's depth maps.
     offered: Option<Offered>,
     read_map: Option<Pass>,
+    /// By the technique's shader.
+    read_warp: Option<(&'static str, Pass)>,
+    /// The last frame's.
+    light: Option<Light>,
     /// Where the last frame's cascades meet, and how many there are.
     splits: Option<(wgpu::Buffer, u32)>,
     /// What caused the last frame's errors, if its view showed that.
@@ -501,7 +509,10 @@ impl Renderer {
             figure: figure::Figure::default(),
             seen: None,
             offered: None,
+            whole_maps: false,
             read_map: None,
+            read_warp: None,
+            light: None,
             splits: None,
             causes: None,
             gpu,
@@ -631,6 +642,7 @@ impl Renderer {
             revision: self.revision,
             // What is analysed counts what is drawn.
             fresh: ask.fresh || analysed || broken,
+            whole_maps: self.whole_maps,
             offered: None,
             splits: None,
             held: 0,
@@ -672,6 +684,7 @@ impl Renderer {
         self.seen = view::find(&setup.view, info)
             .filter(|v| view::index(v.id).is_some() || info.refuses(&setup.light).is_none());
         self.offered = offered;
+        self.light = Some(setup.light);
         self.splits = splits;
         self.causes = None;
         if ask.picture {

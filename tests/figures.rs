@@ -3,11 +3,13 @@
 mod common;
 
 use common::*;
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 use shadowscope::frame::{Ask, Renderer, Truth, panes};
 use shadowscope::legend::{self, Key, Known, Part};
+use shadowscope::light::LightView;
 use shadowscope::palette::{self, OCTAVES};
 use shadowscope::setup::{Arrange, Overlay, Setup, Side};
+use shadowscope::techniques::ALL;
 use shadowscope::truth::Samples;
 
 const SIZE: [u32; 2] = [96, 72];
@@ -298,4 +300,47 @@ fn maps_are_read_back_with_their_samples() {
     s.select("rt-hard").unwrap();
     r.render(&s, Ask { analysis: true, ..whole(&s) }).unwrap();
     assert!(r.read_layer(0).unwrap().is_none());
+}
+
+/// Every pixel's place in the light's image is that of its texel, both ways, whatever the fit and the warp.
+#[test]
+fn maps_lie_in_the_lights_image_where_they_look() {
+    let (mut r, mut s) = yard_setup();
+    let sun = s.light;
+    let lamp = spot(Vec3::new(4.0, 9.0, 3.0), Vec3::ZERO, 40.0);
+    for info in ALL.iter().filter(|t| t.maps().any(|v| v.id.starts_with("shadow-map"))) {
+        for light in [sun, lamp] {
+            if info.refuses(&light).is_some() {
+                continue;
+            }
+            s.select(info.id).unwrap();
+            s.light = light;
+            s.set("resolution=128", &[info.id.into()]).unwrap();
+            r.render(&s, Ask { analysis: true, ..whole(&s) }).unwrap();
+            let at = r.read_position().unwrap();
+            let whole = LightView::whole(&light, r.geometry().bounds, 128, 0.0).unwrap();
+            let (mut there, mut back) = (Vec::new(), Vec::new());
+            for layer in 0..r.read_layer(0).unwrap().unwrap().layers {
+                let map = r.read_layer(layer).unwrap().unwrap();
+                let space = map.light_space.unwrap();
+                for (place, p) in map.places.iter().zip(&at) {
+                    let Some((texel, _)) = place.filter(|(_, l)| *l == layer) else { continue };
+                    let p = Vec3::new(p[0], p[1], p[2]).extend(1.0);
+                    let clip = Vec2::new(whole.row_x.dot(p), whole.row_y.dot(p)) / whole.row_w.dot(p);
+                    let image = (Vec2::ONE + Vec2::new(clip.x, -clip.y)) / 2.0;
+                    there.push(Vec2::from(space.to_texel(image.into()).unwrap()).distance(texel.into()));
+                    back.push(128.0 * Vec2::from(space.of_texel(texel)).distance(image));
+                }
+            }
+            // Both in texels, of the map and of the light's image.
+            for off in [&mut there, &mut back] {
+                off.sort_unstable_by(f32::total_cmp);
+                // Lines of this warp bend it within a texel more often than it is read back.
+                let [most, all] = if info.id == "notw" { [0.5, f32::INFINITY] } else { [0.003, 0.01] };
+                let usual = off[off.len() * 9 / 10];
+                assert!(off.len() > 500, "{}: {} pixels", info.id, off.len());
+                assert!(usual < most && *off.last().unwrap() < all, "{} {}: {usual}", info.id, light.kind());
+            }
+        }
+    }
 }

@@ -168,6 +168,19 @@ fn count_folds(@builtin(global_invocation_id) id: vec3u) {
     }
 }
 
+// The warp at places evenly spread over the sides, the first and the last on them: where it takes them (xy) and where it takes
+// from (zw).
+@group(1) @binding(76) var warp_nodes: texture_storage_2d<rgba32float, write>;
+
+@compute @workgroup_size(8, 8)
+fn tabulate(@builtin(global_invocation_id) id: vec3u) {
+    let last = textureDimensions(warp_nodes) - 1u;
+    if all(id.xy <= last) {
+        let at = vec2f(id.xy) / vec2f(last);
+        textureStore(warp_nodes, id.xy, vec4f(warp(at), unwarp(at)));
+    }
+}
+
 // Two squares of side 1 beside each other, fitted into the picture as in a diagram: the place in them of a pixel.
 // x in 0 to 2.
 fn square_place(pixel: vec2f) -> vec2f {

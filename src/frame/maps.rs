@@ -1,9 +1,11 @@
 //! The depth maps of a frame, to be looked into: every texel's depth and samples, and every pixel's place in them.
 
 use super::{Frame, Renderer, STORED};
-use crate::gpu::{Pass, Recorder, Slot};
+use crate::gpu::{Pass, Recorder, Resource, Slot, hold};
 use crate::light::LightView;
-use anyhow::Result;
+use crate::params::Group;
+use anyhow::{Context, Result};
+use glam::{DMat3, DVec2, DVec3, Mat2, Vec2, Vec4};
 use wgpu::TextureFormat as Format;
 
 /// The depth maps that a technique has drawn.
@@ -14,6 +16,20 @@ pub(super) struct Offered {
     pub(super) light_views: wgpu::Buffer,
     /// Texels of each side.
     sides: Vec<u32>,
+    warp: Option<Warp>,
+}
+
+/// The warp of a map, on the GPU: a shader that includes `shaders/lib/warped.wgsl`, and what it reads.
+#[derive(Clone)]
+struct Warp {
+    file: &'static str,
+    groups: &'static [Group],
+    bound: Vec<(&'static str, Resource)>,
+}
+
+/// Places of a warp along a side of the map, at which it is read back: two a texel, as far as that is not too many.
+fn nodes(side: u32) -> u32 {
+    2 * side.min(1024) + 1
 }
 
 /// A pixel's place in the maps, texels, and the number of the map; None: in none.
@@ -35,6 +51,95 @@ pub struct MapLayer {
     pub places: Vec<Place>,
     /// Pixels of the picture.
     pub size: [u32; 2],
+    /// Where the map lies in the light's image of the whole scene; None: the light has none.
+    pub light_space: Option<LightSpace>,
+}
+
+/// How a map lies in the light's image of the whole scene: the box of a directional light, the cone's square of a spot.
+/// Places in the image are shares of its sides, from its upper left corner.
+pub struct LightSpace {
+    /// Width of the image over its height.
+    pub aspect: f32,
+    /// From places in the image to places before the warp, shares of the map's sides; homogeneous.
+    to_map: DMat3,
+    from_map: DMat3,
+    /// At [`nodes`] places along each side, rows from the top: where the warp takes them, and where it takes from.
+    warp: Vec<Vec4>,
+    /// Texels of a side of the map.
+    side: f32,
+}
+
+impl LightSpace {
+    /// `view`: the map's, before its warp.
+    fn new(whole: &LightView, view: &LightView, warp: Vec<Vec4>) -> LightSpace {
+        // Places before the projection's division are affine in places of the image, as both look along the same rays.
+        let [x, y, z] = [whole.row_x, whole.row_y, whole.axis].map(Vec4::as_dvec4);
+        let straight = whole.perspective == 0;
+        let back = DMat3::from_cols(x.truncate(), y.truncate(), z.truncate()).transpose().inverse();
+        let shifts = DVec3::new(x.w, y.w, z.w);
+        let depth = 0.5 * f64::from(whole.near + whole.far);
+        let clip = |at: DVec2| {
+            let ndc = DVec2::new(2.0 * at.x - 1.0, 1.0 - 2.0 * at.y) * if straight { 1.0 } else { depth };
+            let position = back * (ndc.extend(depth) - shifts);
+            let [x, y, w] = [view.row_x, view.row_y, view.row_w].map(|row| row.as_dvec4().dot(position.extend(1.0)));
+            // As `light_texel` has it, over the map's sides.
+            DVec3::new(0.5 * (w + x), 0.5 * (w - y), w)
+        };
+        let zero = clip(DVec2::ZERO);
+        let to_map = DMat3::from_cols(clip(DVec2::X) - zero, clip(DVec2::Y) - zero, zero);
+        let aspect = if straight { (y.truncate().length() / x.truncate().length()) as f32 } else { 1.0 };
+        LightSpace { aspect, to_map, from_map: to_map.inverse(), warp, side: view.resolution }
+    }
+
+    /// The place in the map, texels, of a place in the light's image; None: beyond the projection's horizon.
+    pub fn to_texel(&self, at: [f32; 2]) -> Option<[f32; 2]> {
+        let p = self.to_map * Vec2::from(at).as_dvec2().extend(1.0);
+        let u = (p.z > 0.0).then(|| (p.truncate() / p.z).as_vec2())?;
+        // As in WGSL, the warp goes on straight outside the map.
+        let inner = u.clamp(Vec2::ZERO, Vec2::ONE);
+        Some(((self.warped(inner, |n| Vec2::new(n.x, n.y)) + u - inner) * self.side).into())
+    }
+
+    /// The place in the light's image of a place in the map, texels.
+    pub fn of_texel(&self, texel: [f32; 2]) -> [f32; 2] {
+        let at = (Vec2::from(texel) / self.side).clamp(Vec2::ZERO, Vec2::ONE);
+        let p = self.from_map * self.unwarped(at).as_dvec2().extend(1.0);
+        (p.truncate() / p.z).as_vec2().into()
+    }
+
+    /// Between the four nodes around a place.
+    fn warped(&self, at: Vec2, of: impl Fn(Vec4) -> Vec2) -> Vec2 {
+        if self.warp.is_empty() {
+            return at;
+        }
+        let nodes = nodes(self.side as u32) as usize;
+        let place = at * (nodes - 1) as f32;
+        let [x, y] = [place.x, place.y].map(|v| (v as usize).min(nodes - 2));
+        let node = |i: usize, k: usize| of(self.warp[(y + k) * nodes + x + i]);
+        let t = place - Vec2::new(x as f32, y as f32);
+        node(0, 0).lerp(node(1, 0), t.x).lerp(node(0, 1).lerp(node(1, 1), t.x), t.y)
+    }
+
+    /// The place before the warp: what the nodes say, made better by Newton's method where the warp bends between them.
+    fn unwarped(&self, at: Vec2) -> Vec2 {
+        let forward = |u: Vec2| self.warped(u, |n| Vec2::new(n.x, n.y));
+        let off = |u: Vec2| at - forward(u);
+        let mut best = self.warped(at, |n| Vec2::new(n.z, n.w));
+        let mut u = best;
+        let step = 0.25 / self.side;
+        for _ in 0..8 {
+            let around = |by: Vec2| forward((u + by).min(Vec2::ONE)) - forward((u - by).max(Vec2::ZERO));
+            let slope = Mat2::from_cols(around(Vec2::new(step, 0.0)), around(Vec2::new(0.0, step))) / (2.0 * step);
+            if slope.determinant().abs() < 1e-12 {
+                break;
+            }
+            u = (u + slope.inverse() * off(u)).clamp(Vec2::ZERO, Vec2::ONE);
+            if off(u).length_squared() < off(best).length_squared() {
+                best = u;
+            }
+        }
+        best
+    }
 }
 
 impl MapLayer {
@@ -47,7 +152,20 @@ impl MapLayer {
 impl Frame<'_> {
     /// Offers the technique's depth maps to be looked at: a view and a side for each, and a buffer with their light views.
     pub fn offer_maps(&mut self, layers: &[wgpu::TextureView], light_views: &wgpu::Buffer, sides: &[u32]) {
-        self.offered = Some(Offered { layers: layers.into(), light_views: light_views.clone(), sides: sides.into() });
+        let (layers, sides) = (layers.into(), sides.into());
+        self.offered = Some(Offered { layers, light_views: light_views.clone(), sides, warp: None });
+    }
+
+    /// Tells by which warp the maps offered last are bent. `bound`: what its shader needs, by name.
+    pub(crate) fn offer_warp(
+        &mut self,
+        file: &'static str,
+        groups: &'static [Group],
+        bound: &[(&'static str, Resource)],
+    ) {
+        if let Some(offered) = &mut self.offered {
+            offered.warp = Some(Warp { file, groups, bound: bound.into() });
+        }
     }
 }
 
@@ -55,7 +173,7 @@ impl Renderer {
     /// Reads one of the last frame's maps back, the last one if there are fewer; None: there are none. That frame must have
     /// been analysed.
     pub fn read_layer(&mut self, layer: u32) -> Result<Option<MapLayer>> {
-        let Some(Offered { layers, light_views, sides }) = self.offered.clone() else { return Ok(None) };
+        let Some(Offered { layers, light_views, sides, warp }) = self.offered.clone() else { return Ok(None) };
         let layer = (layer as usize).min(layers.len() - 1);
         let (gpu, side) = (self.gpu.clone(), sides[layer]);
         if self.read_map.is_none() {
@@ -78,6 +196,14 @@ impl Renderer {
         let samples = self.layer_samples(layer, side)?;
         let places = self.analysis.places(&gpu)?;
         let size = self.targets.size()?;
+        let light = self.light.context(super::NO_FRAME)?;
+        let light_space = match LightView::whole(&light, self.scene_gpu.bounds, side, 0.0) {
+            Some(whole) => {
+                let warp = warp.map_or(Ok(Vec::new()), |warp| self.read_warp(&warp, nodes(side)))?;
+                Some(LightSpace::new(&whole, &view, warp))
+            }
+            None => None,
+        };
         Ok(Some(MapLayer {
             layer: layer as u32,
             layers: layers.len() as u32,
@@ -87,7 +213,27 @@ impl Renderer {
             samples,
             places,
             size,
+            light_space,
         }))
+    }
+
+    /// The nodes of [`LightSpace`], so many along each side.
+    fn read_warp(&mut self, warp: &Warp, nodes: u32) -> Result<Vec<Vec4>> {
+        let gpu = self.gpu.clone();
+        let pass = hold(&mut self.read_warp, warp.file, |file| {
+            Pass::compute(&gpu, "warp to numbers", file, "tabulate", warp.groups)
+        })?;
+        let mut values = Slot::default();
+        let out = values.get(&gpu, "warp as numbers", [nodes; 2], Format::Rgba32Float, STORED);
+        let mut recorder = Recorder::new(&gpu, &mut self.timer, false, [nodes; 2]);
+        for (name, (_, buffer)) in self.made.iter().flat_map(|made| &made.params) {
+            recorder.set(name, buffer);
+        }
+        recorder.run(pass).bind_all(&warp.bound).bind("warp_nodes", &out).per_pixel();
+        recorder.finish()?;
+        pass.forget();
+        let texture = values.texture().context(super::NO_FRAME)?;
+        Ok(bytemuck::pod_collect_to_vec(&gpu.read_texture(texture)?))
     }
 
     fn layer_samples(&self, layer: usize, side: u32) -> Result<Option<Vec<u32>>> {

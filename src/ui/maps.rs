@@ -4,11 +4,11 @@ use super::compare;
 use super::model::Model;
 use super::panel::grouped;
 use super::style::{ACCENT, TEXT};
-use crate::frame::{self, MapLayer};
+use crate::frame::{self, LightSpace, MapLayer};
 use crate::palette::{GREY, OCTAVES, Rgb, bytes};
 use crate::view::Group;
 use egui::{
-    Align2, Button, Color32, ColorImage, CursorIcon, FontId, Id, Painter, Pos2, Rect, RichText, Sense, Stroke,
+    Align2, Button, Color32, ColorImage, CursorIcon, FontId, Id, Painter, Pos2, Rect, RichText, Sense, Shape, Stroke,
     StrokeKind, TextureHandle, TextureOptions, Ui, UiBuilder, Vec2, pos2, vec2,
 };
 use rayon::prelude::*;
@@ -31,8 +31,19 @@ enum Quantity {
     Samples,
 }
 
-/// What a texture was made of: the map by its number, quantity, points per texel and texel in the middle, size in pixels, range.
-type Key = (u64, Quantity, [f32; 3], [usize; 2], [f32; 2]);
+/// Where texels are shown.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Space {
+    /// As the map is stored.
+    #[default]
+    Map,
+    /// Where they lie in the light's image of the scene.
+    Light,
+}
+
+/// What a texture was made of: the map by its number, quantity and space, points per unit and place in the middle, size in
+/// pixels, range.
+type Key = (u64, (Quantity, Space), [f32; 3], [usize; 2], [f32; 2]);
 
 /// The viewer's state.
 #[derive(Default)]
@@ -44,9 +55,10 @@ pub struct Maps {
     /// Counts the maps taken in.
     taken: u64,
     quantity: Quantity,
-    /// Points per texel; None: the whole map fits.
+    space: Space,
+    /// Points per unit of the [`Canvas`]; None: the whole map fits.
     zoom: Option<f32>,
-    /// The texel in the middle.
+    /// The place in the middle.
     middle: Vec2,
     /// Depths from white to black, metres; None: as the map has them.
     range: Option<[f32; 2]>,
@@ -68,10 +80,69 @@ struct Held {
     /// Texels without a caster, and those whose caster lies flat on the near plane.
     empty: usize,
     flat: usize,
+    /// The part of the light's image that the map covers, shares of its sides.
+    cover: Rect,
+}
+
+/// The plane that the viewer shows. In its units the map's own texels are 1 wide; the part of the light's image that the map
+/// covers is as long as the map's sides.
+struct Canvas<'a> {
+    map: &'a MapLayer,
+    /// With the unit's size in shares of the light's image, and the canvas' upper left corner there.
+    light: Option<(&'a LightSpace, Vec2, Vec2)>,
+    size: Vec2,
+}
+
+impl<'a> Canvas<'a> {
+    fn new(held: &'a Held, space: Space) -> Canvas<'a> {
+        let map = &*held.map;
+        let side = map.side as f32;
+        let Some(light) = map.light_space.as_ref().filter(|_| space == Space::Light) else {
+            return Canvas { map, light: None, size: Vec2::splat(side) };
+        };
+        let shape = held.cover.size() * vec2(light.aspect, 1.0);
+        let size = shape * (side / shape.max_elem());
+        Canvas { map, light: Some((light, held.cover.size() / size, held.cover.min.to_vec2())), size }
+    }
+
+    /// The place in the map, texels, of a place here; None: beside the map.
+    fn texel(&self, at: Vec2) -> Option<Vec2> {
+        let texel = match self.light {
+            Some((light, unit, corner)) => light.to_texel((corner + at * unit).into())?.into(),
+            None => at,
+        };
+        let side = self.map.side as f32;
+        (texel.x >= 0.0 && texel.y >= 0.0 && texel.x < side && texel.y < side).then_some(texel)
+    }
+
+    /// The place here of a place in the map, texels.
+    fn place(&self, texel: Vec2) -> Vec2 {
+        match self.light {
+            Some((light, unit, corner)) => (Vec2::from(light.of_texel(texel.into())) - corner) / unit,
+            None => texel,
+        }
+    }
+}
+
+/// The part of the light's image that a map covers, shares of its sides.
+fn cover(map: &MapLayer) -> Rect {
+    let whole = Rect::from_min_max(Pos2::ZERO, pos2(1.0, 1.0));
+    let Some(light) = &map.light_space else { return whole };
+    let side = map.side as f32;
+    let border = (0..=64).flat_map(|i| {
+        let t = side * i as f32 / 64.0;
+        [[t, 0.0], [t, side], [0.0, t], [side, t]]
+    });
+    let places = border.map(|texel| Pos2::from(light.of_texel(texel))).filter(|p| p.is_finite());
+    let around = places.map(|p| Rect::from_min_max(p, p)).reduce(Rect::union).unwrap_or(whole);
+    let inside = around.intersect(whole);
+    if inside.is_positive() { inside } else { whole }
 }
 
 const BINS: usize = 96;
-/// Heights of the bar with the buttons and of the one with the range, points.
+/// Width that the buttons need in one row, without those of several maps.
+const ROOM: f32 = 440.0;
+/// Heights of a row of buttons and of the one with the range, points.
 const BAR: f32 = 30.0;
 const RANGE: f32 = 58.0;
 /// Most pixels of the picture that are marked for a texel.
@@ -98,11 +169,11 @@ impl Maps {
         let empty = map.depth.len() - depths.len() - flat;
         if self.held.as_ref().is_none_or(|h| h.map.side != map.side) {
             self.zoom = None;
-            self.middle = Vec2::splat(map.side as f32 / 2.0);
         }
         self.layer = map.layer;
         self.taken += 1;
-        self.held = Some(Held { ends, usual: [at(0.01), at(0.99)], bins, empty, flat, map: Arc::new(map) });
+        self.held =
+            Some(Held { ends, usual: [at(0.01), at(0.99)], bins, empty, flat, cover: cover(&map), map: Arc::new(map) });
     }
 
     /// The map that the scene's thread is to read back, if one is looked at.
@@ -147,7 +218,9 @@ pub fn show(ui: &mut Ui, rect: Rect, m: &mut Model) {
         return;
     }
     ui.painter().rect_filled(rect, 0.0, GROUND);
-    let (bar, rest) = rect.split_top_bottom_at_y(rect.top() + BAR);
+    let layers = m.maps.held.as_ref().map_or(1, |h| h.map.layers);
+    let rows = if rect.width() < ROOM + if layers > 1 { 30.0 * layers as f32 } else { 0.0 } { 2.0 } else { 1.0 };
+    let (bar, rest) = rect.split_top_bottom_at_y(rect.top() + rows * BAR);
     let (image, range) = rest.split_top_bottom_at_y((rest.bottom() - RANGE).max(rest.top()));
     buttons(ui, bar, m);
     let draws = m.info().maps().any(|v| v.group == Group::Map && v.id.starts_with("shadow-map"));
@@ -169,7 +242,7 @@ pub fn show(ui: &mut Ui, rect: Rect, m: &mut Model) {
 fn buttons(ui: &mut Ui, bar: Rect, m: &mut Model) {
     let mut inside = ui.new_child(UiBuilder::new().max_rect(bar.shrink2(vec2(8.0, 4.0))).id_salt("map buttons"));
     inside.shrink_clip_rect(bar);
-    inside.horizontal_centered(|ui| {
+    inside.horizontal_wrapped(|ui| {
         let maps = &mut m.maps;
         let layers = maps.held.as_ref().map_or(1, |h| h.map.layers);
         let chip = |chosen, text: String| Button::selectable(chosen, text).frame_when_inactive(true);
@@ -192,13 +265,32 @@ fn buttons(ui: &mut Ui, bar: Rect, m: &mut Model) {
             }
         }
         ui.separator();
+        let spaces = [
+            (Space::Map, "Map", "The map as it is stored and looked up."),
+            (
+                Space::Light,
+                "Light",
+                "The map's texels where they lie in the light's image of the scene: without fit and warp.",
+            ),
+        ];
+        for (space, title, tip) in spaces {
+            let there = maps.held.as_ref().is_some_and(|h| space == Space::Map || h.map.light_space.is_some());
+            let button = ui.add_enabled(there, chip(maps.space == space && there, title.into()));
+            if button.on_hover_text(tip).clicked() {
+                (maps.space, maps.zoom) = (space, None);
+            }
+        }
+        ui.separator();
         if ui.add(chip(maps.zoom.is_none(), "Fit".into())).on_hover_text("The whole map.").clicked() {
             maps.zoom = None;
         }
         let one = 1.0 / ui.ctx().pixels_per_point();
-        if ui.add(chip(maps.zoom == Some(one), "1:1".into())).on_hover_text("A pixel for each texel.").clicked() {
+        if ui
+            .add(chip(maps.zoom == Some(one), "1:1".into()))
+            .on_hover_text("A pixel for each texel (in the light's image, for a middling one).")
+            .clicked()
+        {
             maps.zoom = Some(one);
-            maps.middle = maps.texel.map_or(maps.middle, |t| vec2(t[0] as f32, t[1] as f32));
         }
         let instead = maps.place == Place::Instead;
         let (title, tip) = if instead {
@@ -227,11 +319,11 @@ fn shown(maps: &Maps, held: &Held) -> [f32; 2] {
 /// The map itself.
 fn map(ui: &mut Ui, image: Rect, maps: &mut Maps) {
     let Some(held) = &maps.held else { return };
-    let side = held.map.side as f32;
-    let fit = (image.width().min(image.height()) - 8.0).max(8.0) / side;
+    let canvas = Canvas::new(held, maps.space);
+    let fit = ((image.size() - Vec2::splat(8.0)).max(Vec2::splat(8.0)) / canvas.size).min_elem();
     let r = ui.interact(image, Id::unique("map"), Sense::click_and_drag());
     if maps.zoom.is_none() {
-        maps.middle = Vec2::splat(side / 2.0);
+        maps.middle = canvas.size / 2.0;
     }
     let mut zoom = maps.zoom.unwrap_or(fit);
     if r.dragged() {
@@ -249,17 +341,16 @@ fn map(ui: &mut Ui, image: Rect, maps: &mut Maps) {
         maps.middle += from / before - from / zoom;
         maps.zoom = Some(zoom);
     }
-    maps.middle = maps.middle.clamp(Vec2::ZERO, Vec2::splat(side));
+    maps.middle = maps.middle.clamp(Vec2::ZERO, canvas.size);
     let middle = maps.middle;
-    let texel_at = |p: Pos2| middle + (p - image.center()) / zoom;
-    let at_texel = |t: Vec2| image.center() + (t - middle) * zoom;
+    let on_screen = |texel: Vec2| image.center() + (canvas.place(texel) - middle) * zoom;
 
     let scale = ui.ctx().pixels_per_point();
     let size = [image.width(), image.height()].map(|s| (s * scale).round().max(1.0) as usize);
     let range = shown(maps, held);
-    let key = (maps.taken, maps.quantity, [zoom, middle.x, middle.y], size, range);
+    let key = (maps.taken, (maps.quantity, maps.space), [zoom, middle.x, middle.y], size, range);
     if maps.texture.as_ref().is_none_or(|(k, _)| *k != key) {
-        let drawn = draw(&held.map, maps.quantity, size, scale * zoom, middle, range);
+        let drawn = draw(&canvas, maps.quantity, size, scale * zoom, middle, range);
         match &mut maps.texture {
             Some((k, texture)) => {
                 *k = key;
@@ -272,19 +363,22 @@ fn map(ui: &mut Ui, image: Rect, maps: &mut Maps) {
     if let Some((_, texture)) = &maps.texture {
         painter.image(texture.id(), image, Rect::from_min_max(Pos2::ZERO, pos2(1.0, 1.0)), Color32::WHITE);
     }
-    maps.texel = pointer.and_then(|p| {
-        let t = texel_at(p);
-        let inside = t.x >= 0.0 && t.y >= 0.0 && t.x < side && t.y < side;
-        inside.then_some([t.x as u32, t.y as u32])
-    });
+    let under = pointer.and_then(|p| canvas.texel(middle + (p - image.center()) / zoom));
+    maps.texel = under.map(|t| [t.x as u32, t.y as u32]);
     let mark = |t: [f32; 2], color: Color32| {
-        let square = Rect::from_min_max(
-            at_texel(vec2(t[0].floor(), t[1].floor())),
-            at_texel(vec2(t[0].floor() + 1.0, t[1].floor() + 1.0)),
-        );
-        let square = square.expand((3.0 - square.width() / 2.0).max(0.5));
-        painter.rect_stroke(square, 0.0, Stroke::new(3.0, Color32::BLACK), StrokeKind::Outside);
-        painter.rect_stroke(square, 0.0, Stroke::new(1.5, color), StrokeKind::Outside);
+        let first = vec2(t[0].floor(), t[1].floor());
+        let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].map(|c| on_screen(first + Vec2::from(c)));
+        // A texel smaller than this would hardly be seen.
+        let around = Rect::from_points(&corners);
+        let small = around.width().max(around.height()) < 6.0;
+        let square = Rect::from_center_size(around.center(), Vec2::splat(7.0));
+        for (width, color) in [(4.0, Color32::BLACK), (1.5, color)] {
+            if small {
+                painter.rect_stroke(square, 0.0, Stroke::new(width, color), StrokeKind::Middle);
+            } else {
+                painter.add(Shape::closed_line(corners.to_vec(), Stroke::new(width, color)));
+            }
+        }
     };
     if let Some([x, y]) = maps.texel {
         mark([x as f32, y as f32], Color32::WHITE);
@@ -331,9 +425,9 @@ fn say(painter: &Painter, image: Rect, text: &str) {
     painter.galley(place.min, galley, TEXT);
 }
 
-/// The map as a picture of `size` pixels, `zoom` of them for a texel, with this texel in the middle.
+/// The map as a picture of `size` pixels, `zoom` of them for a unit of the canvas, with this place in the middle.
 fn draw(
-    map: &MapLayer,
+    canvas: &Canvas,
     quantity: Quantity,
     [w, h]: [usize; 2],
     zoom: f32,
@@ -344,7 +438,7 @@ fn draw(
         let [r, g, b] = bytes(c);
         Color32::from_rgb(r, g, b)
     };
-    let side = map.side as f32;
+    let map = canvas.map;
     // Where texels are smaller than pixels, the mean of some of them.
     let steps = ((1.0 / zoom).ceil() as usize).clamp(1, 4);
     let one = |x: usize, y: usize| {
@@ -352,10 +446,7 @@ fn draw(
         for k in 0..steps * steps {
             let sub = |i: usize| (i as f32 + 0.5) / steps as f32;
             let p = vec2(x as f32 + sub(k % steps), y as f32 + sub(k / steps)) - vec2(w as f32, h as f32) / 2.0;
-            let t = middle + p / zoom;
-            if t.x < 0.0 || t.y < 0.0 || t.x >= side || t.y >= side {
-                continue;
-            }
+            let Some(t) = canvas.texel(middle + p / zoom) else { continue };
             inside += 1;
             let i = t.y as usize * map.side as usize + t.x as usize;
             let value = match quantity {

@@ -576,6 +576,7 @@ impl Painter<'_> {
         // What a technique keeps from frame to frame must not flatter it beside others.
         let fresh = rest && !draft && setup.sides() > 1;
         let ask = Ask { size, truth, analysis, timed: true, picture: true, fresh };
+        renderer.whole_maps = analysis;
         let drawn = renderer.draw(&setup, ask);
         self.gpu.give_up_when(|| false);
         let told = match drawn {

@@ -244,6 +244,7 @@ impl Warped {
             f.run(&self.inspect).bind_all(&all).per_pixel();
         }
         f.offer_maps(std::slice::from_ref(&map), &base.light_view, &[p.resolution]);
+        f.offer_warp(file, groups, &all);
         if f.setup.view == "counts-before" {
             let counts = self.counts(f.gpu, p.resolution);
             f.clear(&counts);
@@ -290,7 +291,8 @@ impl Warped {
 
 /// Whether the map itself is looked at, so that the exact raster, which draws needed texels only, has to draw all.
 fn shown(f: &Frame) -> bool {
-    RasterParams::read(f.values).raster == "exact" && ["shadow-map", "grid", "nodes"].contains(&f.setup.view.as_str())
+    let looked_into = f.whole_maps || ["shadow-map", "grid", "nodes"].contains(&f.setup.view.as_str());
+    looked_into && RasterParams::read(f.values).raster == "exact"
 }
 
 /// A storage buffer of so many bytes that can be copied both ways.
