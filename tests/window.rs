@@ -257,7 +257,9 @@ fn no_click_is_lost_to_a_long_frame() {
         }
     }
     assert!(seen.iter().all(Option::is_some), "answers to the clicks: {seen:?}");
-    println!("longest time between a click and its visible answer: {:?}", seen.iter().flatten().max().unwrap());
+    let mut times: Vec<Duration> = seen.into_iter().flatten().collect();
+    times.sort_unstable();
+    println!("from a click to its visible answer: median {:?}, longest {:?}", times[10], times[19]);
     desktop.key("ctrl+s");
     let saved = desktop.folder.path().join("setup.toml");
     let text = wait_for("the saved set-up", || std::fs::read_to_string(&saved).ok().filter(|t| t.contains("[params")));

@@ -601,11 +601,12 @@ impl Open {
 }
 
 /// Cuts what has come in behind each press and release: egui tests all that a pass is given at the last place of the
-/// pointer.
+/// pointer. Behind a click or a key comes a part without events: what it has changed shows only in the next pass.
 fn parts(raw: RawInput) -> Vec<RawInput> {
     let cut = |e: &Event| matches!(e, Event::PointerButton { .. });
+    let done = |e: &Event| matches!(e, Event::PointerButton { pressed: false, .. } | Event::Key { pressed: true, .. });
     let mut events: Vec<Vec<Event>> = raw.events.split_inclusive(cut).map(<[Event]>::to_vec).collect();
-    if events.is_empty() {
+    if events.last().is_none_or(|last| last.iter().any(done)) {
         events.push(Vec::new());
     }
     let mut first = Some(raw);
@@ -647,5 +648,8 @@ mod tests {
         assert_eq!(events, whole);
         assert!(cut.iter().all(|r| r.time == Some(7.0)));
         assert_eq!(parts(RawInput::default()).len(), 1, "a pass without input is a pass");
+        let click = parts(RawInput { events: vec![button(true), button(false)], ..Default::default() });
+        assert_eq!(click.len(), 3, "what a click changes is seen in a pass behind it");
+        assert!(click[2].events.is_empty());
     }
 }
