@@ -10,7 +10,7 @@ use shadowscope::params::{Kind, Value};
 use shadowscope::scene::geometry::Geometry;
 use shadowscope::setup::{self, Arrange, Setup};
 use shadowscope::techniques;
-use shadowscope::ui::{self, Action, Job, Model, Reading, Tab, Traced};
+use shadowscope::ui::{self, Action, Job, Model, Picture, Reading, Subject, Tab, Traced};
 use shadowscope::view;
 use std::sync::Arc;
 
@@ -501,7 +501,7 @@ fn a_point_tells_what_it_is_and_asks_for_its_picture() {
     harness.run_steps(40);
     harness.get_by_label("0.200 %");
     let row = harness.state().model.rows.iter().find(|r| r.params.contains("resolution=2048")).unwrap().setup.clone();
-    assert!(harness.state().actions.contains(&Action::Thumbnail(row)));
+    assert!(harness.state().actions.contains(&Action::Thumbnail(Subject::Row(row))));
 }
 
 #[test]
@@ -569,6 +569,146 @@ fn the_timeline_places_the_setup_and_leaves_no_steps() {
     click(&mut harness, "Run");
     let all = harness.state().model.techniques();
     assert_eq!(harness.state().actions, [Action::Stability("st-grazing", all, case.frames)]);
+}
+
+/// What the popup of the stability tab shows of each case: the place of its cell.
+fn cells(harness: &Harness<'static, State>) -> Vec<egui::Rect> {
+    let name = |c: &&stability::Case| format!("{} ({})", c.title, c.id);
+    stability::CASES.iter().map(|c| harness.get_by_label(&name(&c)).rect()).collect()
+}
+
+fn open_cases(harness: &mut Harness<'static, State>) {
+    harness.state_mut().model.drawer = Some(Tab::Stability);
+    harness.run_steps(4);
+    harness.get_by_role_and_label(egui::accesskit::Role::ComboBox, "case").click();
+    harness.run_steps(4);
+}
+
+/// Answers what was asked for last, as the window does; whether something was.
+fn draw_picture(harness: &mut Harness<'static, State>) -> bool {
+    let Some(Action::Thumbnail(subject)) = harness.state_mut().actions.pop() else { return false };
+    let texture = harness.ctx.load_texture("small", egui::ColorImage::example(), egui::TextureOptions::LINEAR);
+    // One fails: its frame stays empty, and it is not asked for again.
+    let drawn = match subject == Subject::Scene("st-duel") {
+        true => Picture::Failed("no device".into()),
+        false => Picture::Drawn(texture),
+    };
+    harness.state_mut().model.pictures.take(subject, drawn);
+    harness.run_steps(2);
+    true
+}
+
+/// Pictures are asked for one after the other and once each; nothing moves when they come.
+#[test]
+fn cases_keep_their_places_when_their_pictures_come() {
+    let mut harness = harness("cubes", 800.0);
+    open_cases(&mut harness);
+    let before = cells(&harness);
+    let mut asked = Vec::new();
+    while let [Action::Thumbnail(subject)] = &harness.state().actions[..] {
+        asked.push(subject.clone());
+        assert!(draw_picture(&mut harness));
+    }
+    let all: Vec<Subject> = stability::CASES.iter().map(|c| Subject::Scene(c.id)).collect();
+    assert_eq!(asked, all);
+    assert_eq!(cells(&harness), before);
+    assert_eq!(harness.state().actions, []);
+}
+
+#[test]
+fn no_small_picture_is_asked_for_while_measuring() {
+    let mut harness = harness("cubes", 800.0);
+    harness.state_mut().model.measuring = Some(Job::new("Sweep"));
+    open_cases(&mut harness);
+    assert_eq!(harness.state().actions, []);
+    harness.state_mut().model.measuring = None;
+    harness.run_steps(2);
+    assert_eq!(harness.state().actions, [Action::Thumbnail(Subject::Scene(stability::CASES[0].id))]);
+}
+
+/// In both themes; a smaller window scrolls.
+#[test]
+fn the_popup_of_cases_clips_nothing() {
+    for (size, theme) in [
+        ([1280.0, 800.0], egui::Theme::Dark),
+        ([1280.0, 800.0], egui::Theme::Light),
+        ([640.0, 384.0], egui::Theme::Dark),
+    ] {
+        let mut harness = harness("st-jitter", 800.0);
+        harness.set_size(egui::vec2(size[0] + 16.0, size[1] + 16.0));
+        harness.ctx.set_theme(theme);
+        open_cases(&mut harness);
+        while draw_picture(&mut harness) {}
+        let window = egui::Rect::from_min_size(egui::Pos2::ZERO, harness.ctx.content_rect().size());
+        let cells = cells(&harness);
+        let whole = size[1] > 500.0;
+        assert!(cells.iter().all(|c| c.left() >= window.left() && c.right() <= window.right()), "{cells:?}");
+        assert!(!whole || cells.iter().all(|c| window.contains_rect(*c)), "{cells:?} in {window:?}");
+        let combo = harness.get_by_role_and_label(egui::accesskit::Role::ComboBox, "case").rect();
+        assert!(!whole || cells.iter().all(|c| !c.intersects(combo)), "the popup covers what it opens at");
+        let panel = harness.ctx.global_style().visuals.panel_fill;
+        let mut seen = 0;
+        for (text, rect, clip, elided, color) in texts(&harness) {
+            let Some(case) = stability::CASES.iter().find(|c| [c.title, c.id].contains(&text.as_str())) else {
+                continue;
+            };
+            let Some(cell) = cells.iter().find(|c| c.contains_rect(rect)) else { continue };
+            seen += 1;
+            assert!(!elided && (!whole || clip.contains_rect(*cell)), "{text:?} is cut off");
+            let own = case.id == "st-jitter";
+            assert!(own || contrast(color, panel) > 3.0, "{theme:?}: {text:?}");
+        }
+        assert!(seen == 2 * cells.len() || !whole && seen > 4, "{seen} texts");
+    }
+}
+
+/// The arrow keys go through the cases in two directions, Enter chooses one.
+#[test]
+fn cases_are_chosen_by_keys() {
+    let mut harness = harness("cubes", 800.0);
+    open_cases(&mut harness);
+    harness.state_mut().actions.clear();
+    let press = |h: &mut Harness<'static, State>, key| {
+        h.key_press(key);
+        h.run_steps(4);
+    };
+    let focused = |h: &Harness<'static, State>| {
+        let name = |c: &&stability::Case| format!("{} ({})", c.title, c.id);
+        stability::CASES.iter().position(|c| h.get_by_label(&name(&c)).is_focused())
+    };
+    harness.get_by_role_and_label(egui::accesskit::Role::ComboBox, "case").focus();
+    harness.run_steps(2);
+    let keys = [
+        (egui::Key::ArrowDown, 0),
+        (egui::Key::ArrowRight, 1),
+        (egui::Key::ArrowDown, 7),
+        (egui::Key::ArrowLeft, 6),
+        (egui::Key::ArrowUp, 0),
+        (egui::Key::ArrowUp, 0),
+        (egui::Key::ArrowRight, 1),
+    ];
+    for (key, expected) in keys {
+        press(&mut harness, key);
+        assert_eq!(focused(&harness), Some(expected), "after {key:?}");
+    }
+    press(&mut harness, egui::Key::Enter);
+    assert_eq!(harness.state().actions, [Action::Open(stability::CASES[1].id.into())]);
+    assert_eq!(harness.state().model.timeline.case.map(|c| c.id), Some(stability::CASES[1].id));
+}
+
+/// A scene under the pointer in the panel's list shows its picture.
+#[test]
+fn scenes_show_their_pictures_in_tooltips() {
+    let mut harness = harness("cubes", 800.0);
+    harness.get_by_role_and_label(egui::accesskit::Role::ComboBox, "Scene").click();
+    harness.run_steps(4);
+    assert_eq!(harness.state().actions, [], "none is looked for yet");
+    for (label, name) in [("hall", "hall"), ("Duel: sun and camera face to face (st-duel)", "st-duel")] {
+        harness.get_by_label(label).hover();
+        harness.run_steps(60);
+        assert_eq!(harness.state().actions, [Action::Thumbnail(Subject::Scene(name))]);
+        assert!(draw_picture(&mut harness));
+    }
 }
 
 fn advice(tried: &[Record], answer: Option<usize>) -> (Budget, Advice) {

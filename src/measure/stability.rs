@@ -28,6 +28,8 @@ pub struct Case {
     pub value: fn(f32) -> f32,
     /// Moves a set-up of the case's scene to t.
     pub place: fn(&mut Setup, f32),
+    /// The t at which a picture tells most of what it is about.
+    pub telling: f32,
     /// Frames that the path has by default.
     pub frames: usize,
     /// Makes the scene, which starts as it is placed at 0.

@@ -2,20 +2,19 @@
 
 use super::model::{Action, Model};
 use super::needs::{main_values, mebibytes, percent, title};
+use super::pictures::{Picture, Pictures, Subject};
 use super::plotting::{Labels, LogAxis, color, marker, short};
 use super::sweep::Range;
 use crate::chart::{self, Axis, COSTS, ERRORS, Series, Spot};
 use crate::measure::Record;
 use crate::setup::Setup;
-use egui::{Align2, Color32, ComboBox, FontId, Grid, Pos2, Rect, RichText, Role, Sense, Stroke, TextureHandle};
+use egui::{Align2, Color32, ComboBox, FontId, Grid, Pos2, Rect, RichText, Role, Sense, Stroke};
 use egui::{Ui, Vec2, WidgetInfo, vec2};
 use egui_plot::{Line, LineStyle, Plot, PlotPoint, PlotPoints, Points};
-use std::collections::{HashMap, VecDeque};
+use std::collections::VecDeque;
 
 /// Places of the live point that are kept.
 const TRAIL: usize = 32;
-/// Small pictures that are kept.
-const PICTURES: usize = 200;
 /// What a frame of the window tells without a measurement.
 const LIVE: [&str; 7] = ["error_share", "rmse", "mae", "beyond_tolerance", "boundary_p95_px", "gpu_ms", "gpu_bytes"];
 /// Of these what is against the averaged truth: known where the picture has that of as many samples as measurements take.
@@ -31,13 +30,6 @@ fn trail<'a>(m: &'a Model, error: &Axis) -> Vec<&'a Record> {
     m.chart.trail.iter().filter(|r| told(m, error, r.truth_samples)).collect()
 }
 
-/// A small picture of a row's set-up.
-pub enum Picture {
-    Waiting,
-    Drawn(TextureHandle),
-    Failed(String),
-}
-
 /// The chart's state.
 pub struct Chart {
     /// Places of the axes in [`ERRORS`] and [`COSTS`].
@@ -48,8 +40,6 @@ pub struct Chart {
     pub path: String,
     /// The pictures shown so far, as rows: what is known of them. The newest last.
     pub trail: VecDeque<Record>,
-    /// By the rows' set-ups.
-    pub pictures: HashMap<String, Picture>,
     /// The rows have changed since they were sorted into lines.
     pub stale: bool,
     lines: Vec<Series>,
@@ -65,7 +55,6 @@ impl Default for Chart {
             range: Range::default(),
             path: "chart.svg".into(),
             trail: VecDeque::new(),
-            pictures: HashMap::new(),
             stale: false,
             lines: Vec::new(),
             seen: Vec::new(),
@@ -100,14 +89,6 @@ impl Chart {
         if self.trail.len() > TRAIL {
             self.trail.pop_front();
         }
-    }
-
-    /// Keeps a small picture.
-    pub fn picture(&mut self, setup: String, picture: Picture) {
-        if self.pictures.len() >= PICTURES {
-            self.pictures.clear();
-        }
-        self.pictures.insert(setup, picture);
     }
 }
 
@@ -233,7 +214,7 @@ pub fn show(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
         if touch.clicked() {
             chosen = Some(i);
         }
-        let (pictures, busy) = (&m.chart.pictures, m.measuring.is_some());
+        let (pictures, busy) = (&mut m.pictures, m.measuring.is_some());
         touch.on_hover_ui(|ui| about(ui, r, pictures, busy, out));
     }
     if let Some(i) = chosen {
@@ -348,7 +329,7 @@ fn live(ui: &Ui, m: &Model, error: &Axis, frame: Rect, labels: &mut Labels, plac
 }
 
 /// What a point is: settings, figures, a small picture.
-fn about(ui: &mut Ui, r: &Record, pictures: &HashMap<String, Picture>, busy: bool, out: &mut Vec<Action>) {
+fn about(ui: &mut Ui, r: &Record, pictures: &mut Pictures, busy: bool, out: &mut Vec<Action>) {
     ui.set_width(250.0);
     ui.label(RichText::new(title(&r.technique)).strong());
     let main = main_values(r);
@@ -356,14 +337,14 @@ fn about(ui: &mut Ui, r: &Record, pictures: &HashMap<String, Picture>, busy: boo
         ui.label(main);
     }
     let wide = vec2(240.0, (240.0 * r.height as f32 / r.width.max(1) as f32).clamp(60.0, 240.0));
-    match pictures.get(&r.setup) {
-        Some(Picture::Drawn(texture)) => {
+    match pictures.look(&Subject::Row(r.setup.clone()), busy, out) {
+        Picture::Drawn(texture) => {
             ui.add(egui::Image::from_texture((texture.id(), wide)));
         }
-        Some(Picture::Failed(why)) => {
+        Picture::Failed(why) => {
             ui.label(RichText::new(why).small().weak());
         }
-        waiting => {
+        Picture::Waiting => {
             ui.allocate_ui(wide, |ui| {
                 ui.set_min_size(wide);
                 ui.centered_and_justified(|ui| match busy {
@@ -371,9 +352,6 @@ fn about(ui: &mut Ui, r: &Record, pictures: &HashMap<String, Picture>, busy: boo
                     false => ui.add(egui::Spinner::new().size(22.0)),
                 });
             });
-            if waiting.is_none() && !busy {
-                out.push(Action::Thumbnail(r.setup.clone()));
-            }
         }
     }
     let rows = [

@@ -30,9 +30,11 @@ impl Tip for Response {
     }
 
     fn tip_ui(self, add: impl FnOnce(&mut Ui)) -> Self {
-        let Some(panel) = panel_left(&self.ctx).filter(|left| self.rect.left() >= *left) else {
+        let Some(panel) = panel_left(&self.ctx).filter(|left| self.rect.right() > *left) else {
             return self.on_hover_ui(add);
         };
+        // A list that opens in the panel may be wider than that.
+        let panel = panel.min(self.rect.left());
         let mut tooltip = Tooltip::for_enabled(&self);
         tooltip.popup = tooltip.popup.anchor(self.rect.with_min_x(panel)).align(RectAlign::LEFT_START).gap(8.0);
         tooltip.show(|ui| {

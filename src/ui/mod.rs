@@ -22,6 +22,7 @@ mod model;
 mod needs;
 mod panel;
 mod picker;
+mod pictures;
 mod plotting;
 mod results;
 mod shell;
@@ -35,8 +36,8 @@ mod window;
 mod work;
 
 pub use advice::Advising;
-pub use chart::Picture;
 pub use model::{Action, Facts, Job, Model, Reading, Tab, Traced};
+pub use pictures::{Picture, Pictures, Subject};
 pub use shell::layout;
 pub use style::apply as apply_style;
 

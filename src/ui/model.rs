@@ -1,10 +1,11 @@
 //! What the window shows and changes, without the device that draws it.
 
 use super::advice::Advising;
-use super::chart::{Chart, Picture};
+use super::chart::Chart;
 use super::history::History;
 use super::maps::Maps;
 use super::picker::Picker;
+use super::pictures::{Picture, Pictures, Subject};
 use super::timeline::Timeline;
 use crate::frame::{Told, technique_ms};
 use crate::legend::Known;
@@ -43,8 +44,8 @@ pub enum Action {
     CancelMeasuring,
     /// Write what a tab of the drawer shows: as a chart or as figures, by the file's ending.
     Export(Tab, PathBuf),
-    /// Render a small picture of this set-up (JSON, as a row holds it).
-    Thumbnail(String),
+    /// Render a small picture.
+    Thumbnail(Subject),
     Capture(PathBuf),
     /// As Capture, at 1920 × 1080 with the legend.
     Figure(PathBuf),
@@ -204,6 +205,7 @@ pub struct Model {
     /// Techniques that sweeps, stability and advice leave out.
     pub left_out: BTreeSet<&'static str>,
     pub chart: Chart,
+    pub pictures: Pictures,
     pub timeline: Timeline,
     pub advice: Advising,
     pub facts: Facts,
@@ -262,6 +264,7 @@ impl Model {
             drawer: None,
             left_out: BTreeSet::new(),
             chart: Chart::default(),
+            pictures: Pictures::default(),
             timeline,
             advice: Advising::default(),
             facts: Facts::default(),
@@ -425,7 +428,7 @@ impl Model {
     pub fn clear_rows(&mut self) {
         self.rows.clear();
         self.unsaved = false;
-        self.chart.pictures.clear();
+        self.pictures.forget_rows();
         self.chart.stale = true;
     }
 

@@ -4,7 +4,7 @@ use super::controls::{HEIGHT, Tip, field, parameter, row, set_panel_left, slide}
 use super::lighting;
 use super::model::{Action, Model};
 use super::style::TEXT;
-use super::{compare, freeze, needs, results, views};
+use super::{compare, freeze, needs, pictures, results, views};
 use crate::measure::stability;
 use crate::params::Spec;
 use crate::scene::builtin;
@@ -144,11 +144,14 @@ fn scene(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
             let now = m.setup.scene.as_str();
             let combo = ComboBox::from_id_salt("scene").selected_text(scene_name(now)).width(width).truncate();
             let shown = combo.height(420.0).show_ui(ui, |ui| {
+                let busy = m.measuring.is_some();
                 let scenes = builtin::SCENES.iter().map(|b| (b.name, b.name.to_string(), b.description));
                 let cases = stability::CASES.iter().map(|c| (c.id, format!("{} ({})", c.title, c.id), c.doc));
-                let mut entry = |ui: &mut Ui, (id, title, doc): (&str, String, &str)| {
+                let mut entry = |ui: &mut Ui, (id, title, doc): (&'static str, String, &str)| {
                     let chosen = now == id;
-                    if ui.selectable_label(chosen, title).on_hover_text(doc).clicked() && !chosen {
+                    let entry = ui.selectable_label(chosen, title);
+                    let entry = entry.tip_ui(|ui| pictures::about(ui, &mut m.pictures, id, doc, busy, &mut asked));
+                    if entry.clicked() && !chosen {
                         asked.push(Action::Open(id.into()));
                     }
                 };

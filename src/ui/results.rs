@@ -1,10 +1,10 @@
 //! The panel's figures: pass times and measurements.
 
-use super::chart::Picture;
 use super::controls::Tip;
 use super::drawer::{self, line, progress};
 use super::model::{Action, Model, ShotSeen};
 use super::needs::{self, main_values, percent, table, title};
+use super::pictures::Picture;
 use super::plotting::short;
 use crate::frame::SHARED_PASSES;
 use crate::measure::Record;

@@ -108,6 +108,8 @@ fn set(s: &mut egui::Style, p: &Palette) {
     space.combo_width = 130.0;
     space.indent = 12.0;
     space.tooltip_width = 320.0;
+    // More than any window has: a list may be as high as that.
+    space.default_area_size.y = 1e4;
     space.scroll = egui::style::ScrollStyle::solid();
     space.scroll.bar_width = 8.0;
     s.interaction.tooltip_delay = 0.35;

@@ -4,11 +4,14 @@ use super::controls::chips;
 use super::drawer::{beside, export, pick_techniques, progress, size};
 use super::model::{Action, Model, Tab};
 use super::needs::percent;
+use super::pictures;
 use super::plotting::{Labels, color, short};
-use crate::measure::stability::{self, CASES, Case, Point, Stability};
+use crate::measure::stability::{self, Case, Point, Stability};
 use crate::params::Values;
+use crate::scene::Scene;
 use crate::setup::Setup;
 use crate::{techniques, view};
+use anyhow::Result;
 use egui::{Button, ComboBox, DragValue, FontId, Grid, Label, RichText, Role, Slider, Ui, WidgetInfo, vec2};
 use egui_plot::{GridMark, HLine, Line, Plot, PlotPoint, PlotPoints, VLine};
 use std::collections::BTreeMap;
@@ -58,6 +61,27 @@ pub fn begin(setup: &mut Setup) {
     }
 }
 
+/// The set-up that a built-in scene's small picture shows; a case is seen where its path tells most.
+pub fn pictured(scene: &Scene) -> Result<Setup> {
+    let mut setup = Setup::new(&scene.name, scene)?;
+    if let Some(case) = stability::find(&scene.name) {
+        (case.place)(&mut setup, case.telling);
+    }
+    serve(&mut setup);
+    Ok(setup)
+}
+
+/// Selects the first technique that serves the light, if there is one and the present one does not.
+fn serve(setup: &mut Setup) {
+    let light = setup.light;
+    let serves = |id: &str| techniques::find(id).is_some_and(|i| i.refuses(&light).is_none());
+    if !serves(&setup.technique) {
+        let other = techniques::ALL.iter().find(|i| serves(i.id));
+        setup.technique = other.map_or(setup.technique.clone(), |i| i.id.into());
+    }
+    setup.complete();
+}
+
 /// Gives back to their defaults the parameters that the path of a set-up's case, if it is one's, moves.
 fn let_go(setup: &mut Setup) {
     let Some(case) = stability::find(&setup.scene) else { return };
@@ -83,13 +107,7 @@ impl Model {
         *setup =
             Setup { scene, origin: setup.origin, time: 0.0, animation: 0, camera, light, shadow_camera: None, ..kept };
         begin(setup);
-        let light = setup.light;
-        let serves = |id: &str| techniques::find(id).is_some_and(|i| i.refuses(&light).is_none());
-        if !serves(&setup.technique) {
-            let other = techniques::ALL.iter().find(|i| serves(i.id));
-            setup.technique = other.map_or(setup.technique.clone(), |i| i.id.into());
-        }
-        setup.complete();
+        serve(setup);
         if techniques::find(&setup.technique).is_none_or(|i| view::check(&setup.view, i).is_err()) {
             setup.view = view::VIEWS[0].id.into();
         }
@@ -128,14 +146,12 @@ pub fn show(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
 fn controls(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
     let chosen = m.timeline.case;
     let combo = ComboBox::from_id_salt("case").width(ui.available_width() - 4.0).truncate();
+    let combo = combo.height(ui.ctx().content_rect().height() - 24.0);
     let shown = combo.selected_text(chosen.map_or("choose a case", |c| c.title)).show_ui(ui, |ui| {
-        for case in CASES {
-            let own = chosen.is_some_and(|c| c.id == case.id);
-            if ui.selectable_label(own, case.title).on_hover_text(format!("{}: {}", case.id, case.doc)).clicked() {
-                m.timeline.choose(case);
-                if m.setup.scene != case.id {
-                    out.push(Action::Open(case.id.into()));
-                }
+        if let Some(case) = pictures::cases(ui, m, out) {
+            m.timeline.choose(case);
+            if m.setup.scene != case.id {
+                out.push(Action::Open(case.id.into()));
             }
         }
     });

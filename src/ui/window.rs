@@ -1,9 +1,9 @@
 //! The event loop's side: window, input, one pass after the other, and what actions do.
 
 use super::canvas::Canvas;
-use super::chart::Picture;
 use super::model::{Action, Job, Model, Tab};
 use super::picker::Picker;
+use super::pictures::Picture;
 use super::stage::{Order, Request, Stage};
 use super::work::{Desk, Done, Figures, Opened};
 use super::{Ended, shell, style, timeline};
@@ -341,12 +341,12 @@ impl Open {
                     m.unsaved = unsaved;
                     m.drawer = Some(Tab::Chart);
                 }
-                Done::Pictured(setup, drawn) => {
+                Done::Pictured(subject, drawn) => {
                     let drawn = match drawn {
                         Ok(image) => Picture::Drawn(self.ctx.load_texture("small", image, TextureOptions::LINEAR)),
                         Err(e) => Picture::Failed(format!("{e:#}")),
                     };
-                    m.chart.picture(setup, drawn);
+                    m.pictures.take(subject, drawn);
                 }
                 Done::Captured(result) => {
                     m.capturing = false;
@@ -568,13 +568,10 @@ impl Open {
                     self.desk.export(tab, figures, path);
                 }
             }
-            Action::Thumbnail(key) => match serde_json::from_str(&key) {
-                Ok(setup) => {
-                    m.chart.picture(key.clone(), Picture::Waiting);
-                    self.desk.picture(self.gpu.info.name.clone(), setup, key, scene);
-                }
-                Err(_) => m.chart.picture(key, Picture::Failed("This row's set-up cannot be read.".into())),
-            },
+            Action::Thumbnail(subject) => {
+                let open = (m.setup.scene.clone(), scene);
+                self.desk.picture(self.gpu.info.name.clone(), subject, open);
+            }
             Action::CancelMeasuring => {
                 self.desk.cancel_measuring();
                 self.measuring += 1;

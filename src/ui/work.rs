@@ -1,8 +1,9 @@
 //! Work beside the window: loading, measuring, capturing, file dialogs. Each on a thread of its own.
 
 use super::model::{Facts, Tab};
-use super::picker;
+use super::pictures::{self, Subject};
 use super::stage::Picture;
+use super::{picker, timeline};
 use crate::chart::{self, Axis};
 use crate::frame::{Ask, MapLayer, Renderer, Shot, Truth};
 use crate::gpu::Gpu;
@@ -18,9 +19,9 @@ use egui::ColorImage;
 use glam::Vec3;
 use std::cell::Cell;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 use winit::event_loop::EventLoopProxy;
@@ -67,8 +68,8 @@ pub enum Done {
     Captured(Result<(PathBuf, Vec<String>)>),
     Saved(Tab, Result<PathBuf>),
     Read(PathBuf, Result<Vec<Record>>),
-    /// A row's set-up, small.
-    Pictured(String, Result<ColorImage>),
+    /// A small picture.
+    Pictured(Subject, Result<ColorImage>),
     /// The errors of the picture.
     Counted(Box<Record>),
     PickedFile(PathBuf),
@@ -103,12 +104,17 @@ pub struct Desk {
     /// Nothing is wanted any more.
     closed: Arc<AtomicBool>,
     /// To the thread that draws small pictures, once there is one.
-    pictures: Option<Sender<(Setup, String, Arc<Scene>)>>,
+    pictures: Option<Sender<(Subject, OpenScene)>>,
+    /// Held while something is measured or a small picture is drawn: neither is to disturb the other.
+    alone: Arc<Mutex<()>>,
 }
+
+/// The scene that is open, with its name in set-ups.
+pub type OpenScene = (String, Arc<Scene>);
 
 /// How long the thread that draws small pictures keeps its scene on the device.
 const IDLE: Duration = Duration::from_secs(20);
-/// Width of a small picture, pixels.
+/// Width of a row's small picture, pixels.
 const SMALL: u32 = 320;
 /// Width of a chart saved as a picture, pixels.
 const CHART: u32 = 2400;
@@ -156,6 +162,7 @@ impl Desk {
             measuring: Arc::default(),
             closed: Arc::default(),
             pictures: None,
+            alone: Arc::default(),
         }
     }
 
@@ -204,7 +211,9 @@ impl Desk {
     ) {
         let wanted = self.measuring.clone();
         wanted.store(job, Ordering::Relaxed);
+        let alone = self.alone.clone();
         let thread = self.start(move |post| {
+            let _alone = hold(&alone);
             let watch = Watch { post: post.clone(), job, wanted: wanted.clone(), said: Cell::new(None) };
             let unwanted = move || wanted.load(Ordering::Relaxed) != job;
             let result = renderer(&adapter, scene, unwanted).and_then(|mut r| work(&mut r, &watch));
@@ -276,17 +285,17 @@ impl Desk {
         self.drawing.push(thread);
     }
 
-    /// Draws a row's set-up small. `scene` is the one that is open, by its name.
-    pub fn picture(&mut self, adapter: String, setup: Setup, key: String, scene: Arc<Scene>) {
+    /// Draws a small picture.
+    pub fn picture(&mut self, adapter: String, subject: Subject, open: OpenScene) {
         if self.pictures.is_none() {
             let (sender, requests) = channel();
-            let closed = self.closed();
-            self.drawing.push(self.start(move |post| draw_small(&adapter, &requests, closed, post)));
+            let (closed, alone) = (self.closed(), self.alone.clone());
+            self.drawing.push(self.start(move |post| draw_small(&adapter, &requests, &alone, closed, post)));
             self.pictures = Some(sender);
         }
         if let Some(sender) = &self.pictures {
             // Fails only when the thread has ended, and then nothing is drawn.
-            let _ = sender.send((setup, key, scene));
+            let _ = sender.send((subject, open));
         }
     }
 
@@ -359,7 +368,8 @@ fn prepared(mut setup: Setup, scene: Scene, bare: bool) -> Result<Box<Loaded>> {
 /// Draws small pictures for as long as they are asked for.
 fn draw_small(
     adapter: &str,
-    requests: &Receiver<(Setup, String, Arc<Scene>)>,
+    requests: &Receiver<(Subject, OpenScene)>,
+    alone: &Mutex<()>,
     closed: impl Fn() -> bool + Clone + Send + Sync + 'static,
     post: &Post,
 ) {
@@ -367,9 +377,13 @@ fn draw_small(
     let mut held: Option<(String, Renderer)> = None;
     loop {
         match requests.recv_timeout(IDLE) {
-            Ok((setup, key, scene)) => {
-                let drawn = small(adapter, &mut held, setup, scene, closed.clone());
-                post.send(Done::Pictured(key, drawn));
+            Ok((subject, open)) => {
+                let _alone = hold(alone);
+                if closed() {
+                    return;
+                }
+                let drawn = small(adapter, &mut held, &subject, open, closed.clone());
+                post.send(Done::Pictured(subject, drawn));
             }
             Err(RecvTimeoutError::Timeout) => held = None,
             Err(RecvTimeoutError::Disconnected) => return,
@@ -377,30 +391,49 @@ fn draw_small(
     }
 }
 
+/// Draws a small picture; `held`: the scene drawn last, by its name, and the device that holds it.
 fn small(
     adapter: &str,
     held: &mut Option<(String, Renderer)>,
-    mut setup: Setup,
-    scene: Arc<Scene>,
+    subject: &Subject,
+    open: OpenScene,
     closed: impl Fn() -> bool + Send + Sync + 'static,
 ) -> Result<ColorImage> {
-    let [width, height] = setup.size.map(u64::from);
-    let size = [SMALL, ((SMALL as u64 * height / width.max(1)) as u32).clamp(1, 2 * SMALL)];
-    // Where there is no truth, what can be seen.
-    setup.view = if techniques::TRUTH.refuses(&setup.light).is_none() { "error" } else { "shaded" }.into();
-    if held.as_ref().is_some_and(|h| h.0 != setup.scene) {
+    let (name, row) = match subject {
+        Subject::Row(text) => {
+            let row: Setup = serde_json::from_str(text).context("this row's set-up cannot be read")?;
+            (row.scene.clone(), Some(row))
+        }
+        Subject::Scene(name) => (name.to_string(), None),
+    };
+    if held.as_ref().is_some_and(|h| h.0 != name) {
         *held = None;
     }
     let (_, renderer) = match held {
         Some(held) => held,
         None => {
-            let scene = if scene.name == setup.scene { scene } else { Arc::new(setup::load_scene(&setup.scene)?) };
-            held.insert((setup.scene.clone(), renderer(adapter, scene, closed)?))
+            let scene = if open.0 == name { open.1 } else { Arc::new(setup::load_scene(&name)?) };
+            held.insert((name, renderer(adapter, scene, closed)?))
         }
     };
-    renderer
-        .render(&setup, Ask { size, truth: Truth::All, analysis: false, timed: false, picture: true, fresh: false })?;
+    let (setup, size) = match row {
+        Some(mut setup) => {
+            let [width, height] = setup.size.map(u64::from);
+            let size = [SMALL, ((SMALL as u64 * height / width.max(1)) as u32).clamp(1, 2 * SMALL)];
+            // Where there is no truth, what can be seen.
+            setup.view = if techniques::TRUTH.refuses(&setup.light).is_none() { "error" } else { "shaded" }.into();
+            (setup, size)
+        }
+        None => (timeline::pictured(renderer.scene())?, pictures::SIZE),
+    };
+    let truth = if setup.needs_truth() { Truth::All } else { Truth::Off };
+    renderer.render(&setup, Ask { size, truth, analysis: false, timed: false, picture: true, fresh: false })?;
     Ok(ColorImage::from_rgba_unmultiplied(size.map(|s| s as usize), &renderer.read_picture()?))
+}
+
+/// Waits until nothing else is measured or drawn small. What panicked meanwhile has said so, and left nothing half done.
+fn hold(alone: &Mutex<()>) -> MutexGuard<'_, ()> {
+    alone.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// What can be written as a chart or as figures.
@@ -441,4 +474,25 @@ fn renderer(adapter: &str, scene: Arc<Scene>, unwanted: impl Fn() -> bool + Send
     let gpu = Gpu::new(Some(adapter)).context("no second device could be opened")?;
     gpu.give_up_when(unwanted);
     Renderer::new(Arc::new(gpu), scene)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Each case's small picture shows something.
+    #[test]
+    fn every_case_has_a_picture() {
+        let adapter = Gpu::new(None).unwrap().info.name.clone();
+        let open = setup::load_scene("cubes").map(Arc::new).unwrap();
+        let mut held = None;
+        for case in stability::CASES {
+            let open = ("cubes".into(), open.clone());
+            let picture = small(&adapter, &mut held, &Subject::Scene(case.id), open, || false).unwrap();
+            assert_eq!(picture.size, pictures::SIZE.map(|s| s as usize));
+            let lightness = picture.pixels.iter().map(|p| p.r() as u32 + p.g() as u32 + p.b() as u32);
+            let (least, most) = (lightness.clone().min(), lightness.max());
+            assert!(most > least.map(|l| l + 60), "{}: {least:?} to {most:?} of 765", case.id);
+        }
+    }
 }

@@ -18,6 +18,7 @@ pub const CASE: Case = Case {
     axis: "bias, m",
     value: |t| bias(t) as f32,
     place,
+    telling: 1.0,
     frames: FRAMES,
     build,
 };

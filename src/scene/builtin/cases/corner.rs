@@ -16,6 +16,7 @@ pub const CASE: Case = Case {
     axis: "sun's azimuth, °",
     value: azimuth,
     place: |setup, t| setup.light = light_at(t),
+    telling: 0.3,
     frames: FRAMES,
     build,
 };

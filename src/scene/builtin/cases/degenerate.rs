@@ -16,6 +16,7 @@ pub const CASE: Case = Case {
     axis: "camera's pitch, °",
     value: pitch,
     place: |setup, t| setup.camera = camera_at(t),
+    telling: 0.45,
     frames: FRAMES,
     build,
 };

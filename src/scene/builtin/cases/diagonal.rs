@@ -17,6 +17,7 @@ pub const CASE: Case = Case {
     axis: "sun's azimuth, °",
     value: azimuth,
     place: |setup, t| setup.light = light_at(t),
+    telling: 0.0,
     frames: FRAMES,
     build,
 };

@@ -15,6 +15,7 @@ pub const CASE: Case = Case {
     axis: "sun's azimuth from the view direction, °",
     value: azimuth,
     place: |setup, t| setup.light = light_at(t),
+    telling: 0.5,
     frames: FRAMES,
     build,
 };

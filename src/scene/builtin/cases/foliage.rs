@@ -15,6 +15,7 @@ pub const CASE: Case = Case {
     axis: "sun elevation, °",
     value: elevation,
     place: |setup, t| setup.light = light_at(t),
+    telling: 0.6,
     frames: FRAMES,
     build,
 };

@@ -15,6 +15,7 @@ pub const CASE: Case = Case {
     axis: "frame",
     value: |t| t * (FRAMES - 1) as f32,
     place: |setup, t| setup.camera = camera_at(t),
+    telling: 0.0,
     frames: FRAMES,
     build,
 };

@@ -14,6 +14,7 @@ pub const CASE: Case = Case {
     axis: "lamp's angle on its circle, °",
     value: angle,
     place: |setup, t| setup.light = light_at(t),
+    telling: 0.0,
     frames: FRAMES,
     build,
 };

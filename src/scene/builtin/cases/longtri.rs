@@ -15,6 +15,7 @@ pub const CASE: Case = Case {
     axis: "distance from the detail, m",
     value: distance,
     place: |setup, t| setup.camera = camera_at(t),
+    telling: 0.7,
     frames: FRAMES,
     build,
 };

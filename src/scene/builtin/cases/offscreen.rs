@@ -15,6 +15,7 @@ pub const CASE: Case = Case {
     axis: "camera's heading, °",
     value: heading,
     place: |setup, t| setup.camera = camera_at(t),
+    telling: 0.65,
     frames: FRAMES,
     build,
 };

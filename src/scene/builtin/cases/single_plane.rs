@@ -14,6 +14,7 @@ pub const CASE: Case = Case {
     axis: "camera's pitch, °",
     value: pitch,
     place: |setup, t| setup.camera = camera_at(t),
+    telling: 0.8,
     frames: FRAMES,
     build,
 };

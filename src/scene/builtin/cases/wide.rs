@@ -14,6 +14,7 @@ pub const CASE: Case = Case {
     axis: "side of the light, m",
     value: side,
     place: |setup, t| setup.light = light_at(t),
+    telling: 0.6,
     frames: FRAMES,
     build,
 };

@@ -14,6 +14,7 @@ pub const CASE: Case = Case {
     axis: "camera's way, m",
     value: way,
     place: |setup, t| setup.camera = camera_at(t),
+    telling: 0.0,
     frames: FRAMES,
     build,
 };
