@@ -26,7 +26,7 @@ use crate::scene::geometry::{Geometry, SceneGpu};
 use crate::setup::{Base, Setup};
 use crate::techniques::{self, Info, Technique};
 use crate::truth::{Progress, Tracing};
-use crate::view::{self, Drawn, Legend, View};
+use crate::view::{self, Drawn, Legend, Source, View};
 use anyhow::{Context, Result, ensure};
 use bytemuck::{Pod, Zeroable};
 use glam::{Mat3, Mat4, Vec2, Vec3, Vec4};
@@ -166,6 +166,7 @@ pub struct Frame<'a> {
     splits: Option<(wgpu::Buffer, u32)>,
     held: u64,
     pieces: Option<wgpu::Buffer>,
+    inspected: bool,
     analysis: Option<&'a mut Analysis>,
     outlines: Option<lines::Outlines>,
 }
@@ -190,7 +191,7 @@ impl Frame<'_> {
 
     /// Whether one of the technique's own maps is asked for, so that `inspect` must run.
     pub fn wants_any_map(&self) -> bool {
-        view::index(&self.setup.view).is_none() && !view::needs_analysis(&self.setup.view)
+        self.inspected
     }
 
     /// Tells where cascades meet: floats, metres along the camera's axis, one more than there are cascades.
@@ -585,7 +586,8 @@ impl Renderer {
         let scene = &self.scene_gpu;
         know_scene(&mut recorder, scene);
         recorder.set("frame", &self.frame_buffer);
-        let analysed = ask.analysis || view::needs_analysis(&setup.view);
+        let view = view::find(&setup.view, info);
+        let analysed = ask.analysis || view.is_some_and(View::needs_analysis);
         self.analysis.start(gpu, analysed);
         gpu.queue.write_buffer(&self.tally, 0, bytemuck::cast_slice(&[0, 0, analysed as u32, 0]));
         recorder.set("tally", &self.tally);
@@ -635,6 +637,7 @@ impl Renderer {
             splits: None,
             held: 0,
             pieces: None,
+            inspected: view.is_some_and(|v| v.source == Source::Technique),
             analysis,
             outlines: lines::wanted(setup, &ask).then(Default::default),
         };
@@ -669,8 +672,7 @@ impl Renderer {
         told.traced = told.truth.samples - before.samples;
 
         // What only the technique can draw is not there where it does not serve the light.
-        self.seen = view::find(&setup.view, info)
-            .filter(|v| view::index(v.id).is_some() || info.refuses(&setup.light).is_none());
+        self.seen = view.filter(|v| view::index(v.id).is_some() || info.refuses(&setup.light).is_none());
         self.offered = offered;
         self.splits = splits;
         self.causes = None;
@@ -680,15 +682,16 @@ impl Renderer {
             recorder.set("over", &map);
             // Without another technique the truth is the other one.
             recorder.set("other", self.figure.other().unwrap_or(truth));
-            let start = Instant::now();
-            let mut judged = Judged {
-                geometry: &self.geometry,
-                truth: &self.truth,
-                aliasing: aliasing.clone(),
-                targets: &mut *t,
-                classify: &self.classify,
-            };
-            if let Some((values, causes)) = judged.values(setup, &mut recorder, &mut self.shading)? {
+            if view.is_some_and(View::is_judged) {
+                let start = Instant::now();
+                let mut judged = Judged {
+                    geometry: &self.geometry,
+                    truth: &self.truth,
+                    aliasing: aliasing.clone(),
+                    targets: &mut *t,
+                    classify: &self.classify,
+                };
+                let (values, causes) = judged.values(setup, &mut recorder, &mut self.shading)?;
                 gpu.write_texture(t.map.texture().context(NO_FRAME)?, bytemuck::cast_slice(&values));
                 self.causes = causes;
                 recorder.note(JUDGED, start.elapsed().as_secs_f64() * 1e3);
