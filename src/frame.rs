@@ -168,6 +168,7 @@ pub struct Frame<'a> {
     pieces: Option<wgpu::Buffer>,
     inspected: bool,
     analysis: Option<&'a mut Analysis>,
+    draw_counts: &'a Pass,
     outlines: Option<lines::Outlines>,
 }
 
@@ -428,6 +429,7 @@ pub struct Renderer {
     /// The technique's rays, as `Tally` in `shaders/lib/trace.wgsl`.
     tally: wgpu::Buffer,
     analysis: Analysis,
+    draw_counts: Pass,
     figure: figure::Figure,
     /// The last frame's view; None: the technique could not draw it.
     seen: Option<&'static View>,
@@ -498,7 +500,8 @@ impl Renderer {
             classify: Pass::compute(&gpu, "mask", "mask.wgsl", "classify", &[])?,
             shading: Shading::new(&gpu),
             tally: tally(&gpu, "rays"),
-            analysis: Analysis::new(&gpu)?,
+            analysis: Analysis::default(),
+            draw_counts: Pass::compute(&gpu, "count map", "counts.wgsl", "draw_counts", &[])?,
             figure: figure::Figure::default(),
             seen: None,
             offered: None,
@@ -639,6 +642,7 @@ impl Renderer {
             pieces: None,
             inspected: view.is_some_and(|v| v.source == Source::Technique),
             analysis,
+            draw_counts: &self.draw_counts,
             outlines: lines::wanted(setup, &ask).then(Default::default),
         };
         let start = Instant::now();

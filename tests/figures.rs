@@ -96,6 +96,56 @@ fn sides_beside_each_other_are_pictures_of_their_size() {
     }
 }
 
+/// The value under the pointer is that of the side which lies there, as that side alone has it, and says which side it is.
+#[test]
+fn values_are_of_the_side_under_the_pointer() {
+    let (mut r, s) = yard_setup();
+    let flicker = |front| Setup { arrange: Arrange::Flicker, front, ..s.clone() };
+    let grid = Setup { arrange: Arrange::SideBySide, ..s.clone() };
+    let swipe = Setup { split: 0.4, ..s.clone() };
+    for (arranged, others) in [
+        (&swipe, &["pcf:kernel=5"][..]),
+        (&grid, &["pcf:kernel=5"]),
+        (&grid, &["pcf:kernel=5", "lispsm", "pssm"]),
+        (&flicker(0), &["pssm", "pcf:kernel=5"]),
+        (&flicker(2), &["pssm", "pcf:kernel=5"]),
+    ] {
+        for view in ["visibility", "error", "aliasing", "counts", "error-density", "flip", "bias"] {
+            let figure = Setup { view: view.into(), ..against(arranged, others) };
+            picture(&mut r, &figure);
+            let all: Vec<_> = (0..SIZE[1] * SIZE[0]).map(|i| [i % SIZE[0], i / SIZE[0]]).step_by(37).collect();
+            let shown: Vec<_> = all.iter().map(|at| r.value_at(*at).unwrap()).collect();
+            let mut values = 0;
+            for pane in panes(&figure, SIZE) {
+                let alone = Setup { size: pane.size, ..figure.side(pane.side) };
+                r.render(&alone, whole(&alone)).unwrap();
+                for ([x, y], shown) in all.iter().zip(&shown) {
+                    let [x, y] = [x.wrapping_sub(pane.at[0]), y.wrapping_sub(pane.at[1])];
+                    if x < pane.part[2] && y < pane.part[3] {
+                        let alone = r.value_at([x + pane.part[0], y + pane.part[1]]).unwrap();
+                        let alone = alone.map(|text| format!("{}: {text}", legend::letter(pane.side)));
+                        assert_eq!(*shown, alone, "{view} of {others:?} at {x}, {y}");
+                        values += alone.is_some() as usize;
+                    }
+                }
+            }
+            assert!(values > 3, "{view} of {others:?}: {values}");
+        }
+    }
+    for other in ["pcf:kernel=5", "truth"] {
+        let figure = Setup { view: "difference".into(), ..against(&s, &[other]) };
+        picture(&mut r, &figure);
+        let second = if other == "truth" { r.read_truth().unwrap() } else { r.read_side(1).unwrap() };
+        let first = r.read_visibility().unwrap();
+        let differing = (0..first.len()).find(|i| first[*i] < second[*i]).unwrap();
+        let text = r.value_at([differing as u32 % SIZE[0], differing as u32 / SIZE[0]]).unwrap().unwrap();
+        let numbers: Vec<f32> = text.replace('−', "-").split(' ').flat_map(|t| t.parse().ok()).collect();
+        let [a, b] = [first[differing], second[differing]];
+        let near = numbers.iter().zip([a, b, a - b]).all(|(n, exact)| (n - exact).abs() < 0.01);
+        assert!(near && numbers.len() == 3 && text.starts_with("A ") && text.contains(" − B "), "{text}: {a}, {b}");
+    }
+}
+
 /// Times come for each side that is a technique.
 #[test]
 fn each_side_is_timed() {
