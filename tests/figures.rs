@@ -96,6 +96,36 @@ fn sides_beside_each_other_are_pictures_of_their_size() {
     }
 }
 
+/// The truth is drawn in each common view, and under each overlay, as a technique is that is always right; it has no maps.
+#[test]
+fn the_truth_is_a_technique_that_is_always_right() {
+    let (mut r, s) = yard_setup();
+    let figure = |s: Setup| Setup { arrange: Arrange::Flicker, front: 1, ..against(&s, &["truth"]) };
+    let right = |s: &Setup| {
+        let mut s = s.clone();
+        s.select("rt-hard").unwrap();
+        s
+    };
+    for view in shadowscope::view::VIEWS.iter().filter(|v| v.id != "difference") {
+        // Growing errors have nothing to grow from.
+        let s = Setup { view: view.id.into(), error_dilation: 1, ..s.clone() };
+        let expected = picture(&mut r, &right(&s));
+        let value = r.value_at([30, 40]).unwrap().map(|text| format!("B: {text}"));
+        assert!(picture(&mut r, &figure(s)) == expected, "{}", view.id);
+        assert_eq!(r.value_at([30, 40]).unwrap(), value, "{}", view.id);
+    }
+    let shaded = picture(&mut r, &right(&s));
+    for view in ["shadow-map", "aliasing"] {
+        assert!(picture(&mut r, &figure(Setup { view: view.into(), ..s.clone() })) == shaded, "{view}");
+    }
+    for (view, inset) in [("visibility", false), ("error-size", false), ("normals", true), ("aliasing", false)] {
+        let overlay = Some(Overlay { view: view.into(), opacity: 0.5, inset });
+        let s = Setup { overlay, ..s.clone() };
+        let expected = if view == "aliasing" { shaded.clone() } else { picture(&mut r, &right(&s)) };
+        assert!(picture(&mut r, &figure(s)) == expected, "{view} over the truth");
+    }
+}
+
 /// The value under the pointer is that of the side which lies there, as that side alone has it, and says which side it is.
 #[test]
 fn values_are_of_the_side_under_the_pointer() {

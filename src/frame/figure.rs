@@ -2,10 +2,10 @@
 
 use super::{Analysis, Ask, DRAWN, Drawing, Layer, Made, NO_FRAME, Renderer, STORED, Targets, Told};
 use crate::gpu::{Gpu, Recorder, Slot};
-use crate::setup::{Arrange, Setup};
+use crate::setup::{Arrange, Overlay, Setup};
 use crate::techniques;
 use crate::truth::{Samples, Tracing};
-use crate::view::{self, Drawn, Legend, View};
+use crate::view::{self, Drawn, Group, Legend, VIEWS, View};
 use anyhow::{Context, Result};
 use std::mem::swap;
 use wgpu::TextureFormat as Format;
@@ -208,11 +208,23 @@ impl Renderer {
         swap(&mut self.seen, &mut beside.seen);
     }
 
-    /// Draws the picture of a side that is the truth, which has been taken in use.
+    /// Draws the picture of a side that is the truth, which has been taken in use: as of a technique that is always right.
+    /// Of another technique's maps it has none, and is shaded.
     fn draw_truth(&mut self, setup: &Setup, size: [u32; 2]) -> Result<()> {
-        self.targets.map.get(&self.gpu, "no map", size, Format::R32Float, STORED);
+        // Where the errors of others are read the truth has zeros: it is never written.
+        self.targets.map.get(&self.gpu, "no errors", size, Format::R32Float, STORED);
         self.targets.output.get(&self.gpu, "picture", size, Format::Rgba8Unorm, STORED | DRAWN);
-        self.shade_truth(setup)
+        let overlay = setup.overlay.as_ref();
+        let Some(i) = view::index(overlay.map_or(&setup.view, |o| &o.view)) else {
+            self.seen = None;
+            return self.shade_truth(setup);
+        };
+        let view = &VIEWS[i];
+        self.seen = Some(view);
+        let rows = if view.group == Group::Scene { u32::MAX } else { self.truth.rows() };
+        let layer = if overlay.is_some() { Layer::Over } else { Layer::Alone };
+        self.shade_again(Drawing { layer, rows, ..Drawing::new(setup, i as u32, view.drawn) }, true)?;
+        overlay.map_or(Ok(()), |overlay| self.lay_over(setup, overlay, true))
     }
 
     /// Puts the pictures of the sides together.
@@ -262,12 +274,19 @@ impl Renderer {
         let rendered = self.render(&Setup { view: overlay.view.clone(), ..setup.clone() }, ask);
         self.figure.layer = Layer::Alone;
         let told = rendered?;
-        self.figure.over.get(&self.gpu, "overlay", ask.size, Format::Rgba8Unorm, COPIED);
-        let (from, to) = (self.targets.output.texture(), self.figure.over.texture());
-        copy(&self.gpu, from.context(NO_FRAME)?, [0, 0], to.context(NO_FRAME)?, [0, 0], ask.size);
-        let opacity = if overlay.inset { 1.0 } else { overlay.opacity.min(0.999) };
-        self.shade_again(Drawing { layer: Layer::Below, opacity, ..shaded(setup) }, false)?;
+        self.lay_over(setup, overlay, false)?;
         Ok(told)
+    }
+
+    /// Lays the picture just drawn over the shaded one; `truth`: shaded with it in place of the visibility.
+    fn lay_over(&mut self, setup: &Setup, overlay: &Overlay, truth: bool) -> Result<()> {
+        let size = self.targets.size()?;
+        self.figure.over.get(&self.gpu, "overlay", size, Format::Rgba8Unorm, COPIED);
+        let (from, to) = (self.targets.output.texture(), self.figure.over.texture());
+        copy(&self.gpu, from.context(NO_FRAME)?, [0, 0], to.context(NO_FRAME)?, [0, 0], size);
+        let opacity = if overlay.inset { 1.0 } else { overlay.opacity.min(0.999) };
+        let rows = if truth { self.truth.rows() } else { u32::MAX };
+        self.shade_again(Drawing { layer: Layer::Below, opacity, rows, ..shaded(setup) }, truth)
     }
 
     /// Draws the last frame's picture shaded, with the truth in place of the visibility.
@@ -297,8 +316,10 @@ impl Renderer {
             recorder.set(name, view);
         }
         self.shading.record(&mut recorder, picture, map, (self.offered.as_ref(), self.analysis.aliasing_view()))?;
-        let id = self.seen.map_or("", |v| v.id);
-        self.lines.draw(&mut recorder, id, &picture.drawn, picture.opacity >= 1.0, &[], output);
+        if picture.layer != Layer::Over {
+            let id = self.seen.map_or("", |v| v.id);
+            self.lines.draw(&mut recorder, id, &picture.drawn, picture.opacity >= 1.0, &[], output);
+        }
         recorder.finish()?;
         self.gpu.check()
     }
