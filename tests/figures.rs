@@ -7,7 +7,7 @@ use glam::Vec3;
 use shadowscope::frame::{Ask, Renderer, Truth, panes};
 use shadowscope::legend::{self, Key, Known, Part};
 use shadowscope::palette::{self, OCTAVES};
-use shadowscope::setup::{Arrange, Overlay, Setup, Side};
+use shadowscope::setup::{Arrange, Base, Overlay, Setup, Side};
 use shadowscope::truth::Samples;
 
 const SIZE: [u32; 2] = [96, 72];
@@ -209,6 +209,42 @@ fn the_difference_is_that_of_the_visibilities() {
         }
         assert!(more > 0 && less > 0 && more + less > 20, "{more} lighter, {less} darker");
     }
+}
+
+/// Pixels that differ grow over those that do not, and look like the one nearby that differs most.
+#[test]
+fn differing_pixels_grow() {
+    let (mut r, s) = yard_setup();
+    let setup = |dilation| Setup {
+        view: "difference".into(),
+        error_dilation: dilation,
+        error_base: Base::Light,
+        ..against(&s, &["pcf:kernel=5"])
+    };
+    let plain = picture(&mut r, &setup(0));
+    let grown = picture(&mut r, &setup(2));
+    let (first, second, mask) = (r.read_visibility().unwrap(), r.read_side(1).unwrap(), r.read_mask().unwrap());
+    let off = |i: usize| {
+        let d = if mask[i] == shadowscope::measure::metrics::FACING { first[i] - second[i] } else { 0.0 };
+        if d.abs() < 1.0 / 255.0 { 0.0 } else { d }
+    };
+    let (mut more, mut same) = (0, 0);
+    for (x, y) in (0..SIZE[0]).flat_map(|x| (0..SIZE[1]).map(move |y| (x, y))) {
+        let near = |c: u32, end: u32| c.saturating_sub(2)..(c + 3).min(end);
+        let around = near(x, SIZE[0]).flat_map(|x| near(y, SIZE[1]).map(move |y| at(x, y)));
+        let around: Vec<f32> = around.map(off).collect();
+        let most = around.iter().fold(0.0f32, |a, b| if b.abs() > a.abs() { *b } else { a });
+        let i = at(x, y);
+        if off(i) != 0.0 || most == 0.0 {
+            assert_eq!(grown[i], plain[i], "{x}, {y}");
+            same += 1;
+        } else if most.abs() > 0.3 && !around.contains(&-most) {
+            let [red, _, blue, _] = grown[i].map(i32::from);
+            assert!((red - blue) * most.signum() as i32 > 10, "{x}, {y}: {most} is {:?}", grown[i]);
+            more += 1;
+        }
+    }
+    assert!(more > 100 && same > 1000, "{more} grown, {same} as they were");
 }
 
 /// An overlay is mixed in where its view shows data, and an inset leaves the rest as it is.
