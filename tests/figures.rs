@@ -176,6 +176,24 @@ fn values_are_of_the_side_under_the_pointer() {
     }
 }
 
+/// A shot renders the first side alone once more; nothing of the figure changes by it.
+#[test]
+fn a_shot_leaves_the_figure_as_it_was() {
+    let (mut r, s) = yard_setup();
+    let overlay = Some(Overlay { view: "error".into(), opacity: 0.5, inset: false });
+    let s = Setup { overlay, truth_samples: Samples::Auto, ..against(&s, &["pcf:kernel=5", "truth"]) };
+    let grid = Setup { arrange: Arrange::SideBySide, ..s };
+    let before = picture(&mut r, &grid);
+    let all = |r: &Renderer| (r.value_at([20, 20]).unwrap(), r.value_at([70, 20]).unwrap(), r.read_truth().unwrap());
+    let values = all(&r);
+    for pass in ["shadow map", "truth", "analysis", "shading"] {
+        assert!(r.shot(&grid, pass).unwrap().is_some(), "{pass}");
+        r.redraw(&grid).unwrap();
+        assert!(bytemuck::pod_collect_to_vec::<u8, [u8; 4]>(&r.read_picture().unwrap()) == before, "{pass}");
+        assert!(all(&r) == values, "{pass}");
+    }
+}
+
 /// Times come for each side that is a technique.
 #[test]
 fn each_side_is_timed() {

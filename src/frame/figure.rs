@@ -69,7 +69,7 @@ pub(super) struct Figure {
 #[derive(Default)]
 pub(super) struct Beside {
     made: Option<Made>,
-    /// None: the truth's.
+    /// Empty: the truth's.
     pub(super) visibility: Slot,
     pub(super) map: Slot,
     output: Slot,
