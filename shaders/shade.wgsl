@@ -118,17 +118,24 @@ fn over_dimmed(s: Surface, color: vec3f, amount: f32) -> vec4f {
     return vec4f(mix(dimmed(s), color, amount), select(0.0, 1.0, amount > 0.0));
 }
 
-// What lies under marked errors: the picture in greys, dark or light.
+// What lies under marked errors: the picture in greys, dark or light. Small differences are light themselves.
 fn error_base(s: Surface) -> vec3f {
-    if view.light_base == 0u {
+    if view.light_base == 0u || drawn_view == view_difference {
         return select(vec3f(0.22, 0.24, 0.27), dimmed(s), s.valid);
     }
     return select(vec3f(1.0), 0.65 + 0.75 * (dimmed(s) - 0.15), s.valid);
 }
 
-// By how much a pixel is wrong, visibility less truth; 0 where that is too little to be seen, or nothing can be wrong.
+// By how much a pixel is wrong, visibility less truth, or differs from the one it is compared with; 0 where that is too
+// little to be seen, or nothing can be wrong.
 fn error_at(pixel: vec2u) -> f32 {
-    let off = textureLoad(visibility, pixel, 0).x - textureLoad(truth, pixel, 0).x;
+    var right = 0.0;
+    if drawn_view == view_difference {
+        right = textureLoad(other, pixel, 0).x;
+    } else {
+        right = textureLoad(truth, pixel, 0).x;
+    }
+    let off = textureLoad(visibility, pixel, 0).x - right;
     // The surface only where it matters.
     if abs(off) < 1.0 / 255.0 {
         return 0.0;
@@ -174,6 +181,9 @@ fn error_picture(pixel: vec2u) -> vec4f {
     }
     if drawn_view == view_error_size {
         return data(ramp(abs(off)));
+    }
+    if drawn_view == view_difference {
+        return data(mix(base, diverging(0.5 + 0.5 * off), 0.5 + 0.5 * abs(off)));
     }
     return data(mix(base, select(false_shadow_color, leak_color, off > 0.0), 0.35 + 0.65 * abs(off)));
 }
@@ -242,7 +252,7 @@ fn color_of(pixel: vec2u) -> vec4f {
         return beyond(pixel, false);
     }
     if drawn_view == view_error || drawn_view == view_causes || drawn_view == view_error_density
-        || drawn_view == view_error_size || drawn_view == view_flip {
+        || drawn_view == view_error_size || drawn_view == view_flip || drawn_view == view_difference {
         return error_picture(pixel);
     }
     if !s.valid {
@@ -255,11 +265,6 @@ fn color_of(pixel: vec2u) -> vec4f {
         }
         case view_truth: {
             return data(vec3f(textureLoad(truth, pixel, 0).x));
-        }
-        case view_difference: {
-            let less = v - textureLoad(other, pixel, 0).x;
-            let share = select(0.0, abs(less), can_be_wrong(s));
-            return over_dimmed(s, diverging(0.5 + 0.5 * less), select(0.0, 0.5 + 0.5 * share, share >= 1.0 / 255.0));
         }
         case view_facing: {
             let light = light_at(s.position);

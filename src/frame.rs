@@ -26,7 +26,7 @@ use crate::scene::geometry::{Geometry, SceneGpu};
 use crate::setup::{Base, Setup};
 use crate::techniques::{self, Info, Technique};
 use crate::truth::{Progress, Tracing};
-use crate::view::{self, Drawn, Legend, View};
+use crate::view::{self, Drawn, Legend, Source, View};
 use anyhow::{Context, Result, ensure};
 use bytemuck::{Pod, Zeroable};
 use glam::{Mat3, Mat4, Vec2, Vec3, Vec4};
@@ -168,7 +168,9 @@ pub struct Frame<'a> {
     splits: Option<(wgpu::Buffer, u32)>,
     held: u64,
     pieces: Option<wgpu::Buffer>,
+    inspected: bool,
     analysis: Option<&'a mut Analysis>,
+    draw_counts: &'a Pass,
     outlines: Option<lines::Outlines>,
 }
 
@@ -192,7 +194,7 @@ impl Frame<'_> {
 
     /// Whether one of the technique's own maps is asked for, so that `inspect` must run.
     pub fn wants_any_map(&self) -> bool {
-        view::index(&self.setup.view).is_none() && !view::needs_analysis(&self.setup.view)
+        self.inspected
     }
 
     /// Tells where cascades meet: floats, metres along the camera's axis, one more than there are cascades.
@@ -431,6 +433,7 @@ pub struct Renderer {
     /// The technique's rays, as `Tally` in `shaders/lib/trace.wgsl`.
     tally: wgpu::Buffer,
     analysis: Analysis,
+    draw_counts: Pass,
     figure: figure::Figure,
     /// The last frame's view; None: the technique could not draw it.
     seen: Option<&'static View>,
@@ -505,7 +508,8 @@ impl Renderer {
             classify: Pass::compute(&gpu, "mask", "mask.wgsl", "classify", &[])?,
             shading: Shading::new(&gpu),
             tally: tally(&gpu, "rays"),
-            analysis: Analysis::new(&gpu)?,
+            analysis: Analysis::default(),
+            draw_counts: Pass::compute(&gpu, "count map", "counts.wgsl", "draw_counts", &[])?,
             figure: figure::Figure::default(),
             seen: None,
             offered: None,
@@ -596,7 +600,8 @@ impl Renderer {
         let scene = &self.scene_gpu;
         know_scene(&mut recorder, scene);
         recorder.set("frame", &self.frame_buffer);
-        let analysed = ask.analysis || view::needs_analysis(&setup.view);
+        let view = view::find(&setup.view, info);
+        let analysed = ask.analysis || view.is_some_and(View::needs_analysis);
         self.analysis.start(gpu, analysed);
         gpu.queue.write_buffer(&self.tally, 0, bytemuck::cast_slice(&[0, 0, analysed as u32, 0]));
         recorder.set("tally", &self.tally);
@@ -647,7 +652,9 @@ impl Renderer {
             splits: None,
             held: 0,
             pieces: None,
+            inspected: view.is_some_and(|v| v.source == Source::Technique),
             analysis,
+            draw_counts: &self.draw_counts,
             outlines: lines::wanted(setup, &ask).then(Default::default),
         };
         let start = Instant::now();
@@ -681,8 +688,7 @@ impl Renderer {
         told.traced = told.truth.samples - before.samples;
 
         // What only the technique can draw is not there where it does not serve the light.
-        self.seen = view::find(&setup.view, info)
-            .filter(|v| view::index(v.id).is_some() || info.refuses(&setup.light).is_none());
+        self.seen = view.filter(|v| view::index(v.id).is_some() || info.refuses(&setup.light).is_none());
         self.offered = offered;
         self.light = Some(setup.light);
         self.splits = splits;
@@ -693,15 +699,16 @@ impl Renderer {
             recorder.set("over", &map);
             // Without another technique the truth is the other one.
             recorder.set("other", self.figure.other().unwrap_or(truth));
-            let start = Instant::now();
-            let mut judged = Judged {
-                geometry: &self.geometry,
-                truth: &self.truth,
-                aliasing: aliasing.clone(),
-                targets: &mut *t,
-                classify: &self.classify,
-            };
-            if let Some((values, causes)) = judged.values(setup, &mut recorder, &mut self.shading)? {
+            if view.is_some_and(View::is_judged) {
+                let start = Instant::now();
+                let mut judged = Judged {
+                    geometry: &self.geometry,
+                    truth: &self.truth,
+                    aliasing: aliasing.clone(),
+                    targets: &mut *t,
+                    classify: &self.classify,
+                };
+                let (values, causes) = judged.values(setup, &mut recorder, &mut self.shading)?;
                 gpu.write_texture(t.map.texture().context(NO_FRAME)?, bytemuck::cast_slice(&values));
                 self.causes = causes;
                 recorder.note(JUDGED, start.elapsed().as_secs_f64() * 1e3);

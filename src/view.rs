@@ -14,10 +14,24 @@ pub struct View {
     pub title: &'static str,
     /// What is seen, in a student's words.
     pub doc: &'static str,
-    /// Needs the ray-traced truth.
-    pub truth: bool,
+    pub source: Source,
     pub group: Group,
     pub drawn: Drawn,
+}
+
+/// What a view is made of, beside what every frame has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Source {
+    /// Nothing.
+    Frame,
+    /// The ray-traced truth.
+    Truth,
+    /// The truth, which the CPU judges; `analysed`: with what the analysis found.
+    Judged { analysed: bool },
+    /// What the technique's pass `inspect` writes.
+    Technique,
+    /// The frame's analysis, and nothing else of the technique.
+    Analysis,
 }
 
 /// What views are listed under.
@@ -156,15 +170,16 @@ const fn common(
     title: &'static str,
     group: Group,
     doc: &'static str,
-    truth: bool,
+    source: Source,
     legend: Legend,
 ) -> View {
-    View { id, title, doc, truth, group, drawn: Drawn::Common(legend) }
+    View { id, title, doc, source, group, drawn: Drawn::Common(legend) }
 }
 
 /// A map of a technique's own.
 pub const fn map(id: &'static str, title: &'static str, doc: &'static str, drawn: Drawn) -> View {
-    View { id, title, doc, truth: false, group: Group::Map, drawn }
+    let source = if let Drawn::Aliasing(_) = drawn { Source::Analysis } else { Source::Technique };
+    View { id, title, doc, source, group: Group::Map, drawn }
 }
 
 const VISIBILITY: Legend = Legend::Scale(GREY, Values { what: "visibility", unit: "", range: [0.0, 1.0] });
@@ -189,13 +204,20 @@ fn caused(errors: &Errors, cause: usize) -> Option<f64> {
 
 /// The views that every technique has; a technique's own maps come on top ([`Info::maps`]).
 pub const VIEWS: &[View] = &[
-    common("shaded", "Shaded", Group::Look, "The lit picture with the technique's shadow.", false, Legend::None),
+    common(
+        "shaded",
+        "Shaded",
+        Group::Look,
+        "The lit picture with the technique's shadow.",
+        Source::Frame,
+        Legend::None,
+    ),
     common(
         "visibility",
         "Visibility",
         Group::Look,
         "How much of the light each pixel sees: white all of it, black none.",
-        false,
+        Source::Frame,
         VISIBILITY,
     ),
     common(
@@ -204,7 +226,7 @@ pub const VIEWS: &[View] = &[
         Group::Look,
         "The exact visibility, ray traced: at the pixel's centre, or the mean over as many samples of the pixel as the \
          set-up names.",
-        true,
+        Source::Truth,
         VISIBILITY,
     ),
     common(
@@ -212,7 +234,7 @@ pub const VIEWS: &[View] = &[
         "Error",
         Group::Errors,
         "Blue: lit but should be in shadow. Red: in shadow but should be lit. The rest is right.",
-        true,
+        Source::Truth,
         Legend::Classes(&[
             Class {
                 color: LEAK,
@@ -232,7 +254,7 @@ pub const VIEWS: &[View] = &[
         Group::Errors,
         "Visibility of the first technique minus that of the second one it is compared with, or minus the truth where there \
          is no second. Blue: darker. Orange: brighter.",
-        true,
+        Source::Truth,
         Legend::Scale(
             crate::palette::DIVERGING,
             Values { what: "visibility, first minus second", unit: "", range: [-1.0, 1.0] },
@@ -244,7 +266,7 @@ pub const VIEWS: &[View] = &[
         Group::Errors,
         "What made each wrong pixel: acne, detachment (a gap at a caster's foot), a leak, a missing caster, or stairs at a \
          shadow's edge.",
-        true,
+        Source::Judged { analysed: true },
         Legend::Classes(&[
             Class { share: Some(|e| caused(e, 0)), ..cause(0) },
             Class { share: Some(|e| caused(e, 1)), ..cause(1) },
@@ -258,7 +280,7 @@ pub const VIEWS: &[View] = &[
         "Error density",
         Group::Errors,
         "Share of wrong pixels among those that can be wrong, in a window around each pixel.",
-        true,
+        Source::Judged { analysed: false },
         Legend::Scale(RAMP, Values { what: "wrong pixels in the window", unit: "%", range: [0.0, 50.0] }),
     ),
     common(
@@ -266,7 +288,7 @@ pub const VIEWS: &[View] = &[
         "Error size",
         Group::Errors,
         "How far visibility is off at each pixel: |V − truth|.",
-        true,
+        Source::Truth,
         Legend::Scale(RAMP, Values { what: "|V − truth|", unit: "", range: [0.0, 1.0] }),
     ),
     common(
@@ -274,7 +296,7 @@ pub const VIEWS: &[View] = &[
         "FLIP",
         Group::Errors,
         "How much a viewer notices when the shaded picture and the one with the true shadow alternate.",
-        true,
+        Source::Judged { analysed: false },
         Legend::Scale(RAMP, Values { what: "FLIP difference", unit: "", range: [0.0, 1.0] }),
     ),
     common(
@@ -283,7 +305,7 @@ pub const VIEWS: &[View] = &[
         Group::Scene,
         "Green: the surface turns towards the light and can be wrong. Ochre: it does so outside the light's cone or \
          range. Grey: it turns away. Both are dark without any shadow technique.",
-        false,
+        Source::Frame,
         Legend::Classes(&[
             Class::new([0.45, 0.75, 0.45], "faces the light"),
             Class::new([0.60, 0.48, 0.25], "outside its cone or range"),
@@ -295,16 +317,16 @@ pub const VIEWS: &[View] = &[
         "Normals",
         Group::Scene,
         "The surface's direction as a colour: x red, y green, z blue.",
-        false,
+        Source::Frame,
         AXES,
     ),
-    common("albedo", "Albedo", Group::Scene, "The surface's own colour, without light.", false, Legend::None),
+    common("albedo", "Albedo", Group::Scene, "The surface's own colour, without light.", Source::Frame, Legend::None),
     common(
         "depth",
         "Eye depth",
         Group::Scene,
         "Distance from the camera along its axis, near dark, far bright.",
-        false,
+        Source::Frame,
         Legend::EyeDepth,
     ),
     common(
@@ -312,7 +334,7 @@ pub const VIEWS: &[View] = &[
         "Light depth",
         Group::Scene,
         "Distance from the light (along its rays for the sun), near dark, far bright.",
-        false,
+        Source::Frame,
         Legend::LightDepth,
     ),
     common(
@@ -320,10 +342,17 @@ pub const VIEWS: &[View] = &[
         "Position",
         Group::Scene,
         "World position in metres, repeating every metre, as a colour.",
-        false,
+        Source::Frame,
         AXES,
     ),
-    common("triangles", "Triangles", Group::Scene, "Each triangle in a colour of its own.", false, Legend::None),
+    common(
+        "triangles",
+        "Triangles",
+        Group::Scene,
+        "Each triangle in a colour of its own.",
+        Source::Frame,
+        Legend::None,
+    ),
 ];
 
 /// The views' numbers for the shader: constants `view_shaded` and so on, and behind them `view_technique_map`.
@@ -354,37 +383,7 @@ pub fn find(id: &str, info: &Info) -> Option<&'static View> {
 
 /// Whether a view needs the truth.
 pub fn needs_truth(id: &str) -> bool {
-    VIEWS.iter().any(|v| v.id == id && v.truth)
-}
-
-/// Whether a view needs the frame's analysis, and nothing else of the technique.
-pub fn needs_analysis(id: &str) -> bool {
-    id == "counts" || id == "causes" || ALIASING.contains(&id)
-}
-
-/// Whether the CPU makes a view's values.
-pub fn is_judged(id: &str) -> bool {
-    ["causes", "error-density", "flip"].contains(&id)
-}
-
-/// The maps that show a channel of the analysis: the aliasing error and its two parts, in that order.
-pub const ALIASING: [&str; 3] = ["aliasing", "perspective-aliasing", "projection-aliasing"];
-/// Maps that count the picture's pixels: at fewer of them they would tell something else.
-const COUNTS: [&str; 9] = [
-    "counts",
-    "counts-before",
-    "counts-between",
-    "histogram",
-    "profiles",
-    "occupancy",
-    "causes",
-    "error-density",
-    "flip",
-];
-
-/// Whether a view is drawn only at the full resolution.
-pub fn waits(id: &str) -> bool {
-    COUNTS.contains(&id)
+    VIEWS.iter().any(|v| v.id == id && v.needs_truth())
 }
 
 /// Refuses a view that the technique does not have.
@@ -397,6 +396,27 @@ pub fn check(id: &str, info: &Info) -> Result<()> {
 }
 
 impl View {
+    /// It needs the ray-traced truth.
+    pub fn needs_truth(&self) -> bool {
+        self.source == Source::Truth || self.is_judged()
+    }
+
+    /// It needs the frame's analysis.
+    pub fn needs_analysis(&self) -> bool {
+        matches!(self.source, Source::Analysis | Source::Judged { analysed: true })
+    }
+
+    /// The CPU makes its values.
+    pub fn is_judged(&self) -> bool {
+        matches!(self.source, Source::Judged { .. })
+    }
+
+    /// It counts the picture's pixels, as charts do too: at fewer of them it would tell something else.
+    pub fn counts_pixels(&self) -> bool {
+        let counts = matches!(self.drawn, Drawn::Counts | Drawn::Labels(Legend::Chart(..) | Legend::Curves(..)));
+        counts || self.is_judged()
+    }
+
     /// It is drawn over the scene: what stands there can be pointed at.
     pub fn shows_scene(&self) -> bool {
         !matches!(self.drawn, Drawn::Depth | Drawn::Counts | Drawn::Labels(Legend::Chart(..)))
@@ -428,5 +448,28 @@ impl Drawn {
             // A texel with n samples is about √n pixels wide.
             Drawn::Counts => Legend::Octaves("samples per texel", 2.0),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::techniques;
+    use std::collections::BTreeSet;
+
+    /// What a view needs follows from its declaration.
+    #[test]
+    fn views_tell_what_they_need() {
+        let ids = |needs: fn(&View) -> bool| {
+            let maps = techniques::ALL.iter().flat_map(|info| info.maps());
+            let all: BTreeSet<&str> = VIEWS.iter().chain(maps).filter(|v| needs(v)).map(|v| v.id).collect();
+            Vec::from_iter(all).join(" ")
+        };
+        assert_eq!(ids(View::needs_truth), "causes difference error error-density error-size flip truth");
+        assert_eq!(ids(View::needs_analysis), "aliasing causes counts perspective-aliasing projection-aliasing");
+        assert_eq!(ids(View::is_judged), "causes error-density flip");
+        let counts =
+            "causes counts counts-before counts-between energy error-density flip histogram occupancy profiles";
+        assert_eq!(ids(View::counts_pixels), counts);
     }
 }

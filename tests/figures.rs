@@ -8,7 +8,7 @@ use shadowscope::frame::{Ask, Renderer, Truth, panes};
 use shadowscope::legend::{self, Key, Known, Part};
 use shadowscope::light::LightView;
 use shadowscope::palette::{self, OCTAVES};
-use shadowscope::setup::{Arrange, Overlay, Setup, Side};
+use shadowscope::setup::{Arrange, Base, Overlay, Setup, Side};
 use shadowscope::techniques::ALL;
 use shadowscope::truth::Samples;
 
@@ -98,6 +98,104 @@ fn sides_beside_each_other_are_pictures_of_their_size() {
     }
 }
 
+/// The truth is drawn in each common view, and under each overlay, as a technique is that is always right; it has no maps.
+#[test]
+fn the_truth_is_a_technique_that_is_always_right() {
+    let (mut r, s) = yard_setup();
+    let figure = |s: Setup| Setup { arrange: Arrange::Flicker, front: 1, ..against(&s, &["truth"]) };
+    let right = |s: &Setup| {
+        let mut s = s.clone();
+        s.select("rt-hard").unwrap();
+        s
+    };
+    for view in shadowscope::view::VIEWS.iter().filter(|v| v.id != "difference") {
+        // Growing errors have nothing to grow from.
+        let s = Setup { view: view.id.into(), error_dilation: 1, ..s.clone() };
+        let expected = picture(&mut r, &right(&s));
+        let value = r.value_at([30, 40]).unwrap().map(|text| format!("B: {text}"));
+        assert!(picture(&mut r, &figure(s)) == expected, "{}", view.id);
+        assert_eq!(r.value_at([30, 40]).unwrap(), value, "{}", view.id);
+    }
+    let shaded = picture(&mut r, &right(&s));
+    for view in ["shadow-map", "aliasing"] {
+        assert!(picture(&mut r, &figure(Setup { view: view.into(), ..s.clone() })) == shaded, "{view}");
+    }
+    for (view, inset) in [("visibility", false), ("error-size", false), ("normals", true), ("aliasing", false)] {
+        let overlay = Some(Overlay { view: view.into(), opacity: 0.5, inset });
+        let s = Setup { overlay, ..s.clone() };
+        let expected = if view == "aliasing" { shaded.clone() } else { picture(&mut r, &right(&s)) };
+        assert!(picture(&mut r, &figure(s)) == expected, "{view} over the truth");
+    }
+}
+
+/// The value under the pointer is that of the side which lies there, as that side alone has it, and says which side it is.
+#[test]
+fn values_are_of_the_side_under_the_pointer() {
+    let (mut r, s) = yard_setup();
+    let flicker = |front| Setup { arrange: Arrange::Flicker, front, ..s.clone() };
+    let grid = Setup { arrange: Arrange::SideBySide, ..s.clone() };
+    let swipe = Setup { split: 0.4, ..s.clone() };
+    for (arranged, others) in [
+        (&swipe, &["pcf:kernel=5"][..]),
+        (&grid, &["pcf:kernel=5"]),
+        (&grid, &["pcf:kernel=5", "lispsm", "pssm"]),
+        (&flicker(0), &["pssm", "pcf:kernel=5"]),
+        (&flicker(2), &["pssm", "pcf:kernel=5"]),
+    ] {
+        for view in ["visibility", "error", "aliasing", "counts", "error-density", "flip", "bias"] {
+            let figure = Setup { view: view.into(), ..against(arranged, others) };
+            picture(&mut r, &figure);
+            let all: Vec<_> = (0..SIZE[1] * SIZE[0]).map(|i| [i % SIZE[0], i / SIZE[0]]).step_by(37).collect();
+            let shown: Vec<_> = all.iter().map(|at| r.value_at(*at).unwrap()).collect();
+            let mut values = 0;
+            for pane in panes(&figure, SIZE) {
+                let alone = Setup { size: pane.size, ..figure.side(pane.side) };
+                r.render(&alone, whole(&alone)).unwrap();
+                for ([x, y], shown) in all.iter().zip(&shown) {
+                    let [x, y] = [x.wrapping_sub(pane.at[0]), y.wrapping_sub(pane.at[1])];
+                    if x < pane.part[2] && y < pane.part[3] {
+                        let alone = r.value_at([x + pane.part[0], y + pane.part[1]]).unwrap();
+                        let alone = alone.map(|text| format!("{}: {text}", legend::letter(pane.side)));
+                        assert_eq!(*shown, alone, "{view} of {others:?} at {x}, {y}");
+                        values += alone.is_some() as usize;
+                    }
+                }
+            }
+            assert!(values > 3, "{view} of {others:?}: {values}");
+        }
+    }
+    for other in ["pcf:kernel=5", "truth"] {
+        let figure = Setup { view: "difference".into(), ..against(&s, &[other]) };
+        picture(&mut r, &figure);
+        let second = if other == "truth" { r.read_truth().unwrap() } else { r.read_side(1).unwrap() };
+        let first = r.read_visibility().unwrap();
+        let differing = (0..first.len()).find(|i| first[*i] < second[*i]).unwrap();
+        let text = r.value_at([differing as u32 % SIZE[0], differing as u32 / SIZE[0]]).unwrap().unwrap();
+        let numbers: Vec<f32> = text.replace('−', "-").split(' ').flat_map(|t| t.parse().ok()).collect();
+        let [a, b] = [first[differing], second[differing]];
+        let near = numbers.iter().zip([a, b, a - b]).all(|(n, exact)| (n - exact).abs() < 0.01);
+        assert!(near && numbers.len() == 3 && text.starts_with("A ") && text.contains(" − B "), "{text}: {a}, {b}");
+    }
+}
+
+/// A shot renders the first side alone once more; nothing of the figure changes by it.
+#[test]
+fn a_shot_leaves_the_figure_as_it_was() {
+    let (mut r, s) = yard_setup();
+    let overlay = Some(Overlay { view: "error".into(), opacity: 0.5, inset: false });
+    let s = Setup { overlay, truth_samples: Samples::Auto, ..against(&s, &["pcf:kernel=5", "truth"]) };
+    let grid = Setup { arrange: Arrange::SideBySide, ..s };
+    let before = picture(&mut r, &grid);
+    let all = |r: &Renderer| (r.value_at([20, 20]).unwrap(), r.value_at([70, 20]).unwrap(), r.read_truth().unwrap());
+    let values = all(&r);
+    for pass in ["shadow map", "truth", "analysis", "shading"] {
+        assert!(r.shot(&grid, pass).unwrap().is_some(), "{pass}");
+        r.redraw(&grid).unwrap();
+        assert!(bytemuck::pod_collect_to_vec::<u8, [u8; 4]>(&r.read_picture().unwrap()) == before, "{pass}");
+        assert!(all(&r) == values, "{pass}");
+    }
+}
+
 /// Times come for each side that is a technique.
 #[test]
 fn each_side_is_timed() {
@@ -131,6 +229,42 @@ fn the_difference_is_that_of_the_visibilities() {
         }
         assert!(more > 0 && less > 0 && more + less > 20, "{more} lighter, {less} darker");
     }
+}
+
+/// Pixels that differ grow over those that do not, and look like the one nearby that differs most.
+#[test]
+fn differing_pixels_grow() {
+    let (mut r, s) = yard_setup();
+    let setup = |dilation| Setup {
+        view: "difference".into(),
+        error_dilation: dilation,
+        error_base: Base::Light,
+        ..against(&s, &["pcf:kernel=5"])
+    };
+    let plain = picture(&mut r, &setup(0));
+    let grown = picture(&mut r, &setup(2));
+    let (first, second, mask) = (r.read_visibility().unwrap(), r.read_side(1).unwrap(), r.read_mask().unwrap());
+    let off = |i: usize| {
+        let d = if mask[i] == shadowscope::measure::metrics::FACING { first[i] - second[i] } else { 0.0 };
+        if d.abs() < 1.0 / 255.0 { 0.0 } else { d }
+    };
+    let (mut more, mut same) = (0, 0);
+    for (x, y) in (0..SIZE[0]).flat_map(|x| (0..SIZE[1]).map(move |y| (x, y))) {
+        let near = |c: u32, end: u32| c.saturating_sub(2)..(c + 3).min(end);
+        let around = near(x, SIZE[0]).flat_map(|x| near(y, SIZE[1]).map(move |y| at(x, y)));
+        let around: Vec<f32> = around.map(off).collect();
+        let most = around.iter().fold(0.0f32, |a, b| if b.abs() > a.abs() { *b } else { a });
+        let i = at(x, y);
+        if off(i) != 0.0 || most == 0.0 {
+            assert_eq!(grown[i], plain[i], "{x}, {y}");
+            same += 1;
+        } else if most.abs() > 0.3 && !around.contains(&-most) {
+            let [red, _, blue, _] = grown[i].map(i32::from);
+            assert!((red - blue) * most.signum() as i32 > 10, "{x}, {y}: {most} is {:?}", grown[i]);
+            more += 1;
+        }
+    }
+    assert!(more > 100 && same > 1000, "{more} grown, {same} as they were");
 }
 
 /// An overlay is mixed in where its view shows data, and an inset leaves the rest as it is.

@@ -85,7 +85,7 @@ fn shared_structs_agree() {
         light_half_v "light_half_v", map "map", size "size", band "band", shadow_eye "shadow_eye", frozen "frozen",
         shadow_forward "shadow_forward", shadow_far "shadow_far", shadow_up "shadow_up", spare "spare");
     same!("shot.wgsl", "Shot", ShotUniform, size "size", whole "whole", channels "channels", stretched "stretched",
-        padding "padding");
+        layers "layers", columns "columns");
     same!("lines.wgsl", "Segment", Segment, start "start", color "color", end "end", weight "weight");
     same!("lines.wgsl", "Style", Style, half "half", labels "labels", inset "inset", padding "padding");
     same!("shade.wgsl", "View", ViewUniform, range "range", channel "channel", rows "rows", opacity "opacity",

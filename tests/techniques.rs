@@ -938,3 +938,46 @@ fn a_shot_shows_what_a_pass_wrote() {
     let after = (r.read_picture().unwrap(), r.read_visibility().unwrap(), r.read_truth().unwrap());
     assert!(before == after, "a shot changed the frame");
 }
+
+/// All layers of a map are in the shot, with one range; the truth, the analysis and what the CPU judges have shots too.
+#[test]
+fn shots_show_all_layers_and_what_every_technique_shares() {
+    let light = sun(Vec3::new(0.5, 1.0, 0.3));
+    let view = camera(Vec3::new(4.0, 5.0, 9.0), Vec3::new(0.0, 0.3, 0.0));
+    let (mut r, mut s) = start(scene(vec![mesh(&yard(), 0)], vec![material(Vec3::splat(0.8))], view, light), [96, 72]);
+    s.select("pssm").unwrap();
+    for cascades in [3, 4] {
+        s.set(&format!("cascades={cascades}"), &["pssm".into()]).unwrap();
+        s.set("resolution=256", &["pssm".into()]).unwrap();
+        s.view = "error-density".into();
+        r.render(&s, Ask { analysis: true, ..ask(&s) }).unwrap();
+        let layers: Vec<Vec<f32>> = (0..cascades).map(|i| r.read_layer(i).unwrap().unwrap().depth).collect();
+        let shot = r.shot(&s, "shadow maps").unwrap().unwrap();
+        assert_eq!((shot.whole, shot.layers, shot.columns, shot.size), ([256; 2], cascades, 2, [216; 2]));
+        let [low, high] = shot.range.unwrap();
+        let most = |f: fn(f32, f32) -> f32| layers.iter().flatten().copied().reduce(f).unwrap();
+        assert_eq!((low, high), (most(f32::min), most(f32::max)));
+        for (i, layer) in layers.iter().enumerate() {
+            let ([x, y], rgba) = ([i % 2 * 108, i / 2 * 108], &shot.rgba);
+            // Less the line between layers.
+            let inside = (y + 2..y + 107).flat_map(|y| (x + 2..x + 107).map(move |x| rgba[(y * 216 + x) * 4]));
+            let shown = inside.map(|g| g as f32 / 255.0).sum::<f32>() / (105.0 * 105.0);
+            let exact = layer.iter().map(|d| (d - low) / (high - low)).sum::<f32>() / layer.len() as f32;
+            assert!((shown - exact).abs() < 0.03, "layer {i} of {cascades}: {shown}, {exact}");
+        }
+    }
+    // Frames that are not analysed, and do not trace the truth again.
+    r.render(&s, ask(&s)).unwrap();
+    let places = r.shot(&s, "analysis").unwrap().unwrap();
+    assert_eq!((places.whole, places.layers), ([96, 72], 1));
+    assert!(places.range.unwrap()[1] > 200.0, "places are in texels: {:?}", places.range);
+    let truth = r.shot(&s, "truth").unwrap().unwrap();
+    assert_eq!((truth.whole, truth.range), ([96, 72], Some([0.0, 1.0])));
+    let exact = r.read_truth().unwrap();
+    let mean = exact.iter().sum::<f32>() / exact.len() as f32;
+    let shown = truth.rgba.chunks(4).map(|p| p[0] as f32 / 255.0).sum::<f32>() / (truth.rgba.len() / 4) as f32;
+    assert!((shown - mean).abs() < 0.02, "{shown}, {mean}");
+    let density = r.read_map().unwrap().into_iter().fold(0.0, f32::max);
+    assert!(density > 0.0);
+    assert_eq!(r.shot(&s, "error map (CPU)").unwrap().unwrap().range.unwrap()[1], density);
+}

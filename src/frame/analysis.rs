@@ -68,6 +68,7 @@ struct Band {
 }
 
 /// What the last frame's analysis found.
+#[derive(Default)]
 pub struct Analysis {
     pub(super) aliasing: Slot,
     places: Slot,
@@ -77,7 +78,6 @@ pub struct Analysis {
     pub(super) pieces: Option<wgpu::Buffer>,
     /// Buffers that say where maps look, by their names in WGSL.
     tables: Vec<(&'static str, wgpu::Buffer)>,
-    draw_counts: Pass,
 }
 
 /// What a warped map's casters became.
@@ -101,19 +101,6 @@ const COUNT_BYTES: u64 = 512 << 20;
 const CHUNK: u64 = 4 << 20;
 
 impl Analysis {
-    pub(super) fn new(gpu: &Gpu) -> Result<Analysis> {
-        Ok(Analysis {
-            aliasing: Slot::default(),
-            places: Slot::default(),
-            maps: None,
-            bands: Vec::new(),
-            draws: None,
-            pieces: None,
-            tables: Vec::new(),
-            draw_counts: Pass::compute(gpu, "count map", "counts.wgsl", "draw_counts", &[])?,
-        })
-    }
-
     /// Forgets the last frame's; the buffers too, unless the next one needs them.
     pub(super) fn start(&mut self, gpu: &Gpu, wanted: bool) {
         self.maps = None;
@@ -303,7 +290,7 @@ impl Frame<'_> {
         }
         if self.setup.view == "counts" {
             for band in &analysis.bands {
-                let run = recorder.run(&analysis.draw_counts);
+                let run = recorder.run(self.draw_counts);
                 run.bind("counting", &band.uniform).bind("counts", &band.counts).per_pixel();
             }
         }

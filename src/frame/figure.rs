@@ -1,12 +1,13 @@
 //! A figure: the picture of one technique with an overlay, or of several techniques side by side.
 
-use super::{Ask, Drawing, Layer, Made, NO_FRAME, Renderer, STORED, Targets, Told};
+use super::{Analysis, Ask, DRAWN, Drawing, Layer, Made, NO_FRAME, Renderer, STORED, Targets, Told};
 use crate::gpu::{Gpu, Recorder, Slot};
-use crate::setup::{Arrange, Setup};
+use crate::setup::{Arrange, Overlay, Setup};
 use crate::techniques;
 use crate::truth::{Samples, Tracing};
-use crate::view::{self, Drawn, Legend};
+use crate::view::{self, Drawn, Group, Legend, VIEWS, View};
 use anyhow::{Context, Result};
+use std::mem::swap;
 use wgpu::TextureFormat as Format;
 
 /// A part of the figure that one side fills.
@@ -60,18 +61,20 @@ pub(super) struct Figure {
     /// The parts of the last frame, and pixels of the whole.
     panes: Vec<Pane>,
     size: [u32; 2],
-    /// The picture of the first side.
-    first: Slot,
     /// The second side and those behind it.
     beside: Vec<Beside>,
 }
 
-/// A side that is not the first.
+/// What a side that is not the first has of its own, as the renderer has the first one's.
 #[derive(Default)]
-struct Beside {
+pub(super) struct Beside {
     made: Option<Made>,
-    visibility: Slot,
-    picture: Slot,
+    /// Empty: the truth's.
+    pub(super) visibility: Slot,
+    pub(super) map: Slot,
+    output: Slot,
+    pub(super) analysis: Analysis,
+    pub(super) seen: Option<&'static View>,
 }
 
 impl Figure {
@@ -83,6 +86,16 @@ impl Figure {
     pub(super) fn forget(&mut self) {
         self.composed = false;
         self.panes.clear();
+    }
+
+    /// Whether the last frame's picture shows several sides, or the difference of two.
+    pub(super) fn compares(&self) -> bool {
+        !self.panes.is_empty()
+    }
+
+    /// A side of the last comparison; None: the first one.
+    pub(super) fn beside(&self, side: usize) -> Option<&Beside> {
+        self.beside.get(side.checked_sub(1)?)
     }
 
     /// Visibility that the view `difference` takes off; None: the truth's.
@@ -126,7 +139,9 @@ impl Renderer {
     pub fn draw(&mut self, setup: &Setup, ask: Ask) -> Result<Told> {
         let beside = &mut self.figure.beside;
         beside.resize_with(setup.against.len(), Beside::default);
-        beside.iter_mut().zip(&setup.against).filter(|(_, s)| s.is_truth()).for_each(|(b, _)| *b = Beside::default());
+        // The truth needs nothing of the technique that was there before it.
+        let replaced = beside.iter_mut().zip(&setup.against).filter(|(b, s)| s.is_truth() && b.made.is_some());
+        replaced.for_each(|(b, _)| *b = Beside::default());
         if setup.against.is_empty() {
             return self.render_over(setup, ask);
         }
@@ -155,18 +170,12 @@ impl Renderer {
                 self.collect_times(true)?;
                 sides[i] = self.timer.by_name();
             }
-            if i > 0 {
-                self.keep_visibility(i)?;
-            }
-            if ask_side.picture {
-                self.keep_picture(i)?;
-            }
         }
-        for i in (1..setup.sides()).filter(|i| setup.is_truth(*i)) {
-            if ask.picture && seen(i) {
-                self.shade_truth(setup)?;
-                self.keep_picture(i)?;
-            }
+        for i in (1..setup.sides()).filter(|i| setup.is_truth(*i) && ask.picture && seen(*i)) {
+            self.exchange_side(i);
+            let drawn = self.draw_truth(setup, size);
+            self.exchange_side(i);
+            drawn?;
         }
         self.figure.size = ask.size;
         if ask.picture {
@@ -188,36 +197,34 @@ impl Renderer {
         }
     }
 
-    /// Takes the technique of a side that is not the first in use, or out of it.
+    /// Exchanges what a side that is not the first has of its own with what is in use.
     fn exchange_side(&mut self, side: usize) {
-        let Some(i) = side.checked_sub(1) else { return };
-        if let Some(beside) = self.figure.beside.get_mut(i) {
-            std::mem::swap(&mut self.made, &mut beside.made);
-        }
+        let Some(beside) = side.checked_sub(1).and_then(|i| self.figure.beside.get_mut(i)) else { return };
+        swap(&mut self.made, &mut beside.made);
+        swap(&mut self.targets.visibility, &mut beside.visibility);
+        swap(&mut self.targets.map, &mut beside.map);
+        swap(&mut self.targets.output, &mut beside.output);
+        swap(&mut self.analysis, &mut beside.analysis);
+        swap(&mut self.seen, &mut beside.seen);
     }
 
-    /// Copies the visibility of the frame just rendered.
-    fn keep_visibility(&mut self, side: usize) -> Result<()> {
-        let from = self.targets.visibility.texture().context(NO_FRAME)?;
-        let size = [from.width(), from.height()];
-        self.figure.beside[side - 1].visibility.get(&self.gpu, "visibility of a side", size, Format::R32Float, COPIED);
-        let to = self.figure.beside[side - 1].visibility.texture().context(NO_FRAME)?;
-        copy(&self.gpu, from, [0, 0], to, [0, 0], size);
-        Ok(())
-    }
-
-    /// Copies the picture of the side just drawn.
-    fn keep_picture(&mut self, side: usize) -> Result<()> {
-        let slot = match side.checked_sub(1) {
-            Some(i) => &mut self.figure.beside[i].picture,
-            None => &mut self.figure.first,
+    /// Draws the picture of a side that is the truth, which has been taken in use: as of a technique that is always right.
+    /// Of another technique's maps it has none, and is shaded.
+    fn draw_truth(&mut self, setup: &Setup, size: [u32; 2]) -> Result<()> {
+        // Where the errors of others are read the truth has zeros: it is never written.
+        self.targets.map.get(&self.gpu, "no errors", size, Format::R32Float, STORED);
+        self.targets.output.get(&self.gpu, "picture", size, Format::Rgba8Unorm, STORED | DRAWN);
+        let overlay = setup.overlay.as_ref();
+        let Some(i) = view::index(overlay.map_or(&setup.view, |o| &o.view)) else {
+            self.seen = None;
+            return self.shade_truth(setup);
         };
-        let from = self.targets.output.texture().context(NO_FRAME)?;
-        let size = [from.width(), from.height()];
-        slot.get(&self.gpu, "picture of a side", size, Format::Rgba8Unorm, COPIED);
-        let to = slot.texture().context(NO_FRAME)?;
-        copy(&self.gpu, from, [0, 0], to, [0, 0], size);
-        Ok(())
+        let view = &VIEWS[i];
+        self.seen = Some(view);
+        let rows = if view.group == Group::Scene { u32::MAX } else { self.truth.rows() };
+        let layer = if overlay.is_some() { Layer::Over } else { Layer::Alone };
+        self.shade_again(Drawing { layer, rows, ..Drawing::new(setup, i as u32, view.drawn) }, true)?;
+        overlay.map_or(Ok(()), |overlay| self.lay_over(setup, overlay, true))
     }
 
     /// Puts the pictures of the sides together.
@@ -242,12 +249,9 @@ impl Renderer {
         });
         self.gpu.queue.submit([encoder.finish()]);
         for pane in &panes {
-            let from = match pane.side.checked_sub(1) {
-                Some(i) => self.figure.beside[i].picture.texture(),
-                None => self.figure.first.texture(),
-            };
+            let from = self.figure.beside(pane.side).map_or(&self.targets.output, |b| &b.output);
             let [x, y, w, h] = pane.part;
-            copy(&self.gpu, from.context(NO_FRAME)?, [x, y], to, pane.at, [w, h]);
+            copy(&self.gpu, from.texture().context(NO_FRAME)?, [x, y], to, pane.at, [w, h]);
         }
         (self.figure.composed, self.figure.panes) = (true, panes);
         Ok(())
@@ -256,7 +260,9 @@ impl Renderer {
     /// Renders the first side of the last figure once more, without the figure taking notice.
     pub(super) fn again(&mut self, setup: &Setup, ask: Ask) -> Result<Told> {
         let kept = (self.figure.composed, std::mem::take(&mut self.figure.panes), self.seen);
-        let rendered = self.render(&setup.side(0), ask);
+        // As it was rendered in the figure.
+        let first = Setup { truth_samples: Samples::Fixed(setup.shown_samples()), ..setup.side(0) };
+        let rendered = self.render_over(&first, ask);
         (self.figure.composed, self.figure.panes, self.seen) = kept;
         rendered
     }
@@ -268,12 +274,19 @@ impl Renderer {
         let rendered = self.render(&Setup { view: overlay.view.clone(), ..setup.clone() }, ask);
         self.figure.layer = Layer::Alone;
         let told = rendered?;
-        self.figure.over.get(&self.gpu, "overlay", ask.size, Format::Rgba8Unorm, COPIED);
-        let (from, to) = (self.targets.output.texture(), self.figure.over.texture());
-        copy(&self.gpu, from.context(NO_FRAME)?, [0, 0], to.context(NO_FRAME)?, [0, 0], ask.size);
-        let opacity = if overlay.inset { 1.0 } else { overlay.opacity.min(0.999) };
-        self.shade_again(Drawing { layer: Layer::Below, opacity, ..shaded(setup) }, false)?;
+        self.lay_over(setup, overlay, false)?;
         Ok(told)
+    }
+
+    /// Lays the picture just drawn over the shaded one; `truth`: shaded with it in place of the visibility.
+    fn lay_over(&mut self, setup: &Setup, overlay: &Overlay, truth: bool) -> Result<()> {
+        let size = self.targets.size()?;
+        self.figure.over.get(&self.gpu, "overlay", size, Format::Rgba8Unorm, COPIED);
+        let (from, to) = (self.targets.output.texture(), self.figure.over.texture());
+        copy(&self.gpu, from.context(NO_FRAME)?, [0, 0], to.context(NO_FRAME)?, [0, 0], size);
+        let opacity = if overlay.inset { 1.0 } else { overlay.opacity.min(0.999) };
+        let rows = if truth { self.truth.rows() } else { u32::MAX };
+        self.shade_again(Drawing { layer: Layer::Below, opacity, rows, ..shaded(setup) }, truth)
     }
 
     /// Draws the last frame's picture shaded, with the truth in place of the visibility.
@@ -303,8 +316,10 @@ impl Renderer {
             recorder.set(name, view);
         }
         self.shading.record(&mut recorder, picture, map, (self.offered.as_ref(), self.analysis.aliasing_view()))?;
-        let id = self.seen.map_or("", |v| v.id);
-        self.lines.draw(&mut recorder, id, &picture.drawn, picture.opacity >= 1.0, &[], output);
+        if picture.layer != Layer::Over {
+            let id = self.seen.map_or("", |v| v.id);
+            self.lines.draw(&mut recorder, id, &picture.drawn, picture.opacity >= 1.0, &[], output);
+        }
         recorder.finish()?;
         self.gpu.check()
     }

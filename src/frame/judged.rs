@@ -8,7 +8,6 @@ use crate::measure::metrics;
 use crate::scene::geometry::Geometry;
 use crate::setup::Setup;
 use crate::truth::Tracing;
-use crate::view;
 use anyhow::{Context, Result};
 use wgpu::TextureFormat as Format;
 
@@ -79,22 +78,19 @@ impl Judged<'_> {
         Ok(metrics::flip_map(&reference, &test, size))
     }
 
-    /// What the set-up's view shows, if that is made here: a number a pixel, all 0 until the truth is there, and the
-    /// causes if it shows those.
+    /// What the set-up's view shows, which is made here: a number a pixel, all 0 until the truth is there, and the causes
+    /// if it shows those.
     pub fn values(
         &mut self,
         setup: &Setup,
         recorder: &mut Recorder,
         shading: &mut Shading,
-    ) -> Result<Option<(Vec<f32>, Option<Causes>)>> {
-        if !view::is_judged(&setup.view) {
-            return Ok(None);
-        }
+    ) -> Result<(Vec<f32>, Option<Causes>)> {
         let [width, height] = self.targets.size()?;
         // What is recorded is to be read back.
         recorder.submit();
         let (covered, done) = (self.truth.covered(), self.truth.progress().done >= 1.0);
-        Ok(Some(match setup.view.as_str() {
+        Ok(match setup.view.as_str() {
             "causes" if covered => {
                 let causes = self.causes(recorder)?;
                 (causes.classes.iter().map(|c| *c as f32).collect(), Some(causes))
@@ -102,7 +98,7 @@ impl Judged<'_> {
             "error-density" if covered => (self.density(recorder, setup.error_window)?, None),
             "flip" if done => (self.flip(setup, recorder, shading)?, None),
             _ => (vec![0.0; (width * height) as usize], None),
-        }))
+        })
     }
 }
 

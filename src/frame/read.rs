@@ -2,7 +2,7 @@
 
 use super::{Analysis, NO_FRAME, Renderer};
 use crate::gpu::Slot;
-use crate::legend::Known;
+use crate::legend::{Known, letter};
 use crate::light::LightView;
 use crate::measure::causes::CAUSES;
 use crate::setup::Setup;
@@ -123,37 +123,55 @@ impl Renderer {
         Ok(p.first().filter(|p| p[3] > 0.0).map(|p| Vec3::new(p[0], p[1], p[2])))
     }
 
-    /// What the last frame's view shows at one of its pixels, as a short text with numbers; None where it shows none.
-    /// Reads single values, but waits for the device.
+    /// What the last frame's view shows at a pixel of its picture, as a short text with numbers; None where it shows none.
+    /// Of a comparison it names the side that lies there. Reads single values, but waits for the device.
     pub fn value_at(&self, pixel: [u32; 2]) -> Result<Option<String>> {
         let size = self.targets.size()?;
-        // Only the first side has all its buffers.
-        let Some((pixel, 0)) = self.figure.pixel(pixel) else { return Ok(None) };
+        let Some((pixel, side)) = self.figure.pixel(pixel) else { return Ok(None) };
         if pixel[0] >= size[0] || pixel[1] >= size[1] {
             return Ok(None);
         }
-        let Some(view) = self.seen else { return Ok(None) };
+        if !self.figure.compares() {
+            return self.value_of(0, pixel);
+        }
+        if self.seen.is_some_and(|v| v.id == "difference") {
+            if self.surface_at(pixel)?.is_none() {
+                return Ok(None);
+            }
+            let [a, b] = [self.visibility_of(0, pixel)?, self.visibility_of(1, pixel)?];
+            return Ok(Some(format!("A {} − B {} = {}", short(a), short(b), short(a - b).replace('-', "−"))));
+        }
+        Ok(self.value_of(side, pixel)?.map(|text| format!("{}: {text}", letter(side))))
+    }
+
+    /// The same for a side at one of its pixels.
+    fn value_of(&self, side: usize, pixel: [u32; 2]) -> Result<Option<String>> {
+        let (seen, map, analysis) = match self.figure.beside(side) {
+            Some(b) => (b.seen, &b.map, &b.analysis),
+            None => (self.seen, &self.targets.map, &self.analysis),
+        };
+        let Some(view) = seen else { return Ok(None) };
         match view.drawn {
             Drawn::Aliasing(_) => {
-                let values = self.analysis.aliasing_at(&self.gpu, pixel)?;
+                let values = analysis.aliasing_at(&self.gpu, pixel)?;
                 return Ok(values.map(|[m, perspective, projection, _]| {
                     format!("m = {} (perspective {} × projection {})", short(m), short(perspective), short(projection))
                 }));
             }
             Drawn::Counts => {
-                let texel = self.analysis.count_at(&self.gpu, pixel, size)?;
-                let many = self.analysis.maps().is_some_and(|m| m.layers > 1);
+                let texel = analysis.count_at(&self.gpu, pixel, self.targets.size()?)?;
+                let many = analysis.maps().is_some_and(|m| m.layers > 1);
                 return Ok(texel.map(|[x, y, layer, count]| {
                     let layer = if many { format!(" of map {layer}") } else { String::new() };
                     format!("texel {x}, {y}{layer}: {count} view sample{}", if count == 1 { "" } else { "s" })
                 }));
             }
             Drawn::Ramp(_) => {
-                let x = self.value(&self.targets.map, pixel)?;
+                let x = self.value(map, pixel)?;
                 return Ok((x >= 0.0).then(|| format!("{}: {}", view.title.to_lowercase(), short(x))));
             }
             Drawn::Cells => {
-                let x = self.value(&self.targets.map, pixel)?;
+                let x = self.value(map, pixel)?;
                 // As in shaders/lib/cells.wgsl.
                 let bits = x.to_bits();
                 return Ok((x >= 0.0).then(|| format!("texel {}, {}", bits & 16383, bits >> 14 & 16383)));
@@ -163,24 +181,31 @@ impl Renderer {
         if self.surface_at(pixel)?.is_none() {
             return Ok(None);
         }
-        let visibility = self.value(&self.targets.visibility, pixel)?;
+        let visibility = self.visibility_of(side, pixel)?;
         Ok(match view.id {
             "visibility" => Some(format!("visibility {}", short(visibility))),
             "causes" => {
-                let class = self.value(&self.targets.map, pixel)? as usize;
+                let class = self.value(map, pixel)? as usize;
                 CAUSES.get(class.wrapping_sub(1)).map(|c| c.title.into())
             }
             "error-density" => {
-                let share = self.value(&self.targets.map, pixel)?;
+                let share = self.value(map, pixel)?;
                 (share >= 0.0).then(|| format!("{} % of the pixels around are wrong", short(100.0 * share)))
             }
-            "flip" => Some(format!("FLIP {}", short(self.value(&self.targets.map, pixel)?))),
+            "flip" => Some(format!("FLIP {}", short(self.value(map, pixel)?))),
             "truth" | "error" | "error-size" | "difference" => {
                 let truth = self.value(self.truth.shown().context(NO_FRAME)?, pixel)?;
                 Some(format!("visibility {}, truth {}", short(visibility), short(truth)))
             }
             _ => None,
         })
+    }
+
+    /// A side's visibility at one of its pixels.
+    fn visibility_of(&self, side: usize, pixel: [u32; 2]) -> Result<f32> {
+        let own = self.figure.beside(side).map_or(&self.targets.visibility, |b| &b.visibility);
+        let slot = if own.texture().is_some() { own } else { self.truth.shown().context(NO_FRAME)? };
+        self.value(slot, pixel)
     }
 
     /// One number of a target.

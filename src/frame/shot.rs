@@ -1,6 +1,6 @@
 //! What a pass wrote, as a small picture (`shaders/shot.wgsl`).
 
-use super::{Ask, Renderer, STORED, Truth};
+use super::{ANALYSIS, Ask, JUDGED, Renderer, STORED, Truth};
 use crate::gpu::{Gpu, Pass, Recorder, Slot, Watch};
 use crate::setup::Setup;
 use anyhow::{Context, Result};
@@ -19,14 +19,17 @@ pub struct ShotUniform {
     pub whole: [u32; 2],
     pub channels: u32,
     pub stretched: u32,
-    pub padding: [u32; 2],
+    pub layers: u32,
+    pub columns: u32,
 }
 
-/// What a pass wrote: the texture that it wrote last.
+/// What a pass wrote: the texture that it wrote last, with all its layers beside each other.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Shot {
-    /// Of the texture, texels.
+    /// Of a layer of the texture, texels; how many layers there are, and how many stand in a row.
     pub whole: [u32; 2],
+    pub layers: u32,
+    pub columns: u32,
     /// Of the picture, whose pixels are four bytes each, rows from the top.
     pub size: [u32; 2],
     pub rgba: Vec<u8>,
@@ -63,41 +66,48 @@ impl Shots {
 
 impl Watch for Shots {
     /// Draws the texture, if it holds what can be shown, over those that the pass wrote before.
-    fn wrote(&self, recorder: &mut Recorder, view: &wgpu::TextureView) {
-        let format = view.texture().format();
+    fn wrote(&self, recorder: &mut Recorder, texture: &wgpu::Texture) {
+        let format = texture.format();
         let kind = format.sample_type(Some(wgpu::TextureAspect::All), None);
         let Some(wgpu::TextureSampleType::Float { .. } | wgpu::TextureSampleType::Depth) = kind else { return };
         let Some(picture) = self.picture.view() else { return };
-        let whole = [view.texture().width(), view.texture().height()];
-        let scale = (0..2).map(|i| whole[i] as f32 / MOST[i] as f32).fold(0.0, f32::max);
-        let size = whole.map(|side| ((side as f32 / scale) as u32).max(1));
+        let array = Some(wgpu::TextureViewDimension::D2Array);
+        let view = texture.create_view(&wgpu::TextureViewDescriptor { dimension: array, ..Default::default() });
+        let (whole, layers) = ([texture.width(), texture.height()], texture.depth_or_array_layers());
+        // As the view of all maps has them.
+        let columns = (layers as f32).sqrt().ceil() as u32;
+        let all = [whole[0] * columns, whole[1] * layers.div_ceil(columns)];
+        let scale = (0..2).map(|i| all[i] as f32 / MOST[i] as f32).fold(0.0, f32::max);
+        let size = all.map(|side| ((side as f32 / scale) as u32).max(1));
         let shot = ShotUniform {
             size,
             whole,
             channels: if format.components() == 1 { 1 } else { 3 },
             stretched: (format != Format::Rgba8Unorm) as u32,
-            padding: [0; 2],
+            layers,
+            columns,
         };
         recorder.submit();
         recorder.gpu.queue.write_buffer(&self.uniform, 0, bytemuck::bytes_of(&shot));
         recorder.clear(&self.found);
         let [w, h] = whole.map(|side| side.div_ceil(64));
-        for (pass, [x, y]) in [(&self.extremes, [w, h]), (&self.draw, size.map(|side| side.div_ceil(8)))] {
+        let [columns, rows] = size.map(|side| side.div_ceil(8));
+        for (pass, [x, y, z]) in [(&self.extremes, [w, h, layers]), (&self.draw, [columns, rows, 1])] {
             recorder
                 .run(pass)
-                .bind("source", view)
+                .bind("source", &view)
                 .bind("shot", &self.uniform)
                 .bind("extremes", &self.found)
                 .bind("shot_out", picture)
-                .dispatch(x, y, 1);
+                .dispatch(x, y, z);
         }
         self.last.set(Some(shot));
     }
 }
 
 impl Renderer {
-    /// Renders the last frame once more and shows what the pass of this name wrote; None: no texture, or none that can be
-    /// shown. `setup`: that frame's.
+    /// Shows what the pass of this name wrote; None: no texture, or none that can be shown. The last frame is rendered once
+    /// more for it, but for what stays of it: the truth, and what the CPU made of that. `setup`: that frame's.
     ///
     /// # Errors
     /// As [`Renderer::render`].
@@ -106,11 +116,23 @@ impl Renderer {
         if self.shots.is_none() {
             self.shots = Some(Shots::new(&self.gpu)?);
         }
-        self.watched = Some(pass);
-        let ask = Ask { size, truth: Truth::Off, analysis: false, timed: false, picture: true, fresh: true };
-        let rendered = self.again(setup, ask);
-        self.watched = None;
-        rendered?;
+        let stays = match pass {
+            "truth" => self.truth.shown().and_then(Slot::texture),
+            JUDGED => self.targets.map.texture(),
+            _ => None,
+        };
+        if let (Some(texture), Some(shots)) = (stays, &self.shots) {
+            let mut recorder = Recorder::new(&self.gpu, &mut self.timer, false, size);
+            shots.wrote(&mut recorder, texture);
+            recorder.finish()?;
+        } else {
+            self.watched = Some(pass);
+            let analysis = pass == ANALYSIS;
+            let ask = Ask { size, truth: Truth::Off, analysis, timed: false, picture: true, fresh: true };
+            let rendered = self.again(setup, ask);
+            self.watched = None;
+            rendered?;
+        }
         let shots = self.shots.as_ref().context(super::NO_FRAME)?;
         let Some(shot) = shots.last.take() else { return Ok(None) };
         let extent = wgpu::Extent3d { width: shot.size[0], height: shot.size[1], depth_or_array_layers: 1 };
@@ -120,6 +142,7 @@ impl Renderer {
         // As `value` in WGSL.
         let value = |key: u32| f32::from_bits(if key >> 31 == 1 { key & 0x7fff_ffff } else { !key });
         let range = (shot.stretched == 1).then(|| [-value(keys[0]), value(keys[1])]);
-        Ok(Some(Shot { whole: shot.whole, size: shot.size, rgba, range }))
+        let ShotUniform { whole, layers, columns, size, .. } = shot;
+        Ok(Some(Shot { whole, layers, columns, size, rgba, range }))
     }
 }

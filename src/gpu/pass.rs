@@ -248,7 +248,7 @@ fn prepare(gpu: &Gpu, file: &str, entries: &[&str], groups: &[Group]) -> Result<
 
 /// What looks at the textures that a pass writes.
 pub trait Watch {
-    fn wrote(&self, recorder: &mut Recorder, texture: &wgpu::TextureView);
+    fn wrote(&self, recorder: &mut Recorder, texture: &wgpu::Texture);
 }
 
 /// Records passes into command buffers and times them.
@@ -259,8 +259,9 @@ pub struct Recorder<'a> {
     resources: HashMap<&'static str, Resource>,
     /// What passes that make maps find under these names instead.
     frozen: Vec<(&'static str, Resource)>,
-    /// A pass, and what is done with each texture that it writes.
+    /// A pass, and what looks at the texture that it writes; that texture, until all is drawn into it.
     watched: Option<(&'static str, &'a dyn Watch)>,
+    written: Option<wgpu::Texture>,
     encoder: wgpu::CommandEncoder,
     timer: &'a mut Timer,
     timed: bool,
@@ -279,8 +280,9 @@ impl<'a> Recorder<'a> {
         let encoder = gpu.device.create_command_encoder(&Default::default());
         let frame = gpu.frames.fetch_add(1, Ordering::Relaxed) + 1;
         let (resources, frozen) = (HashMap::new(), Vec::new());
-        let watched = None;
-        Recorder { gpu, frame, resources, frozen, watched, encoder, timer, timed, pixels, draws: None, error: None }
+        let (watched, written) = (None, None);
+        let (draws, error) = (None, None);
+        Recorder { gpu, frame, resources, frozen, watched, written, encoder, timer, timed, pixels, draws, error }
     }
 
     /// Makes a resource known to all passes that follow, by its WGSL name or its parameter group's name.
@@ -293,9 +295,18 @@ impl<'a> Recorder<'a> {
         self.frozen = resources;
     }
 
-    /// Has the texture looked at that each pass of this name writes last.
+    /// Has the texture looked at that passes of this name write last, once the passes that follow draw into others.
     pub fn watch(&mut self, pass: &'static str, by: &'a dyn Watch) {
         self.watched = Some((pass, by));
+    }
+
+    fn look(&mut self) {
+        let Some(texture) = self.written.take() else { return };
+        // What looks runs passes of its own.
+        if let Some((pass, by)) = self.watched.take() {
+            by.wrote(self, &texture);
+            self.watched = Some((pass, by));
+        }
     }
 
     /// Starts a pass.
@@ -361,6 +372,7 @@ impl<'a> Recorder<'a> {
 
     /// Submits what is recorded. Times arrive in [`Timer::latest`], at once if measured by wall clock.
     pub fn finish(mut self) -> Result<()> {
+        self.look();
         if let Some(error) = self.error {
             return Err(error);
         }
@@ -548,6 +560,7 @@ impl Run<'_, '_> {
         let stores = |b: &&Binding| matches!(b.entry.ty, wgpu::BindingType::StorageTexture { .. });
         let stored = pass.bindings.iter().rfind(stores).filter(|_| recorder.watched.is_some()).and_then(find);
         let wrote = wrote.or(stored.and_then(|r| if let Resource::Texture(t) = r { Some(t) } else { None }));
+        let wrote = wrote.map(|view| view.texture().clone());
         let groups = match pass.bind(recorder.gpu, recorder.frame, find) {
             Ok(groups) => groups,
             Err(e) => {
@@ -555,6 +568,14 @@ impl Run<'_, '_> {
                 return;
             }
         };
+        if let Some((watched, _)) = recorder.watched {
+            // Layers come one by one, and masked casters after opaque ones.
+            if watched != name && recorder.written != wrote {
+                recorder.look();
+            } else if watched == name && wrote.is_some() {
+                recorder.written = wrote;
+            }
+        }
         let timer = &mut *recorder.timer;
         let timed = recorder.timed && (timer.names.len() as u32) < MAX_PASSES;
         let first = match &timer.queries {
@@ -572,12 +593,6 @@ impl Run<'_, '_> {
                 recorder.error = Some(e);
             }
             recorder.timer.wall.push(start.elapsed().as_secs_f64() * 1e3);
-        }
-        if let Some(watched) = recorder.watched.take() {
-            if let Some(texture) = wrote.filter(|_| watched.0 == name) {
-                watched.1.wrote(recorder, &texture);
-            }
-            recorder.watched = Some(watched);
         }
     }
 }

@@ -70,13 +70,16 @@ pub const MAPS: &[View] = &[
               texels (ochre, red), a gaze that grazes it shortens them (blue). Colours as for the aliasing error.",
         view::Drawn::Aliasing(2),
     ),
-    view::aliasing(
-        "counts",
-        "Samples per texel",
-        "The map itself. White: texels that no pixel looks up. Green: one pixel each. Ochre to dark red: 4 to 256 \
+    View {
+        source: view::Source::Analysis,
+        ..view::aliasing(
+            "counts",
+            "Samples per texel",
+            "The map itself. White: texels that no pixel looks up. Green: one pixel each. Ochre to dark red: 4 to 256 \
               pixels share a texel. Where texels are smaller than pixels, their mean is shown; blue: fewer than one.",
-        view::Drawn::Counts,
-    ),
+            view::Drawn::Counts,
+        )
+    },
 ];
 
 /// The look-up by one depth comparison with the nearest texel, whatever fit or warp made the map.

@@ -5,8 +5,8 @@ use super::model::Model;
 use crate::setup::{Base, MAX_DILATION, MAX_WINDOW};
 use egui::{Button, DragValue, Ui};
 
-/// The views that mark wrong pixels, and all that draw them over the picture in greys.
-const MARKED: [&str; 3] = ["error", "causes", "error-size"];
+/// The views that mark wrong or differing pixels, and those that draw them over the picture in greys of one's choice.
+const MARKED: [&str; 4] = ["error", "causes", "error-size", "difference"];
 const OVER_GREY: [&str; 5] = ["error", "causes", "error-size", "error-density", "flip"];
 
 /// Rows for the options that the view shown has; nothing for other views.

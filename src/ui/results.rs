@@ -99,6 +99,14 @@ fn about(pass: &str, shared: bool) -> &'static str {
             "Draws the scene as the frozen camera sees it, for the passes that decide where maps look."
         }
         "outlines" => "Draws what maps cover as lines.",
+        "analysis" => {
+            "Finds the place of each pixel in the maps, which is what is shown, and its aliasing error; counts the samples \
+             of each texel."
+        }
+        "count map" => "Draws how many pixels look into each texel.",
+        "error map (CPU)" => {
+            "Judges the pixels against the truth, for the views of errors that need their surroundings."
+        }
         "truth" => "Traces exact shadow rays for the truth; only while it is not complete.",
         "shadow map" | "shadow maps" | "plain map" => "Draws the casters' depth as the light sees it.",
         "resolve" => "Looks up the visibility of every pixel.",

@@ -12,8 +12,9 @@ use crate::legend::Known;
 use crate::measure::{Record, metrics, params_text};
 use crate::scene::Scene;
 use crate::setup::{Arrange, Setup};
+use crate::techniques;
 use crate::truth::{Progress, Samples};
-use crate::{techniques, view};
+use crate::view::{self, View};
 use anyhow::{Context, Result, anyhow};
 use std::collections::VecDeque;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -103,8 +104,11 @@ impl Order {
             let whole = |s: &Setup| s.arrange != Arrange::SideBySide && s.sides() == 2;
             return now.view == old.view && (now.arrange == old.arrange || whole(now) && whole(old));
         }
-        // What the CPU makes of a frame is made with it.
-        !view::is_judged(&now.view) && (now.view == old.view || view::index(&now.view).is_some())
+        match view::index(&now.view) {
+            // What the CPU makes of a frame is made with it.
+            Some(i) => !view::VIEWS[i].is_judged(),
+            None => now.view == old.view,
+        }
     }
 
     fn same(&self, other: &Order) -> bool {
@@ -552,8 +556,9 @@ impl Painter<'_> {
         if coarse {
             setup.truth_samples = Samples::Fixed(1);
         }
-        let over = setup.overlay.as_ref().is_some_and(|o| view::waits(&o.view));
-        let waits = draft && (view::waits(&setup.view) || over);
+        let counts = |id: &str| view::find(id, info).is_some_and(View::counts_pixels);
+        let over = setup.overlay.as_ref().is_some_and(|o| counts(&o.view));
+        let waits = draft && (counts(&setup.view) || over);
         if waits {
             setup.view = view::VIEWS[0].id.into();
             setup.overlay = None;

@@ -60,14 +60,11 @@ pub fn show(ui: &mut Ui, rect: Rect, m: &mut Model, out: &mut Vec<Action>) {
     }
 }
 
-/// The common views that have a value at each pixel; a technique's maps have one too.
-const VALUED: [&str; 8] =
-    ["visibility", "truth", "error", "difference", "causes", "error-density", "error-size", "flip"];
-
 /// Reads the view's value under the pointer, while the picture is at rest.
 fn read(ui: &Ui, rect: Rect, pointer: Option<Pos2>, m: &mut Model, out: &mut Vec<Action>) {
     let shown = m.setup.overlay.as_ref().map_or(&m.setup.view, |o| &o.view);
-    let valued = view::index(shown).is_none() || VALUED.contains(&shown.as_str());
+    // Scene data have none, and what is shaded.
+    let valued = view::index(shown).is_none() || view::needs_truth(shown) || shown == "visibility";
     let traced = !m.setup.needs_truth() || m.facts.traced == Traced::Fully;
     let rest = !m.draft() && !m.moving() && m.measuring.is_none();
     let (Some(pointer), true) = (pointer, valued && traced && rest) else { return };

@@ -267,7 +267,9 @@ impl Open {
                             let [w, h] = shot.whole;
                             let range =
                                 shot.range.map_or(String::new(), |[low, high]| format!(", {low:.4} to {high:.4}"));
-                            seen.told = format!("{w} × {h}{range}");
+                            let layers =
+                                if shot.layers > 1 { format!(", {} layers", shot.layers) } else { String::new() };
+                            seen.told = format!("{w} × {h}{layers}{range}");
                             seen.picture = Picture::Drawn(self.ctx.load_texture("shot", image, TextureOptions::LINEAR));
                         }
                         Ok(None) => {
