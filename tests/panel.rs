@@ -10,7 +10,7 @@ use shadowscope::params::{Kind, Value};
 use shadowscope::scene::geometry::Geometry;
 use shadowscope::setup::{self, Arrange, Setup};
 use shadowscope::techniques;
-use shadowscope::ui::{self, Action, Job, Model, Picture, Reading, Subject, Tab, Traced};
+use shadowscope::ui::{self, Action, Job, Model, Picker, Picture, Reading, Subject, Tab, Traced};
 use shadowscope::view;
 use std::sync::Arc;
 
@@ -1168,6 +1168,85 @@ fn closing_with_rows_in_no_file_asks() {
     harness.state_mut().actions.clear();
     quit(&mut harness);
     assert_eq!(harness.state().actions, [Action::Quit], "nothing is left to save");
+}
+
+/// What a run would lose is asked about too: its own results, and those that are on their way.
+#[test]
+fn closing_asks_about_runs_and_their_results() {
+    let mut harness = harness("cubes", 800.0);
+    let quit = |h: &mut Harness<'static, State>| {
+        h.key_press_modifiers(egui::Modifiers::COMMAND, egui::Key::Q);
+        h.run_steps(4);
+    };
+    harness.state_mut().model.measuring = Some(Job::new("Sweep"));
+    quit(&mut harness);
+    assert!(harness.state().actions.is_empty());
+    click(&mut harness, "Cancel");
+    quit(&mut harness);
+    click(&mut harness, "Stop and close");
+    assert_eq!(harness.state_mut().actions.split_off(0), [Action::Quit]);
+    let m = &mut harness.state_mut().model;
+    (m.measuring, m.closing) = (None, false);
+    m.unsaved(Tab::Stability);
+    m.unsaved(Tab::Advice);
+    quit(&mut harness);
+    click(&mut harness, "Save stability-001.csv, advice-001.csv and close");
+    let saved = [(Tab::Stability, "stability-001.csv"), (Tab::Advice, "advice-001.csv")];
+    assert_eq!(harness.state().actions, saved.map(|(tab, path)| Action::Export(tab, path.into())));
+}
+
+/// Keys go to the dialog, not to what stands behind it.
+#[test]
+fn the_file_dialog_hears_the_keys_alone() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("a.glb"), "").unwrap();
+    let mut harness = harness("cubes", 800.0);
+    let camera = harness.state().model.setup.camera;
+    harness.state_mut().model.picker = Some(Picker::new(false, &folder.path().join("x"), None));
+    harness.run_steps(3);
+    for (key, text) in [(egui::Key::B, "b"), (egui::Key::S, "s"), (egui::Key::Num4, "4")] {
+        harness.event(egui::Event::Text(text.into()));
+        harness.key_press(key);
+        harness.run_steps(2);
+    }
+    harness.key_press(egui::Key::Enter);
+    harness.run_steps(3);
+    let missing = folder.path().join("bs4");
+    harness.get_by_label(&format!("There is no file {}.", missing.display()));
+    let m = &harness.state().model;
+    assert!(m.picker.is_some() && harness.state().actions.is_empty());
+    assert_eq!((m.setup.view.as_str(), m.setup.camera), ("shaded", camera));
+    harness.get_by_label("a.glb").click();
+    harness.run_steps(3);
+    harness.key_press(egui::Key::Enter);
+    harness.run_steps(3);
+    let path = folder.path().join("a.glb").to_string_lossy().into_owned();
+    assert_eq!(harness.state().actions, [Action::Open(path)]);
+    assert_eq!(harness.state().model.folder.as_deref(), Some(folder.path()));
+}
+
+/// Where Ctrl is up before the key of a shortcut, the camera does not fly with that.
+#[test]
+fn a_shortcuts_key_does_not_move_the_camera() {
+    let mut harness = harness("cubes", 800.0);
+    let camera = harness.state().model.setup.camera;
+    let key = |pressed, modifiers| egui::Event::Key {
+        key: egui::Key::S,
+        physical_key: None,
+        pressed,
+        repeat: false,
+        modifiers,
+    };
+    harness.event(key(true, egui::Modifiers::COMMAND));
+    harness.run_steps(1);
+    harness.event(egui::Event::PointerMoved(egui::pos2(200.0, 200.0)));
+    harness.run_steps(3);
+    assert_eq!(harness.state().model.setup.camera, camera);
+    harness.event(key(false, egui::Modifiers::NONE));
+    harness.run_steps(1);
+    harness.event(key(true, egui::Modifiers::NONE));
+    harness.run_steps(3);
+    assert_ne!(harness.state().model.setup.camera, camera);
 }
 
 #[test]

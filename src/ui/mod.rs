@@ -37,6 +37,7 @@ mod work;
 
 pub use advice::Advising;
 pub use model::{Action, Facts, Job, Model, Reading, Tab, Traced};
+pub use picker::Picker;
 pub use pictures::{Picture, Pictures, Subject};
 pub use shell::layout;
 pub use style::apply as apply_style;

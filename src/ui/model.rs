@@ -236,9 +236,13 @@ pub struct Model {
     pub framed: bool,
     /// The file dialog, where the system has none.
     pub picker: Option<Picker>,
-    /// Measured rows are in no file yet.
-    pub unsaved: bool,
-    /// Asked to close with such rows, and waiting for an answer.
+    /// What these tabs show is in no file yet.
+    pub unsaved: Vec<Tab>,
+    /// Keys that the camera flies with, while they are held.
+    pub flying: Vec<egui::Key>,
+    /// Where the file dialog was last.
+    pub folder: Option<PathBuf>,
+    /// Asked to close all the same, and waiting for an answer.
     pub closing: bool,
 }
 
@@ -284,7 +288,9 @@ impl Model {
             pinned: BTreeSet::new(),
             framed: false,
             picker: None,
-            unsaved: false,
+            unsaved: Vec::new(),
+            flying: Vec::new(),
+            folder: None,
             closing: false,
             setup,
         }
@@ -419,15 +425,22 @@ impl Model {
             let again = |r: &Record| r.setup == row.setup && r.adapter == row.adapter && !row.setup.is_empty();
             self.rows.retain(|r| !again(r));
             self.rows.push(row);
-            self.unsaved = true;
+            self.unsaved(Tab::Chart);
         }
         self.chart.stale = true;
+    }
+
+    /// What a tab shows is in no file.
+    pub fn unsaved(&mut self, tab: Tab) {
+        if !self.unsaved.contains(&tab) {
+            self.unsaved.push(tab);
+        }
     }
 
     /// Empties the list of measured rows.
     pub fn clear_rows(&mut self) {
         self.rows.clear();
-        self.unsaved = false;
+        self.unsaved.retain(|tab| *tab != Tab::Chart);
         self.pictures.forget_rows();
         self.chart.stale = true;
     }
@@ -537,9 +550,10 @@ impl Model {
         self.camera_chosen = true;
     }
 
-    /// Whether the window may close now; else it asks what is to become of the rows measured. Who asks again means it.
+    /// Whether the window may close now; else it asks what is to become of what was measured, or is being measured. Who asks
+    /// again means it.
     pub fn may_close(&mut self) -> bool {
-        self.closing = !self.closing && self.unsaved && !self.rows.is_empty();
+        self.closing = !self.closing && (!self.unsaved.is_empty() || self.measuring.is_some());
         !self.closing
     }
 

@@ -15,17 +15,21 @@ pub struct Picker {
     folder: PathBuf,
     /// Name of the chosen file, or a path as typed.
     name: String,
+    /// What was wrong with it.
+    wrong: String,
+    /// It has been drawn: the field has the focus.
+    drawn: bool,
     /// What the folder holds, folders first; or why that is not known.
     entries: Result<Vec<(String, bool)>, String>,
 }
 
 impl Picker {
-    /// Opens in the folder of `at`, or where the program was started.
-    pub fn new(save: bool, at: &Path) -> Picker {
+    /// Opens in the folder where the last one was, in that of `at`, or where the program was started.
+    pub fn new(save: bool, at: &Path, last: Option<PathBuf>) -> Picker {
         let here = std::env::current_dir().unwrap_or_default();
-        let folder = at.parent().map(|f| here.join(f)).filter(|f| f.is_dir()).unwrap_or(here);
+        let folder = last.or(at.parent().map(|f| here.join(f))).filter(|f| f.is_dir()).unwrap_or(here);
         let name = at.file_name().filter(|_| save).map_or(String::new(), |n| n.to_string_lossy().into_owned());
-        let mut picker = Picker { save, folder, name, entries: Ok(Vec::new()) };
+        let mut picker = Picker { save, folder, name, wrong: String::new(), drawn: false, entries: Ok(Vec::new()) };
         picker.list();
         picker
     }
@@ -53,14 +57,18 @@ impl Picker {
         self.list();
     }
 
-    /// The file that is named, if that is none to walk into.
+    /// The file that is named, if it is there and none to walk into.
     fn chosen(&mut self) -> Option<PathBuf> {
+        self.wrong.clear();
         let path = self.folder.join(self.name.trim());
         if self.name.trim().is_empty() {
             None
         } else if path.is_dir() {
             self.name.clear();
             self.enter(path);
+            None
+        } else if !self.save && !path.exists() {
+            self.wrong = format!("There is no file {}.", path.display());
             None
         } else {
             Some(path)
@@ -113,20 +121,30 @@ pub fn show(ctx: &Context, m: &mut Model, out: &mut Vec<Action>) {
             let folder = picker.folder.join(name);
             picker.enter(folder);
         }
+        if !picker.wrong.is_empty() {
+            ui.label(RichText::new(&picker.wrong).color(ui.visuals().error_fg_color));
+        }
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             cancelled = ui.button("Cancel").clicked();
             let go =
                 ui.add_enabled(!picker.name.trim().is_empty(), Button::new(if picker.save { "Save" } else { "Open" }));
             let edit = TextEdit::singleline(&mut picker.name).hint_text("name or path");
             let edit = ui.add_sized([ui.available_width(), 21.0], edit);
-            if go.clicked() || edit.lost_focus() && ui.input(|i| i.key_pressed(Key::Enter)) {
+            if !std::mem::replace(&mut picker.drawn, true) {
+                edit.request_focus();
+            }
+            // Enter means the file that is named, wherever the focus is but on another button.
+            let others = ui.memory(|memory| memory.focused()).is_some_and(|id| id != edit.id);
+            let enter = ui.input(|i| i.key_pressed(Key::Enter)) && (edit.lost_focus() || !others);
+            if go.clicked() || enter {
                 done = picker.chosen();
+                edit.request_focus();
             }
         });
     });
     let save = picker.save;
     if done.is_some() || cancelled || answer.should_close() {
-        m.picker = None;
+        m.folder = m.picker.take().map(|p| p.folder);
     }
     if let Some(path) = done {
         if save {

@@ -195,9 +195,12 @@ const GESTURES: [(&str, &str); 14] = [
 ];
 
 fn keys(ctx: &Context, m: &mut Model, out: &mut Vec<Action>) {
+    // Of what stands behind a dialog only closing is heard, which asks twice.
+    let behind = m.picker.is_some() || m.closing;
     let (typing, focused) = (ctx.text_edit_focused(), ctx.egui_wants_keyboard_input());
     let pressed = |(modifiers, key): (Modifiers, Key)| ctx.input_mut(|i| i.consume_key(modifiers, key));
-    for shortcut in SHORTCUTS.iter().filter(|s| s.typing || !typing) {
+    let quits = |s: &Shortcut| s.keys.contains(&(CTRL, Key::Q));
+    for shortcut in SHORTCUTS.iter().filter(|s| if behind { quits(s) } else { s.typing || !typing }) {
         for keys in shortcut.keys {
             // A button in focus takes the space bar.
             if !(focused && keys.1 == Key::Space) && pressed(*keys) {
@@ -205,7 +208,7 @@ fn keys(ctx: &Context, m: &mut Model, out: &mut Vec<Action>) {
             }
         }
     }
-    if typing {
+    if typing || behind {
         return;
     }
     if m.show_help && pressed((NONE, Key::Escape)) {
@@ -231,7 +234,7 @@ fn numbered(name: &str, ending: &str) -> PathBuf {
     }
 }
 
-/// Asks what is to become of measured rows before the window closes.
+/// Asks what is to become of what was measured before the window closes.
 fn closing(ctx: &Context, m: &mut Model, out: &mut Vec<Action>) {
     if !m.closing {
         return;
@@ -239,18 +242,35 @@ fn closing(ctx: &Context, m: &mut Model, out: &mut Vec<Action>) {
     let mut wait = true;
     let answer = Modal::new(Id::unique("closing")).show(ctx, |ui| {
         ui.set_max_width(340.0);
-        let rows =
-            if m.rows.len() == 1 { "1 measured row is".into() } else { format!("{} measured rows are", m.rows.len()) };
-        ui.label(format!("{rows} not saved."));
-        ui.label(RichText::new("Ctrl+Q again closes the window without saving.").small().weak());
+        for tab in &m.unsaved {
+            ui.label(match (tab, m.rows.len()) {
+                (Tab::Chart, 1) => "1 measured row is not saved.".into(),
+                (Tab::Chart, n) => format!("{n} measured rows are not saved."),
+                (Tab::Stability, _) => "The stability run is not saved.".into(),
+                (Tab::Advice, _) => "The advice is not saved.".into(),
+            });
+        }
+        if let Some(job) = &m.measuring {
+            ui.label(format!("{}: {}. What it has found so far would be lost.", job.title, job.told()));
+        }
+        ui.label(RichText::new("Ctrl+Q again closes the window all the same.").small().weak());
         ui.add_space(6.0);
         ui.horizontal_wrapped(|ui| {
-            let path = numbered("measured", "csv");
-            if ui.button(format!("Save {} and close", path.display())).clicked() {
-                out.push(Action::Export(Tab::Chart, path));
+            if !m.unsaved.is_empty() && m.measuring.is_none() {
+                let stem = |tab: &Tab| match tab {
+                    Tab::Chart => "measured",
+                    Tab::Stability => "stability",
+                    Tab::Advice => "advice",
+                };
+                let paths: Vec<PathBuf> = m.unsaved.iter().map(|tab| numbered(stem(tab), "csv")).collect();
+                let names: Vec<String> = paths.iter().map(|p| p.display().to_string()).collect();
+                if ui.button(format!("Save {} and close", names.join(", "))).clicked() {
+                    out.extend(m.unsaved.iter().zip(paths).map(|(tab, path)| Action::Export(*tab, path)));
+                }
             }
-            if ui.button("Close without saving").clicked() {
-                m.unsaved = false;
+            let close = if m.measuring.is_some() { "Stop and close" } else { "Close without saving" };
+            if ui.button(close).clicked() {
+                m.unsaved.clear();
                 out.push(Action::Quit);
             }
             wait = !ui.button("Cancel").clicked();

@@ -4,7 +4,7 @@ use super::model::{Action, Model, Reading, Traced};
 use super::style::{ACCENT, TEXT};
 use super::{compare, freeze, gizmo, legend, maps};
 use crate::view;
-use egui::{Align2, Color32, CursorIcon, FontId, Id, Key, PointerButton, Pos2, Rect, Sense, Ui, vec2};
+use egui::{Align2, Color32, CursorIcon, Event, FontId, Id, Key, PointerButton, Pos2, Rect, Sense, Ui, vec2};
 
 /// Radians that a drag of one point turns.
 const TURN: f32 = 0.006;
@@ -89,13 +89,17 @@ fn read(ui: &Ui, rect: Rect, pointer: Option<Pos2>, m: &mut Model, out: &mut Vec
 
 /// Flies with W A S D and Q E; Shift is faster.
 fn fly(ui: &Ui, m: &mut Model) {
-    if ui.ctx().egui_wants_keyboard_input() {
-        return;
-    }
     let keys = [Key::W, Key::S, Key::D, Key::A, Key::E, Key::Q];
+    let heard = !ui.ctx().egui_wants_keyboard_input() && m.picker.is_none() && !m.closing;
     let (down, fast, seconds) = ui.input(|i| {
-        let down = if i.modifiers.command { [false; 6] } else { keys.map(|k| i.key_down(k)) };
-        (down, i.modifiers.shift, i.stable_dt.min(0.2))
+        for event in &i.events {
+            // Of a shortcut the key may be up later than Ctrl.
+            if let Event::Key { key, pressed: true, repeat: false, modifiers, .. } = event {
+                m.flying.extend(keys.contains(key).then_some(*key).filter(|_| heard && !modifiers.command));
+            }
+        }
+        m.flying.retain(|k| heard && i.key_down(*k));
+        (keys.map(|k| m.flying.contains(&k)), i.modifiers.shift, i.stable_dt.min(0.2))
     });
     if down.iter().any(|d| *d) {
         let axis = |plus: usize, minus: usize| down[plus] as i32 as f32 - down[minus] as i32 as f32;

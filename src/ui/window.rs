@@ -318,27 +318,34 @@ impl Open {
                 Done::Stability(job, result) if job == self.measuring => {
                     m.measuring = None;
                     match result {
-                        Ok(found) => m.timeline.found = Some(found),
+                        Ok(found) => {
+                            m.timeline.found = Some(found);
+                            m.unsaved(Tab::Stability);
+                        }
                         Err(e) => m.fail(&e.context("the stability run failed")),
                     }
                 }
                 Done::Advised(job, result) if job == self.measuring => {
                     m.measuring = None;
                     match result {
-                        Ok(found) => m.advice.found = Some(*found),
+                        Ok(found) => {
+                            m.advice.found = Some(*found);
+                            m.unsaved(Tab::Advice);
+                        }
                         Err(e) => m.fail(&e.context("no advice can be given")),
                     }
                 }
                 Done::Measured(..) | Done::Stability(..) | Done::Advised(..) => {}
                 Done::Saved(tab, Ok(path)) => {
-                    m.unsaved &= tab != Tab::Chart || path.extension().is_none_or(|e| e != "csv" && e != "json");
-                    self.quit |= m.closing && !m.unsaved;
+                    let numbers = path.extension().is_some_and(|e| e == "csv" || e == "json");
+                    m.unsaved.retain(|t| *t != tab || !numbers);
+                    self.quit |= m.closing && m.unsaved.is_empty();
                     m.say(format!("Saved {}.", path.display()));
                 }
                 Done::Saved(_, Err(e)) | Done::Read(_, Err(e)) => m.fail(&e),
                 Done::Read(path, Ok(rows)) => {
                     m.say(format!("{} rows of {} are in the chart.", rows.len(), path.display()));
-                    let unsaved = m.unsaved;
+                    let unsaved = m.unsaved.clone();
                     m.adopt(rows);
                     m.unsaved = unsaved;
                     m.drawer = Some(Tab::Chart);
@@ -363,7 +370,7 @@ impl Open {
                 Done::Counted(row) => m.chart.live(*row),
                 Done::NoDialog(save) => {
                     let at = if save { &m.picture_path } else { &m.setup.scene };
-                    m.picker = Some(Picker::new(save, Path::new(at)));
+                    m.picker = Some(Picker::new(save, Path::new(at), m.folder.clone()));
                 }
                 Done::PickedFile(path) => self.load(path.to_string_lossy().into_owned()),
                 Done::PickedCapture(path) => {
