@@ -299,7 +299,7 @@ fn color_of(pixel: vec2u) -> vec4f {
     }
 }
 
-// The overlay over the picture's colour: blended, or small in the lower right corner.
+// The overlay over the picture's colour: blended, or small in the upper right corner.
 fn below_overlay(pixel: vec2u, color: vec4f) -> vec4f {
     if view.opacity < 1.0 {
         let o = textureLoad(over, pixel, 0);
@@ -308,10 +308,10 @@ fn below_overlay(pixel: vec2u, color: vec4f) -> vec4f {
     if beside_inset(pixel) {
         return color;
     }
-    let corner = inset_corner();
-    if any(pixel < corner) || any(pixel >= frame.size - inset_gap()) {
+    if !inside_inset(pixel) {
         return vec4f(0.9);
     }
+    let corner = inset_corner();
     // The mean of the nine pixels that it covers.
     var sum = vec4f(0.0);
     for (var i = 0u; i < 9u; i++) {

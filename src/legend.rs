@@ -30,6 +30,8 @@ pub struct Key {
     pub title: String,
     pub parts: Vec<Part>,
     chart: Option<Chart>,
+    /// The chart lies small in a corner.
+    inset: bool,
 }
 
 #[derive(Clone, Debug)]
@@ -108,7 +110,8 @@ impl Key {
         let Some(info) = techniques::find(&setup.technique) else { return Key::default() };
         let id = setup.overlay.as_ref().map_or(&setup.view, |o| &o.view);
         let Some(view) = view::find(id, info) else { return Key::default() };
-        let mut key = Key { title: view.title.into(), ..Key::default() };
+        let inset = setup.overlay.as_ref().is_some_and(|o| o.inset);
+        let mut key = Key { title: view.title.into(), inset, ..Key::default() };
         key.sides(setup, known);
         let errors = known.errors.first().copied().flatten().filter(|_| setup.sides() == 1);
         let class = |c: &Class| {
@@ -223,6 +226,11 @@ impl Key {
                 self.parts.extend((0..n).map(|i| Part::Text(format!("{}: {}", places[i], name(i)))));
             }
         }
+    }
+
+    /// How much of the picture's lower edge a chart's axis takes, for text of this size.
+    pub fn lower_axis(&self, size: f32) -> f32 {
+        if matches!(self.chart, Some(Chart::Side(..))) && !self.inset { 3.4 * size } else { 0.0 }
     }
 
     /// Whether there is anything that a strip could say beside the title.
@@ -362,7 +370,27 @@ pub fn strip(key: &Key, width: f32, size: f32) -> (f32, Vec<Mark>) {
 }
 
 /// What a chart in a picture of this size needs: axes with marks and units, titles; from the picture's upper left corner.
-pub fn axes(key: &Key, [w, h]: [f32; 2], size: f32) -> Vec<Mark> {
+/// `free`: as far down as nothing lies over the picture.
+pub fn axes(key: &Key, [w, h]: [f32; 2], free: f32, size: f32) -> Vec<Mark> {
+    if !key.inset {
+        return chart_axes(key, [w, h], free, size);
+    }
+    // As in shaders/lib/inset.wgsl.
+    let gap = h / 90.0;
+    let by = [w - w / 3.0 - gap, gap];
+    let moved = |[x, y]: [f32; 2]| [x + by[0], y + by[1]];
+    let mut marks = chart_axes(key, [w / 3.0, h / 3.0], h / 3.0, 0.7 * size);
+    for mark in &mut marks {
+        match mark {
+            Mark::Line(from, to) => (*from, *to) = (moved(*from), moved(*to)),
+            Mark::Text { at, .. } => *at = moved(*at),
+            Mark::Fill(..) | Mark::Scale(..) => {}
+        }
+    }
+    marks
+}
+
+fn chart_axes(key: &Key, [w, h]: [f32; 2], free: f32, size: f32) -> Vec<Mark> {
     let mut marks = Vec::new();
     let text = |at, anchor, text: &str| Mark::Text { at, anchor, size, text: text.into(), strong: false, ground: true };
     match &key.chart {
@@ -379,7 +407,7 @@ pub fn axes(key: &Key, [w, h]: [f32; 2], size: f32) -> Vec<Mark> {
         }
         Some(Chart::Side(end, tangent)) => {
             let scale = (1.1 * end / w).max(2.2 * end * tangent / h);
-            let y = h - 1.6 * size;
+            let y = free - 1.6 * size;
             let [left, right] = [0.05 * end / scale, (0.05 * end + end) / scale];
             marks.push(Mark::Line([left, y], [right, y]));
             for (t, label) in linear_ticks(0.0, (*end).into(), 6) {
@@ -448,7 +476,7 @@ pub fn below(key: &Key, size: [u32; 2], rgba: &[u8]) -> Result<([u32; 2], Vec<u8
     let text = (w.min(1.6 * h) / 80.0).max(9.0);
     let (strip_height, strip) = strip(key, w, text);
     let strip_height = strip_height.ceil() as u32;
-    let over = draw(&svg(&axes(key, [w, h], text), size, false))?;
+    let over = draw(&svg(&axes(key, [w, h], h, text), size, false))?;
     let under = draw(&svg(&strip, [size[0], strip_height], true))?;
     let mut out = Vec::with_capacity(rgba.len() + under.len());
     for (p, o) in rgba.chunks_exact(4).zip(over.chunks_exact(4)) {
@@ -558,7 +586,8 @@ mod tests {
     fn strips_stay_inside() {
         let class = |i: usize| Part::Class(LABELS[i], format!("a class with a long name {i}"));
         let scale = Part::Scale(GREY, "depth, m".into(), log_ticks(0.1, 300.0, 7));
-        let key = Key { title: "View: technique".into(), parts: vec![class(1), scale, class(2)], chart: None };
+        let key =
+            Key { title: "View: technique".into(), parts: vec![class(1), scale, class(2)], chart: None, inset: false };
         for width in [320.0, 640.0, 1280.0] {
             let (height, marks) = strip(&key, width, 13.0);
             let mut boxes: Vec<[f32; 4]> = Vec::new();

@@ -10,27 +10,24 @@ const SIZE: f32 = 12.5;
 const INK: Color32 = Color32::from_rgb(240, 240, 240);
 const GROUND: Color32 = Color32::from_rgba_premultiplied(14, 16, 20, 214);
 
-/// Paints the legend of what is shown; the part of the viewport that its strip leaves free.
+/// Paints the axes of what is shown, and its legend if that is wanted; the part of the viewport that its strip leaves free.
 pub fn show(ui: &Ui, rect: Rect, m: &Model) -> Rect {
     let mut key = Key::new(&m.setup, m.bounds, &m.facts.known);
     // The sides of a comparison have their titles in the picture.
     key.parts.retain(|p| !matches!(p, Part::Text(_)));
     let painter = ui.painter().with_clip_rect(rect);
-    for mark in legend::axes(&key, [rect.width(), rect.height()], SIZE) {
-        paint(&painter, rect.min, &mark);
-    }
-    if key.is_empty() {
-        return rect;
-    }
     let (height, marks) = legend::strip(&key, rect.width(), SIZE);
     // A viewport that is hardly higher is better seen than explained.
-    if height > 0.4 * rect.height() {
-        return rect;
+    let shown = m.show_legend && !key.is_empty() && height <= 0.4 * rect.height();
+    let strip = rect.with_min_y(rect.bottom() - if shown { height } else { 0.0 });
+    for mark in legend::axes(&key, [rect.width(), rect.height()], strip.top() - rect.top(), SIZE) {
+        paint(&painter, rect.min, &mark);
     }
-    let strip = rect.with_min_y(rect.bottom() - height);
-    painter.rect_filled(strip, 0.0, GROUND);
-    marks.iter().for_each(|mark| paint(&painter, strip.min, mark));
-    rect.with_max_y(strip.top())
+    if shown {
+        painter.rect_filled(strip, 0.0, GROUND);
+        marks.iter().for_each(|mark| paint(&painter, strip.min, mark));
+    }
+    rect.with_max_y(strip.top() - key.lower_axis(SIZE))
 }
 
 fn color([r, g, b]: [f32; 3]) -> Color32 {

@@ -47,7 +47,7 @@ pub fn show(ui: &mut Ui, rect: Rect, m: &mut Model, out: &mut Vec<Action>) {
     });
     maps::marks(ui, rect, m);
     tracing(ui, rect, m);
-    let free = if m.show_legend { legend::show(ui, rect, m) } else { rect };
+    let free = legend::show(ui, rect, m);
     draft(ui, free, m);
     compare::over(ui, rect, free, m);
     gizmo::show(ui, compare::first(rect, &m.setup), free, m);

@@ -81,7 +81,7 @@ fn overlay(ui: &mut Ui, m: &mut Model) {
         shown.response.labelled_by(label.id).on_hover_text(tip);
     });
     let Some(o) = &mut m.setup.overlay else { return };
-    let tip = "Small in the lower right corner instead of all over.";
+    let tip = "Small in the upper right corner instead of all over.";
     row(ui, "inset", tip, |ui, label| {
         ui.checkbox(&mut o.inset, "").labelled_by(label.id).on_hover_text(tip);
     });
