@@ -7,9 +7,9 @@ struct Placed {
     viewport: vec4f,
 }
 
-@group(0) @binding(0) var picture: texture_2d<f32>;
-@group(0) @binding(1) var smooth_sampler: sampler;
-@group(0) @binding(2) var<uniform> placed: Placed;
+var picture: texture_2d<f32>;
+var smooth_sampler: sampler;
+var<uniform> placed: Placed;
 
 // Where there is no picture.
 const ground = vec3f(0.075, 0.082, 0.098);

@@ -10,7 +10,7 @@ const no_samples = 7u;
 
 // Of each cascade: largest u, v, 1 - u, 1 - v, depth share and 1 - depth share of its samples, as the bits of floats in
 // [0, 1]; then a word of nothing, and the number of samples.
-@group(1) @binding(0) var<storage, read_write> extents: array<atomic<u32>, 64>;
+var<storage, read_write> extents: array<atomic<u32>, 64>;
 
 var<workgroup> tile: array<atomic<u32>, 64>;
 
@@ -114,11 +114,11 @@ struct Box {
     last_high: vec2f,
 }
 
-@group(1) @binding(1) var<storage, read_write> boxes: array<Box>;
-@group(1) @binding(2) var<storage, read_write> fitted: array<LightView>;
+var<storage, read_write> boxes: array<Box>;
+var<storage, read_write> fitted: array<LightView>;
 // Indexed indirect draws, opaque and masked for each cascade: index count, instances, first index, base vertex, first
 // instance.
-@group(1) @binding(3) var<storage, read_write> draws: array<atomic<u32>>;
+var<storage, read_write> draws: array<atomic<u32>>;
 
 fn extent_of(at: u32) -> f32 {
     return bitcast<f32>(atomicLoad(&extents[at]));
@@ -180,9 +180,9 @@ fn fit(@builtin(global_invocation_id) id: vec3u) {
     fitted[i] = v;
 }
 
-@group(1) @binding(4) var<storage, read_write> indices: array<u32>;
+var<storage, read_write> indices: array<u32>;
 // Three corners a triangle, as casters are drawn.
-@group(1) @binding(5) var<storage, read> corners_of: array<u32>;
+var<storage, read> corners_of: array<u32>;
 
 // Whether a triangle may cover the centre of a texel, where alone a rasteriser samples it. `a`, `b`, `c`: its corners in the
 // map, texels; `side`: the map's; `spare`: how far the rasteriser may move corners. Separating axes: the sides of the box of

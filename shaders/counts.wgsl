@@ -2,7 +2,7 @@
 //!include lib/counting.wgsl
 // Draws the counts of view samples: the maps side by side, fitted into the picture.
 
-@group(1) @binding(0) var map_out: texture_storage_2d<r32float, write>;
+var map_out: texture_storage_2d<r32float, write>;
 
 // Beside the maps.
 const nothing = -1.0;

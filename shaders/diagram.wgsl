@@ -9,8 +9,8 @@ struct Stroke {
     padding: f32,
 }
 
-@group(1) @binding(0) var map_out: texture_storage_2d<r32float, write>;
-@group(1) @binding(1) var<storage, read> strokes: array<Stroke>;
+var map_out: texture_storage_2d<r32float, write>;
+var<storage, read> strokes: array<Stroke>;
 
 @compute @workgroup_size(8, 8)
 fn draw_diagram(@builtin(global_invocation_id) id: vec3u) {

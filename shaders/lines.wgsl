@@ -23,12 +23,12 @@ struct Style {
     padding: u32,
 }
 
-@group(0) @binding(10) var g_position: texture_2d<f32>;
-@group(1) @binding(0) var<uniform> style: Style;
-@group(1) @binding(1) var map: texture_2d<f32>;
-@group(1) @binding(2) var<storage, read> segments: array<Segment>;
+var g_position: texture_2d<f32>;
+var<uniform> style: Style;
+var map: texture_2d<f32>;
+var<storage, read> segments: array<Segment>;
 // As `draws` in cascades.wgsl.
-@group(1) @binding(3) var<storage, read> cascade_draws: array<u32>;
+var<storage, read> cascade_draws: array<u32>;
 
 // Colours of a map's box, where there is but one.
 const box_color = 1u;

@@ -3,7 +3,7 @@
 // Which pixels count: 0 background, 1 turned away from the light, 2 facing it and reached by it, 3 facing it outside its
 // cone or range.
 
-@group(1) @binding(0) var mask: texture_storage_2d<r32uint, write>;
+var mask: texture_storage_2d<r32uint, write>;
 
 @compute @workgroup_size(8, 8)
 fn classify(@builtin(global_invocation_id) id: vec3u) {

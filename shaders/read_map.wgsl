@@ -1,7 +1,7 @@
 // Copies a depth map, whatever its format, into numbers that can be read back.
 
-@group(1) @binding(0) var shown: texture_2d<f32>;
-@group(1) @binding(1) var values: texture_storage_2d<r32float, write>;
+var shown: texture_2d<f32>;
+var values: texture_storage_2d<r32float, write>;
 
 @compute @workgroup_size(8, 8)
 fn copy_map(@builtin(global_invocation_id) id: vec3u) {

@@ -27,16 +27,16 @@ struct View {
     light_base: u32,
 }
 
-@group(1) @binding(0) var<uniform> view: View;
-@group(1) @binding(1) var visibility: texture_2d<f32>;
-@group(1) @binding(2) var truth: texture_2d<f32>;
-@group(1) @binding(3) var map: texture_2d<f32>;
-@group(1) @binding(4) var shown: texture_2d<f32>;
+var<uniform> view: View;
+var visibility: texture_2d<f32>;
+var truth: texture_2d<f32>;
+var map: texture_2d<f32>;
+var shown: texture_2d<f32>;
 // The visibility that this one is compared with.
-@group(1) @binding(6) var other: texture_2d<f32>;
+var other: texture_2d<f32>;
 // The overlay, sRGB-encoded.
-@group(1) @binding(7) var over: texture_2d<f32>;
-@group(1) @binding(5) var output: texture_storage_2d<rgba8unorm, write>;
+var over: texture_2d<f32>;
+var output: texture_storage_2d<rgba8unorm, write>;
 
 fn sky(direction: vec3f) -> vec3f {
     let horizon = vec3f(0.78, 0.83, 0.88);

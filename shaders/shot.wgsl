@@ -13,11 +13,11 @@ struct Shot {
     columns: u32,
 }
 
-@group(0) @binding(0) var source: texture_2d_array<f32>;
-@group(0) @binding(1) var<uniform> shot: Shot;
+var source: texture_2d_array<f32>;
+var<uniform> shot: Shot;
 // The largest key of -x and of x, of all values x.
-@group(0) @binding(2) var<storage, read_write> extremes: array<atomic<u32>, 2>;
-@group(0) @binding(3) var shot_out: texture_storage_2d<rgba8unorm, write>;
+var<storage, read_write> extremes: array<atomic<u32>, 2>;
+var shot_out: texture_storage_2d<rgba8unorm, write>;
 
 // Whole numbers in the order of the floats; above 0.
 fn key(x: f32) -> u32 {

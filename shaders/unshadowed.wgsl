@@ -1,7 +1,7 @@
 //!include lib/frame.wgsl
 // Full visibility: what is drawn while no technique serves the light.
 
-@group(1) @binding(0) var visibility_out: texture_storage_2d<r32float, write>;
+var visibility_out: texture_storage_2d<r32float, write>;
 
 @compute @workgroup_size(8, 8)
 fn fill(@builtin(global_invocation_id) id: vec3u) {

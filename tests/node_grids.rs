@@ -199,8 +199,8 @@ struct Bench {
 }
 
 const PROBE: &str = "
-@group(1) @binding(60) var<storage, read> places: array<vec2f>;
-@group(1) @binding(61) var<storage, read_write> probed: array<vec4f>;
+var<storage, read> places: array<vec2f>;
+var<storage, read_write> probed: array<vec4f>;
 
 @compute @workgroup_size(64)
 fn probe(@builtin(global_invocation_id) id: vec3u) {

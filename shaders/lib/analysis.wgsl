@@ -16,9 +16,9 @@ struct Place {
 }
 
 // Aliasing error m, its perspective and projection parts, and a texel's area in pixels; -1 where there is none.
-@group(1) @binding(22) var aliasing_out: texture_storage_2d<rgba32float, write>;
+var aliasing_out: texture_storage_2d<rgba32float, write>;
 // Place in the maps, texels, and which map; -1 where there is none.
-@group(1) @binding(23) var places_out: texture_storage_2d<rgba32float, write>;
+var places_out: texture_storage_2d<rgba32float, write>;
 
 var<private> placed: vec4f = vec4f(-1.0);
 

@@ -27,10 +27,10 @@ struct Fitting {
     sides: array<vec4u, 2>,
 }
 
-@group(1) @binding(16) var<uniform> fitting: Fitting;
+var<uniform> fitting: Fitting;
 // Where the cascades meet, metres along the camera's axis: cascade i lies between split(i) and split(i + 1).
-@group(1) @binding(17) var<uniform> splits: array<vec4f, 3>;
-@group(1) @binding(18) var<uniform> light_views: array<LightView, 8>;
+var<uniform> splits: array<vec4f, 3>;
+var<uniform> light_views: array<LightView, 8>;
 
 // Depth of a surface of the picture along the axis of the camera that the cascades divide.
 fn cascade_depth(position: vec3f, depth: f32) -> f32 {

@@ -15,5 +15,5 @@ struct Counting {
     sides: array<vec4u, 2>,
 }
 
-@group(1) @binding(20) var<uniform> counting: Counting;
-@group(1) @binding(21) var<storage, read_write> counts: array<atomic<u32>>;
+var<uniform> counting: Counting;
+var<storage, read_write> counts: array<atomic<u32>>;

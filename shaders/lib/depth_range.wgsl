@@ -3,7 +3,7 @@
 // Between which depths view samples lie that the light may reach.
 
 // Of the depths along the camera's axis the smallest, as the largest complement, and the largest: bits of floats.
-@group(1) @binding(2) var<storage, read_write> range: array<atomic<u32>, 2>;
+var<storage, read_write> range: array<atomic<u32>, 2>;
 
 // Depth of a pixel that the light may reach; 0 elsewhere, so also of the sky.
 fn sample_depth(pixel: vec2u) -> f32 {

@@ -4,8 +4,8 @@
 // Fits a light's view to the receivers that the camera sees and that face the light, without read-back.
 
 // Largest u, v, 1 - u, 1 - v and depth share of any receiver, as the bits of floats in [0, 1].
-@group(1) @binding(9) var<storage, read_write> extent: array<atomic<u32>, 5>;
-@group(1) @binding(10) var<storage, read_write> fitted: LightView;
+var<storage, read_write> extent: array<atomic<u32>, 5>;
+var<storage, read_write> fitted: LightView;
 
 // A workgroup takes 64 × 64 pixels, neighbouring threads neighbouring ones: few atomics, no barriers.
 @compute @workgroup_size(8, 8)

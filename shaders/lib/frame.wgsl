@@ -49,7 +49,7 @@ const omni = 2u;
 const hemisphere = 3u;
 const rect_area = 4u;
 
-@group(0) @binding(0) var<uniform> frame: Frame;
+var<uniform> frame: Frame;
 
 // The camera's ray through a place of the picture, pixels from its upper left corner; the length is 1 along `forward`.
 fn pixel_ray(at: vec2f) -> vec3f {

@@ -4,9 +4,9 @@
 // Reading the G-buffer.
 
 // World position; w is the depth along the camera's axis, 0 where there is only background.
-@group(0) @binding(10) var g_position: texture_2d<f32>;
+var g_position: texture_2d<f32>;
 // Geometric and shading normal (octahedral, 2 × 24 and 2 × 12 bits), albedo (rgb8), triangle: see `surface_words`.
-@group(0) @binding(11) var g_surface: texture_2d<u32>;
+var g_surface: texture_2d<u32>;
 
 // Rounding of a number near 1: half of its last digit.
 const unit = 5.9604645e-8;

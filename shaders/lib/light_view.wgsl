@@ -21,7 +21,7 @@ struct LightView {
     padding: vec2f,
 }
 
-@group(1) @binding(8) var<uniform> light_view: LightView;
+var<uniform> light_view: LightView;
 
 fn light_clip(v: LightView, position: vec3f) -> vec4f {
     let p = vec4f(position, 1.0);

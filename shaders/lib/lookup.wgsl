@@ -4,8 +4,8 @@
 // A receiver's place in a shadow map, with every bias applied. Includers choose how the map is drawn:
 // lib/straight.wgsl or lib/warp.wgsl.
 
-@group(1) @binding(12) var<uniform> map: MapParams;
-@group(1) @binding(13) var shadow_map: texture_depth_2d;
+var<uniform> map: MapParams;
+var shadow_map: texture_depth_2d;
 
 struct Receiver {
     // Position in the map, texels.

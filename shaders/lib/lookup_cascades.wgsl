@@ -4,8 +4,8 @@
 //!include lib/labels.wgsl
 // Looking cascades up, and the maps that techniques with cascades show.
 
-@group(1) @binding(12) var<uniform> map: CascadeParams;
-@group(1) @binding(13) var shadow_maps: texture_depth_2d_array;
+var<uniform> map: CascadeParams;
+var shadow_maps: texture_depth_2d_array;
 
 struct Receiver {
     // Position in the cascade's map, texels.

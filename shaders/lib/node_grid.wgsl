@@ -3,9 +3,9 @@
 
 // Where the nodes lie in the map, shares of its sides; a row after the other, grid_side() + 1 a row. Nodes on the rim
 // stay on their side, corners in theirs.
-@group(1) @binding(14) var<storage, read> grid_nodes: array<vec2f>;
+var<storage, read> grid_nodes: array<vec2f>;
 // The cell in which each place of a raster of table_side()² places over the map lies: where searches start.
-@group(1) @binding(15) var<storage, read> cell_table: array<u32>;
+var<storage, read> cell_table: array<u32>;
 
 fn warp_bends() -> f32 {
     return f32(grid_side());
@@ -107,7 +107,7 @@ fn unwarp(at: vec2f) -> vec2f {
     return (vec2f(xy) + unmix(at, corners_of(xy))) / f32(side);
 }
 
-@group(1) @binding(30) var<storage, read_write> table_made: array<u32>;
+var<storage, read_write> table_made: array<u32>;
 
 @compute @workgroup_size(8, 8)
 fn make_table(@builtin(global_invocation_id) id: vec3u) {

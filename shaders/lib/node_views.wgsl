@@ -1,9 +1,9 @@
 // The views 11 and 12 that techniques with a grid of nodes have: the grid in the map, and how busy its cells are.
 
 // The picture's pixels: bits, as below.
-@group(1) @binding(31) var<storage, read_write> drawing: array<atomic<u32>>;
-@group(1) @binding(32) var<storage, read> drawn_grid: array<u32>;
-@group(1) @binding(33) var<storage, read> cell_weights: array<f32>;
+var<storage, read_write> drawing: array<atomic<u32>>;
+var<storage, read> drawn_grid: array<u32>;
+var<storage, read> cell_weights: array<f32>;
 
 const line_bit = 1u;
 const node_bit = 2u;

@@ -11,13 +11,13 @@ const relax_threads = 256u;
 const momentum = 0.9;
 
 // Nodes' places, then their moves; fem-grid: further vectors of that length.
-@group(1) @binding(16) var<storage, read_write> solver: array<vec2f>;
+var<storage, read_write> solver: array<vec2f>;
 // What share of the map's area each cell shall have; their mean is 1.
-@group(1) @binding(17) var<storage, read_write> weights: array<f32>;
+var<storage, read_write> weights: array<f32>;
 // Number of steps taken; the potential before the first and after each.
-@group(1) @binding(18) var<storage, read_write> energies: array<f32>;
+var<storage, read_write> energies: array<f32>;
 // As `grid_nodes`.
-@group(1) @binding(19) var<storage, read_write> placed_nodes: array<vec2f>;
+var<storage, read_write> placed_nodes: array<vec2f>;
 
 var<workgroup> gathered: array<vec2f, 256>;
 var<workgroup> gathered_all: vec2f;

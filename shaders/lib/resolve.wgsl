@@ -2,8 +2,8 @@
 //!include lib/gbuffer.wgsl
 // The resolve pass of filter techniques, which write `fn visibility(s: Surface) -> f32`.
 
-@group(1) @binding(0) var visibility_out: texture_storage_2d<r32float, write>;
-@group(1) @binding(1) var map_out: texture_storage_2d<r32float, write>;
+var visibility_out: texture_storage_2d<r32float, write>;
+var map_out: texture_storage_2d<r32float, write>;
 
 @compute @workgroup_size(8, 8)
 fn resolve(@builtin(global_invocation_id) id: vec3u) {

@@ -20,12 +20,12 @@ struct Material {
     wrap: u32,
 }
 
-@group(0) @binding(1) var<storage, read> vertices: array<Vertex>;
+var<storage, read> vertices: array<Vertex>;
 // Three vertex indices and the surface id, which exact duplicates share.
-@group(0) @binding(2) var<storage, read> triangles: array<vec4u>;
-@group(0) @binding(3) var<storage, read> materials: array<Material>;
-@group(0) @binding(4) var textures: texture_2d_array<f32>;
-@group(0) @binding(5) var texture_sampler: sampler;
+var<storage, read> triangles: array<vec4u>;
+var<storage, read> materials: array<Material>;
+var textures: texture_2d_array<f32>;
+var texture_sampler: sampler;
 
 // A unit vector from its place on the octahedron, unfolded to the square [-1, 1]².
 fn from_octahedron(e: vec2f) -> vec3f {

@@ -3,8 +3,8 @@
 
 // Texels by number: the BVH's nodes, three each as `Node` in src/scene/bvh.rs, and its triangles, three each: a corner
 // in x, y, z; in w the surface id, which exact duplicates share; material + 1 if it is masked, else 0; the index.
-@group(0) @binding(6) var nodes: texture_2d<u32>;
-@group(0) @binding(7) var corners: texture_2d<u32>;
+var nodes: texture_2d<u32>;
+var corners: texture_2d<u32>;
 
 fn node_texel(i: u32) -> vec4u {
     return textureLoad(nodes, vec2u(i & 4095u, i >> 12u), 0);
@@ -22,7 +22,7 @@ struct Tally {
     counting: u32,
 }
 
-@group(0) @binding(8) var<storage, read_write> tally: Tally;
+var<storage, read_write> tally: Tally;
 
 struct Ray {
     origin: vec3f,

@@ -12,13 +12,13 @@
 // (lib/warped_subdivide.wgsl); `exact` meets the triangles with the rays themselves (lib/warped_exact.wgsl).
 // Includers write `fn inspect_warp(s: Surface) -> f32` too: their own maps.
 
-@group(1) @binding(40) var<uniform> raster: RasterParams;
-@group(1) @binding(47) var<storage, read_write> counters: array<atomic<u32>, 64>;
+var<uniform> raster: RasterParams;
+var<storage, read_write> counters: array<atomic<u32>, 64>;
 // 64 × 64 tiles of the light's image before the warp (exact: of the rays' box in it), a bit each: whether the rays of needed
 // texels lie in them.
-@group(1) @binding(53) var<storage, read_write> image_tiles: array<atomic<u32>, 128>;
+var<storage, read_write> image_tiles: array<atomic<u32>, 128>;
 // Vertices and instances of the casters' draw, from 0 on.
-@group(1) @binding(51) var<storage, read_write> arguments: array<u32, 4>;
+var<storage, read_write> arguments: array<u32, 4>;
 
 // Places in `counters`: what is drawn, what was not split far enough, the triangles that some view sample needs, pieces
 // turned over, and places where the warp itself turns the image over.
@@ -144,7 +144,7 @@ fn triangle_corners(t: vec3u) -> array<Corner, 3> {
 }
 
 // Counts view samples by their texels before the warp.
-@group(1) @binding(52) var<storage, read_write> before: array<atomic<u32>>;
+var<storage, read_write> before: array<atomic<u32>>;
 
 @compute @workgroup_size(8, 8)
 fn count_before(@builtin(global_invocation_id) id: vec3u) {
@@ -170,7 +170,7 @@ fn count_folds(@builtin(global_invocation_id) id: vec3u) {
 
 // The warp at places evenly spread over the sides, the first and the last on them: where it takes them (xy) and where it takes
 // from (zw).
-@group(1) @binding(76) var warp_nodes: texture_storage_2d<rgba32float, write>;
+var warp_nodes: texture_storage_2d<rgba32float, write>;
 
 @compute @workgroup_size(8, 8)
 fn tabulate(@builtin(global_invocation_id) id: vec3u) {
@@ -226,7 +226,7 @@ fn grid(pixel: vec2u) -> f32 {
     return drawn(white, 0.05 + 0.6 * textureLoad(shadow_map, texel, 0));
 }
 
-@group(1) @binding(49) var<storage, read> folded: array<u32>;
+var<storage, read> folded: array<u32>;
 
 fn fold(s: Surface) -> f32 {
     if !s.valid {

@@ -14,26 +14,26 @@ struct Ray {
     next: u32,
 }
 
-@group(1) @binding(41) var<storage, read_write> rays: array<Ray>;
-@group(1) @binding(42) var<storage, read> drawn_rays: array<Ray>;
+var<storage, read_write> rays: array<Ray>;
+var<storage, read> drawn_rays: array<Ray>;
 // The first ray of each cell, from 1 on.
-@group(1) @binding(43) var<storage, read_write> cells: array<atomic<u32>>;
-@group(1) @binding(44) var<storage, read> drawn_cells: array<u32>;
+var<storage, read_write> cells: array<atomic<u32>>;
+var<storage, read> drawn_cells: array<u32>;
 // A bit a texel: whether it needs a ray.
-@group(1) @binding(45) var<storage, read_write> texels_needed: array<atomic<u32>>;
+var<storage, read_write> texels_needed: array<atomic<u32>>;
 // A bit a triangle: whether it met a cell with rays.
-@group(1) @binding(74) var<storage, read_write> triangles_met: array<atomic<u32>>;
+var<storage, read_write> triangles_met: array<atomic<u32>>;
 // What each ray meets first, stored depth as bits; 0: nothing.
-@group(1) @binding(46) var<storage, read_write> nearest: array<atomic<u32>>;
-@group(1) @binding(64) var<storage, read> drawn_nearest: array<u32>;
+var<storage, read_write> nearest: array<atomic<u32>>;
+var<storage, read> drawn_nearest: array<u32>;
 // The largest 1 - u and u of all rays, as bits.
-@group(1) @binding(72) var<storage, read_write> ray_bounds: array<atomic<u32>, 4>;
-@group(1) @binding(73) var<storage, read> found_bounds: array<f32, 4>;
+var<storage, read_write> ray_bounds: array<atomic<u32>, 4>;
+var<storage, read> found_bounds: array<f32, 4>;
 // Triangles to draw: the number, and the first and last cell that may hold a ray of theirs, x + 65536 y.
-@group(1) @binding(65) var<storage, read_write> boxes: array<vec4u>;
-@group(1) @binding(66) var<storage, read> drawn_boxes: array<vec4u>;
+var<storage, read_write> boxes: array<vec4u>;
+var<storage, read> drawn_boxes: array<vec4u>;
 // Vertices and instances of the draw of the rays, from 0 on.
-@group(1) @binding(67) var<storage, read_write> ray_arguments: array<atomic<u32>, 4>;
+var<storage, read_write> ray_arguments: array<atomic<u32>, 4>;
 
 struct RayBand {
     // 0: the whole map at once, void if its rays find no room. From 1 on: a part of it, if there was none.
@@ -44,7 +44,7 @@ struct RayBand {
     padding: u32,
 }
 
-@group(1) @binding(75) var<uniform> ray_band: RayBand;
+var<uniform> ray_band: RayBand;
 
 // Places in `counters`: rays that the whole map needs, and triangles that a band leaves to the rasteriser.
 const asked_count = 62u;

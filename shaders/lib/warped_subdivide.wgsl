@@ -19,17 +19,17 @@ struct Level {
     most_drawn: u32,
 }
 
-@group(1) @binding(68) var<uniform> level: Level;
-@group(1) @binding(69) var<storage, read_write> work: array<Piece>;
-@group(1) @binding(70) var<storage, read_write> pieces: array<Piece>;
-@group(1) @binding(71) var<storage, read> drawn_pieces: array<Piece>;
+var<uniform> level: Level;
+var<storage, read_write> work: array<Piece>;
+var<storage, read_write> pieces: array<Piece>;
+var<storage, read> drawn_pieces: array<Piece>;
 // A bit a triangle: whether the map holds a part of it with its sides exchanged.
-@group(1) @binding(48) var<storage, read_write> folds: array<atomic<u32>>;
+var<storage, read_write> folds: array<atomic<u32>>;
 // 64 × 64 tiles of the map, a bit each: whether a view sample needs one of its texels.
-@group(1) @binding(50) var<storage, read_write> tiles: array<atomic<u32>, 128>;
+var<storage, read_write> tiles: array<atomic<u32>, 128>;
 // Where the centre of each texel lies before the warp.
-@group(1) @binding(54) var<storage, read_write> texel_rays: array<vec2f>;
-@group(1) @binding(55) var<storage, read> drawn_texel_rays: array<vec2f>;
+var<storage, read_write> texel_rays: array<vec2f>;
+var<storage, read> drawn_texel_rays: array<vec2f>;
 
 // From here on in `counters`: how many pieces each level has, and how many it draws.
 const of_level = 5u;

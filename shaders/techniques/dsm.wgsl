@@ -5,9 +5,9 @@
 // Jia, Luo, Zhang 2013, as far as Navratil 2015 (3.2.3, 4.2.2) tells of it: a plain map first; where its depth jumps lie
 // silhouettes, and the grid gives them room. The rest is our reading.
 
-@group(1) @binding(34) var<uniform> dsm: DsmParams;
+var<uniform> dsm: DsmParams;
 // The plain map of the same view and side; depth is linear.
-@group(1) @binding(35) var plain_map: texture_depth_2d;
+var plain_map: texture_depth_2d;
 
 fn grid_side() -> u32 {
     return dsm.grid;

@@ -5,11 +5,11 @@
 // Navratil 2015, section 5.4.3: view samples bring their aliasing errors into the cells of a grid, and a cell whose error is
 // K wants K times its area: e(A) = K A0/A shall be 1 (equation 5.2 as its text means it).
 
-@group(1) @binding(34) var<uniform> fem: FemGridParams;
+var<uniform> fem: FemGridParams;
 // A cell's sum of errors in 64 bits, low word first; in 256ths.
-@group(1) @binding(35) var<storage, read_write> errors_found: array<atomic<u32>>;
-@group(1) @binding(36) var<storage, read> error_sums: array<u32>;
-@group(1) @binding(37) var<storage, read> energy_curve: array<f32>;
+var<storage, read_write> errors_found: array<atomic<u32>>;
+var<storage, read> error_sums: array<u32>;
+var<storage, read> energy_curve: array<f32>;
 
 fn grid_side() -> u32 {
     return fem.grid;

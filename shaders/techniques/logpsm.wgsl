@@ -13,7 +13,7 @@ struct Shape {
     ln: f32,
 }
 
-@group(1) @binding(14) var<uniform> shape: Shape;
+var<uniform> shape: Shape;
 
 // ln(1 + x) for x >= 0, exact to a few of its last bits: 2 artanh(x / (2 + x)) where 1 + x would lose digits.
 fn ln_1p(x: f32) -> f32 {
@@ -61,8 +61,8 @@ fn warp_bends() -> f32 {
     return 16.0 * (1.0 + shape.ln);
 }
 
-@group(1) @binding(15) var<storage, read_write> made_shape: Shape;
-@group(1) @binding(16) var<storage, read_write> made_view: LightView;
+var<storage, read_write> made_shape: Shape;
+var<storage, read_write> made_view: LightView;
 
 // f_w/n_w of the light's view, which may be narrowed to the receivers: a part of a logarithm is one again, with the same
 // centre. Then the margin, which the view lacks so far: along y it is added after the logarithm, as texels before it can

@@ -2,10 +2,10 @@
 // Milet, Navratil, Zemcik 2015: every row, then every column of the map has a warp of its own, after the view samples in
 // it (Navratil 2015, algorithm 3). Lines are rows where x is warped, columns where y is.
 
-@group(1) @binding(14) var<uniform> notw: NotwParams;
+var<uniform> notw: NotwParams;
 // Where the edges between a line's texels go: side + 1 places a line, shares of the map's side.
-@group(1) @binding(15) var<storage, read> rows: array<f32>;
-@group(1) @binding(16) var<storage, read> columns: array<f32>;
+var<storage, read> rows: array<f32>;
+var<storage, read> columns: array<f32>;
 
 fn warp_bends() -> f32 {
     return map_side();
@@ -112,12 +112,12 @@ fn unwarp(at: vec2f) -> vec2f {
 
 // Making the warps: the same passes for rows and columns.
 
-@group(1) @binding(17) var<storage, read_write> moved: array<atomic<u32>>;
+var<storage, read_write> moved: array<atomic<u32>>;
 // View samples, side a line; their sums before each edge, side + 1 a line; all of a line; and of all lines.
-@group(1) @binding(18) var<storage, read> samples: array<u32>;
-@group(1) @binding(19) var<storage, read_write> sums: array<f32>;
-@group(1) @binding(30) var<storage, read_write> weights: array<f32>;
-@group(1) @binding(31) var<storage, read_write> total: atomic<u32>;
+var<storage, read> samples: array<u32>;
+var<storage, read_write> sums: array<f32>;
+var<storage, read_write> weights: array<f32>;
+var<storage, read_write> total: atomic<u32>;
 
 // Counts view samples by where the rows' warps take them, column after column.
 @compute @workgroup_size(8, 8)
@@ -172,11 +172,11 @@ fn sum(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) ind
     }
 }
 
-@group(1) @binding(32) var<storage, read> line_sums: array<f32>;
-@group(1) @binding(33) var<storage, read> line_weights: array<f32>;
-@group(1) @binding(34) var<storage, read_write> smoothed: array<f32>;
-@group(1) @binding(35) var<storage, read_write> smoothed_weights: array<f32>;
-@group(1) @binding(36) var<storage, read> samples_total: u32;
+var<storage, read> line_sums: array<f32>;
+var<storage, read> line_weights: array<f32>;
+var<storage, read_write> smoothed: array<f32>;
+var<storage, read_write> smoothed_weights: array<f32>;
+var<storage, read> samples_total: u32;
 
 // A line's own warp at an edge, times the line's weight; equation 4.6 with a floor that makes it rise everywhere.
 fn weighted(line: u32, edge: u32) -> f32 {
@@ -317,11 +317,11 @@ fn smooth_along(@builtin(global_invocation_id) id: vec3u) {
 // What is shown of it.
 
 // Of rows and columns: sums and weights as `sum` left them.
-@group(1) @binding(37) var<storage, read> row_sums: array<f32>;
-@group(1) @binding(38) var<storage, read> row_weights: array<f32>;
-@group(1) @binding(39) var<storage, read> column_sums: array<f32>;
-@group(1) @binding(60) var<storage, read> column_weights: array<f32>;
-@group(1) @binding(61) var<storage, read> moved_counts: array<u32>;
+var<storage, read> row_sums: array<f32>;
+var<storage, read> row_weights: array<f32>;
+var<storage, read> column_sums: array<f32>;
+var<storage, read> column_weights: array<f32>;
+var<storage, read> moved_counts: array<u32>;
 
 // Offsets: yellow to the right or down, blue to the left or up; strongest at a quarter of the map. Left before smoothing,
 // right after.
@@ -375,8 +375,8 @@ fn between_counts(pixel: vec2u) -> f32 {
 
 // Texels by their view samples: none, then in half octaves from one on. Before the warps, between them, after both.
 const occupancy_bins = 20u;
-@group(1) @binding(62) var<storage, read_write> occupancy: array<atomic<u32>, 20>;
-@group(1) @binding(63) var<storage, read> occupancies: array<u32, 60>;
+var<storage, read_write> occupancy: array<atomic<u32>, 20>;
+var<storage, read> occupancies: array<u32, 60>;
 
 // Counts view samples by their texels after both warps.
 @compute @workgroup_size(8, 8)

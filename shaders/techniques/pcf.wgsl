@@ -2,8 +2,8 @@
 //!include lib/lookup.wgsl
 // Reeves, Salesin, Cook 1987: compare first, average after.
 
-@group(1) @binding(14) var<uniform> filtering: PcfParams;
-@group(1) @binding(15) var compare_sampler: sampler_comparison;
+var<uniform> filtering: PcfParams;
+var compare_sampler: sampler_comparison;
 
 struct Tap {
     // From the receiver's place in the map, texels.

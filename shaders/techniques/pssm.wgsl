@@ -2,9 +2,9 @@
 //!include lib/depth_range.wgsl
 // Zhang, Sun, Xu, Lun 2006: a shadow map for each part of the view frustum.
 
-@group(1) @binding(14) var<uniform> pssm: PssmParams;
+var<uniform> pssm: PssmParams;
 // `splits`, to be written.
-@group(1) @binding(4) var<storage, read_write> parts: array<f32>;
+var<storage, read_write> parts: array<f32>;
 
 // As `splits` in Rust, between the nearest and the farthest sample.
 @compute @workgroup_size(1)

@@ -3,9 +3,9 @@
 //!include lib/trace.wgsl
 // One shadow ray per pixel that faces the light: exact hard visibility at the G-buffer sample.
 
-@group(1) @binding(0) var<uniform> params: RtParams;
-@group(1) @binding(1) var visibility_out: texture_storage_2d<r32float, write>;
-@group(1) @binding(2) var map_out: texture_storage_2d<r32float, write>;
+var<uniform> params: RtParams;
+var visibility_out: texture_storage_2d<r32float, write>;
+var map_out: texture_storage_2d<r32float, write>;
 
 fn shadow_ray(s: Surface, light: LightSample) -> Ray {
     let far = select(1.0, 3.4e38, frame.light_kind == directional);
@@ -67,10 +67,10 @@ fn resolve(@builtin(global_invocation_id) id: vec3u) {
 // The mean over several samples of a pixel, whose surfaces the G-buffer of each holds.
 
 // Nonzero: the first of them.
-@group(1) @binding(3) var<uniform> first_sample: u32;
+var<uniform> first_sample: u32;
 // Of the samples so far those that can be lit in the upper half, those that are in the lower.
-@group(1) @binding(4) var counts: texture_storage_2d<r32uint, read_write>;
-@group(1) @binding(5) var hard: texture_2d<f32>;
+var counts: texture_storage_2d<r32uint, read_write>;
+var hard: texture_2d<f32>;
 
 @compute @workgroup_size(8, 8)
 fn accumulate(@builtin(global_invocation_id) id: vec3u) {
@@ -98,13 +98,13 @@ fn accumulate(@builtin(global_invocation_id) id: vec3u) {
 
 // What tells the causes of errors apart (src/measure/causes.rs).
 
-@group(1) @binding(6) var visibility: texture_2d<f32>;
+var visibility: texture_2d<f32>;
 // As `aliasing_out` in lib/analysis.wgsl; its second channel is 0 for techniques without maps.
-@group(1) @binding(7) var aliasing: texture_2d<f32>;
+var aliasing: texture_2d<f32>;
 // Of pixels in true shadow the metres to what blocks the light nearest to them (bits of a float) and its triangle; of wrong
 // lit ones their own triangle and one that stands beside them, or their own again. Of wrong ones 1 if a true edge lies within
 // two texels, and the metres below which a blocker is near.
-@group(1) @binding(8) var evidence_out: texture_storage_2d<rgba32uint, write>;
+var evidence_out: texture_storage_2d<rgba32uint, write>;
 
 // The blocker nearest to the ray's origin.
 fn nearest_blocker(ray: Ray) -> Hit {

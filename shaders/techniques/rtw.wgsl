@@ -2,9 +2,9 @@
 // Rosen 2012: rows and columns of the map are as wide as the most important thing in them asks. The importance map covers
 // the light's image before the warp, with a number of bins per side of its own; axis 0 is x, axis 1 is y.
 
-@group(1) @binding(14) var<uniform> rtw: RtwParams;
+var<uniform> rtw: RtwParams;
 // Where the edges between bins go, shares of the map's side: bins + 1 for x, then for y.
-@group(1) @binding(15) var<storage, read> warps: array<f32>;
+var<storage, read> warps: array<f32>;
 
 // Bins a side, told from the warps themselves, so that casters and look-up need no more than those.
 fn pieces_a_side() -> u32 {
@@ -63,7 +63,7 @@ fn bins() -> u32 {
 }
 
 // Importance, as the bits of floats that are never negative: rows from the top.
-@group(1) @binding(16) var<storage, read_write> importance: array<atomic<u32>>;
+var<storage, read_write> importance: array<atomic<u32>>;
 
 // How terms are put together: start and step.
 fn nothing_yet() -> f32 {
@@ -163,7 +163,7 @@ fn importance_of_samples(@builtin(global_invocation_id) id: vec3u) {
 }
 
 // The scene's depth in the light's image before the warp, a texel a bin; 0: nothing there.
-@group(1) @binding(17) var light_depth: texture_depth_2d;
+var light_depth: texture_depth_2d;
 
 // Linear depth at a bin, metres; beyond the map's side and where there is nothing: the far end.
 fn depth_of(bin: vec2i) -> f32 {
@@ -247,7 +247,7 @@ fn importance_of_texels(@builtin(global_invocation_id) id: vec3u) {
 // From the map to the warps.
 
 // The largest of each column, then of each row, then of all; bits as in `importance`.
-@group(1) @binding(18) var<storage, read_write> profiles: array<atomic<u32>>;
+var<storage, read_write> profiles: array<atomic<u32>>;
 
 // A workgroup takes 64 × 64 bins: each thread a column of them, then a row.
 @compute @workgroup_size(64)
@@ -276,8 +276,8 @@ fn collapse(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index
     }
 }
 
-@group(1) @binding(19) var<storage, read> raw: array<f32>;
-@group(1) @binding(30) var<storage, read_write> blurred: array<f32>;
+var<storage, read> raw: array<f32>;
+var<storage, read_write> blurred: array<f32>;
 
 // A Gaussian along each axis; at the ends only what lies inside counts, and counts in full.
 @compute @workgroup_size(64)
@@ -301,8 +301,8 @@ fn blur(@builtin(global_invocation_id) id: vec3u) {
     blurred[first + own] = sum / all;
 }
 
-@group(1) @binding(31) var<storage, read> smooth_profiles: array<f32>;
-@group(1) @binding(32) var<storage, read_write> edges: array<f32>;
+var<storage, read> smooth_profiles: array<f32>;
+var<storage, read_write> edges: array<f32>;
 
 var<workgroup> chunks: array<u32, 256>;
 var<workgroup> peaks: array<f32, 256>;
@@ -357,7 +357,7 @@ fn sum_up(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) 
 
 // What is shown of it.
 
-@group(1) @binding(33) var<storage, read> importance_map: array<f32>;
+var<storage, read> importance_map: array<f32>;
 
 fn largest() -> f32 {
     return max(raw[2u * bins()], 1e-30);

@@ -2,12 +2,12 @@
 //!include lib/depth_range.wgsl
 // Lauritzen, Salvi, Lefohn 2011: cascades placed by where the view samples are.
 
-@group(1) @binding(14) var<uniform> sdsm: SdsmParams;
+var<uniform> sdsm: SdsmParams;
 // Samples by the logarithm of their depth; last the fullest bin's number.
-@group(1) @binding(3) var<storage, read_write> bins: array<atomic<u32>, 1025>;
+var<storage, read_write> bins: array<atomic<u32>, 1025>;
 // `splits`, to be written: on entry the last frame's, or 0.
-@group(1) @binding(4) var<storage, read_write> parts: array<f32>;
-@group(1) @binding(5) var<storage, read_write> boxes: array<Box>;
+var<storage, read_write> parts: array<f32>;
+var<storage, read_write> boxes: array<Box>;
 
 const bin_count = 1024u;
 

@@ -6,6 +6,7 @@ mod table;
 mod timer;
 
 pub use pass::{Pass, Raster, Recorder, Resource, Run, Watch};
+use shader::Loaded;
 pub use shader::{Shaders, files as shader_files};
 pub use table::Table;
 pub use timer::{DrawCount, Draws, Timer, TimerMode};
@@ -39,6 +40,8 @@ pub struct Gpu {
     pub info: wgpu::AdapterInfo,
     pub features: wgpu::Features,
     pub shaders: Shaders,
+    /// The shader that the last pass was made of.
+    loaded: Mutex<Option<Arc<Loaded>>>,
     error: Arc<Mutex<Option<String>>>,
     /// Frames recorded so far.
     frames: AtomicU64,
@@ -140,6 +143,7 @@ impl Gpu {
             info,
             features,
             shaders: Shaders::default(),
+            loaded: Mutex::new(None),
             error,
             frames: AtomicU64::new(0),
             unwanted: Mutex::new(None),

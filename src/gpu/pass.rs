@@ -1,6 +1,6 @@
 //! Passes: a pipeline whose resources are bound by their WGSL names, recorded and timed.
 
-use super::shader::Binding;
+use super::shader::{Binding, Loaded};
 use super::timer::{DrawCount, MAX_DRAWS, MAX_PASSES, Pending, Timer, TimerMode};
 use super::{GivenUp, Gpu};
 use crate::params::Group;
@@ -17,6 +17,16 @@ pub enum Resource {
     Buffer(wgpu::Buffer),
     Texture(wgpu::TextureView),
     Sampler(wgpu::Sampler),
+}
+
+impl Resource {
+    fn as_binding(&self) -> wgpu::BindingResource<'_> {
+        match self {
+            Resource::Buffer(b) => b.as_entire_binding(),
+            Resource::Texture(t) => wgpu::BindingResource::TextureView(t),
+            Resource::Sampler(s) => wgpu::BindingResource::Sampler(s),
+        }
+    }
 }
 
 impl From<&wgpu::Buffer> for Resource {
@@ -44,7 +54,7 @@ enum Pipeline {
 pub struct Pass {
     name: &'static str,
     pipeline: Pipeline,
-    layouts: Vec<wgpu::BindGroupLayout>,
+    layout: wgpu::BindGroupLayout,
     bindings: Vec<Binding>,
     /// It looks maps up for the pixels of the picture, and so keeps out of [`Recorder::freeze`].
     looks_up: bool,
@@ -65,7 +75,7 @@ struct Set {
     /// When it was used last.
     frame: u64,
     resources: Vec<Resource>,
-    groups: Vec<wgpu::BindGroup>,
+    group: wgpu::BindGroup,
 }
 
 /// What a render pipeline needs beside its shader.
@@ -124,24 +134,24 @@ impl Pass {
         groups: &[Group],
         constants: &[(&str, f64)],
     ) -> Result<Pass> {
-        let (module, layout, layouts, bindings) = prepare(gpu, file, &[entry], groups)?;
+        let Prepared { shader, layout, pipeline_layout, bindings } = prepare(gpu, file, &[entry], groups)?;
         let pipeline = gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
             label: Some(name),
-            layout: Some(&layout),
-            module: &module,
+            layout: Some(&pipeline_layout),
+            module: &shader.on_device,
             entry_point: Some(entry),
             compilation_options: wgpu::PipelineCompilationOptions { constants, ..Default::default() },
             cache: None,
         });
         let looks_up = LOOK_UPS.contains(&entry);
         let pipeline = Pipeline::Compute(pipeline);
-        Ok(Pass { name, pipeline, layouts, bindings, looks_up, bound: RefCell::default() })
+        Ok(Pass { name, pipeline, layout, bindings, looks_up, bound: RefCell::default() })
     }
 
     /// A render pass.
     pub fn render(gpu: &Gpu, name: &'static str, file: &str, raster: Raster, groups: &[Group]) -> Result<Pass> {
         let entries: Vec<&str> = [Some(raster.vertex), raster.fragment].into_iter().flatten().collect();
-        let (module, layout, layouts, bindings) = prepare(gpu, file, &entries, groups)?;
+        let Prepared { shader, layout, pipeline_layout, bindings } = prepare(gpu, file, &entries, groups)?;
         let buffers: Vec<_> = raster.vertices.into_iter().map(Some).collect();
         let targets: Vec<_> = {
             let target =
@@ -150,9 +160,9 @@ impl Pass {
         };
         let pipeline = gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
             label: Some(name),
-            layout: Some(&layout),
+            layout: Some(&pipeline_layout),
             vertex: wgpu::VertexState {
-                module: &module,
+                module: &shader.on_device,
                 entry_point: Some(raster.vertex),
                 compilation_options: Default::default(),
                 buffers: &buffers,
@@ -166,7 +176,7 @@ impl Pass {
             depth_stencil: raster.depth,
             multisample: Default::default(),
             fragment: raster.fragment.map(|entry| wgpu::FragmentState {
-                module: &module,
+                module: &shader.on_device,
                 entry_point: Some(entry),
                 compilation_options: Default::default(),
                 targets: &targets,
@@ -175,7 +185,7 @@ impl Pass {
             cache: None,
         });
         let pipeline = Pipeline::Render(pipeline);
-        Ok(Pass { name, pipeline, layouts, bindings, looks_up: false, bound: RefCell::default() })
+        Ok(Pass { name, pipeline, layout, bindings, looks_up: false, bound: RefCell::default() })
     }
 
     /// Lets go of all that it bound so far.
@@ -183,8 +193,8 @@ impl Pass {
         self.bound.borrow_mut().sets.clear();
     }
 
-    /// Makes the bind groups, or takes those of a call before with the same resources.
-    fn bind(&self, gpu: &Gpu, frame: u64, find: impl Fn(&Binding) -> Option<Resource>) -> Result<Vec<wgpu::BindGroup>> {
+    /// Makes the bind group, or takes that of a call before with the same resources.
+    fn bind(&self, gpu: &Gpu, frame: u64, find: impl Fn(&Binding) -> Option<Resource>) -> Result<wgpu::BindGroup> {
         let mut resources = Vec::with_capacity(self.bindings.len());
         for b in &self.bindings {
             resources.push(find(b).with_context(|| format!("pass {}: nothing is bound to {}", self.name, b.name))?);
@@ -196,54 +206,40 @@ impl Pass {
         }
         if let Some(set) = bound.sets.iter_mut().find(|s| s.resources == resources) {
             set.frame = frame;
-            return Ok(set.groups.clone());
+            return Ok(set.group.clone());
         }
-        let mut groups = Vec::new();
-        for (group, layout) in self.layouts.iter().enumerate() {
-            let mut entries = Vec::new();
-            for (b, r) in self.bindings.iter().zip(&resources).filter(|(b, _)| b.group == group as u32) {
-                let resource = match r {
-                    Resource::Buffer(b) => b.as_entire_binding(),
-                    Resource::Texture(t) => wgpu::BindingResource::TextureView(t),
-                    Resource::Sampler(s) => wgpu::BindingResource::Sampler(s),
-                };
-                entries.push(wgpu::BindGroupEntry { binding: b.entry.binding, resource });
-            }
-            groups.push(gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-                label: Some(self.name),
-                layout,
-                entries: &entries,
-            }));
-        }
-        bound.sets.push(Set { frame, resources, groups: groups.clone() });
-        Ok(groups)
+        let entry = |(b, r): (&Binding, _)| wgpu::BindGroupEntry { binding: b.entry.binding, resource: r };
+        let entries: Vec<_> = self.bindings.iter().zip(resources.iter().map(Resource::as_binding)).map(entry).collect();
+        let group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some(self.name),
+            layout: &self.layout,
+            entries: &entries,
+        });
+        bound.sets.push(Set { frame, resources, group: group.clone() });
+        Ok(group)
     }
 }
 
-type Prepared = (wgpu::ShaderModule, wgpu::PipelineLayout, Vec<wgpu::BindGroupLayout>, Vec<Binding>);
+/// What passes are made of: a shader, the layout of what these entry points bind, and that by name.
+struct Prepared {
+    shader: Arc<Loaded>,
+    layout: wgpu::BindGroupLayout,
+    pipeline_layout: wgpu::PipelineLayout,
+    bindings: Vec<Binding>,
+}
 
 fn prepare(gpu: &Gpu, file: &str, entries: &[&str], groups: &[Group]) -> Result<Prepared> {
-    let program = gpu.shaders.load(file, groups)?;
-    let bindings = program.bindings(entries).with_context(|| file.to_string())?;
-    let module = gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
+    let shader = gpu.shader(file, groups)?;
+    let bindings = shader.program.bindings(entries).with_context(|| file.to_string())?;
+    let all: Vec<_> = bindings.iter().map(|b| b.entry).collect();
+    let descriptor = wgpu::BindGroupLayoutDescriptor { label: Some(file), entries: &all };
+    let layout = gpu.device.create_bind_group_layout(&descriptor);
+    let pipeline_layout = gpu.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
         label: Some(file),
-        source: wgpu::ShaderSource::Wgsl(program.source.into()),
-    });
-    let count = bindings.iter().map(|b| b.group + 1).max().unwrap_or(0);
-    let layouts: Vec<_> = (0..count)
-        .map(|g| {
-            let entries: Vec<_> = bindings.iter().filter(|b| b.group == g).map(|b| b.entry).collect();
-            gpu.device
-                .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some(file), entries: &entries })
-        })
-        .collect();
-    let refs: Vec<_> = layouts.iter().map(Some).collect();
-    let layout = gpu.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-        label: Some(file),
-        bind_group_layouts: &refs,
+        bind_group_layouts: &[Some(&layout)],
         immediate_size: 0,
     });
-    Ok((module, layout, layouts, bindings))
+    Ok(Prepared { shader, layout, pipeline_layout, bindings })
 }
 
 /// What looks at the textures that a pass writes.
@@ -454,7 +450,7 @@ impl Run<'_, '_> {
 
     /// Runs a compute pass of that many workgroups.
     pub fn dispatch(self, x: u32, y: u32, z: u32) {
-        self.record(None, |encoder, pass, groups, first| {
+        self.record(None, |encoder, pass, group, first| {
             let Pipeline::Compute(pipeline) = &pass.pipeline else { return };
             let mut p = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
                 label: Some(pass.name),
@@ -465,9 +461,7 @@ impl Run<'_, '_> {
                 }),
             });
             p.set_pipeline(pipeline);
-            for (i, group) in groups.iter().enumerate() {
-                p.set_bind_group(i as u32, group, &[]);
-            }
+            p.set_bind_group(0, group, &[]);
             p.dispatch_workgroups(x, y, z);
         });
     }
@@ -487,7 +481,7 @@ impl Run<'_, '_> {
         });
         let load = |value| if clear { wgpu::LoadOp::Clear(value) } else { wgpu::LoadOp::Load };
         let wrote = colors.first().copied().or(depth.map(|d| d.0)).cloned();
-        self.record(wrote, |encoder, pass, groups, first| {
+        self.record(wrote, |encoder, pass, group, first| {
             let Pipeline::Render(pipeline) = &pass.pipeline else { return };
             let attachments: Vec<_> = colors
                 .iter()
@@ -524,9 +518,7 @@ impl Run<'_, '_> {
                 multiview_mask: None,
             });
             p.set_pipeline(pipeline);
-            for (i, group) in groups.iter().enumerate() {
-                p.set_bind_group(i as u32, group, &[]);
-            }
+            p.set_bind_group(0, group, &[]);
             if let Some((set, i)) = &query {
                 p.begin_pipeline_statistics_query(set, *i);
             }
@@ -541,7 +533,7 @@ impl Run<'_, '_> {
     fn record(
         self,
         wrote: Option<wgpu::TextureView>,
-        write: impl FnOnce(&mut wgpu::CommandEncoder, &Pass, &[wgpu::BindGroup], Option<(&wgpu::QuerySet, u32)>),
+        write: impl FnOnce(&mut wgpu::CommandEncoder, &Pass, &wgpu::BindGroup, Option<(&wgpu::QuerySet, u32)>),
     ) {
         let Run { recorder, pass, name, extra, .. } = self;
         if recorder.error.is_none() && recorder.gpu.unwanted() {
@@ -561,8 +553,8 @@ impl Run<'_, '_> {
         let stored = pass.bindings.iter().rfind(stores).filter(|_| recorder.watched.is_some()).and_then(find);
         let wrote = wrote.or(stored.and_then(|r| if let Resource::Texture(t) = r { Some(t) } else { None }));
         let wrote = wrote.map(|view| view.texture().clone());
-        let groups = match pass.bind(recorder.gpu, recorder.frame, find) {
-            Ok(groups) => groups,
+        let group = match pass.bind(recorder.gpu, recorder.frame, find) {
+            Ok(group) => group,
             Err(e) => {
                 recorder.error = Some(e);
                 return;
@@ -582,7 +574,7 @@ impl Run<'_, '_> {
             Some((set, _)) if timed => Some((set, timer.names.len() as u32 * 2)),
             _ => None,
         };
-        write(&mut recorder.encoder, pass, &groups, first);
+        write(&mut recorder.encoder, pass, &group, first);
         if timed {
             timer.names.push(name);
         }

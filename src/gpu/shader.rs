@@ -1,10 +1,13 @@
 //! WGSL: found, put together from includes, checked by naga, and reflected.
 
+use super::Gpu;
 use crate::palette;
 use crate::params::Group;
 use anyhow::{Context, Result, anyhow, bail};
 use include_dir::{Dir, include_dir};
 use std::path::{Path, PathBuf};
+use std::sync::{Arc, PoisonError};
+use std::time::SystemTime;
 use wgpu::naga;
 
 static EMBEDDED: Dir = include_dir!("$CARGO_MANIFEST_DIR/shaders");
@@ -29,11 +32,39 @@ pub struct Program {
 
 /// One resource of a pass as WGSL declares it.
 pub struct Binding {
-    pub group: u32,
     pub name: String,
     /// The declared type's name; a parameter group is bound by it.
     pub type_name: String,
     pub entry: wgpu::BindGroupLayoutEntry,
+}
+
+/// A file that a device has taken in, for the passes that come of it one after the other.
+pub struct Loaded {
+    /// The file, the parameter structs, and the newest change of any file.
+    key: (String, Vec<&'static str>, Option<SystemTime>),
+    pub program: Program,
+    pub on_device: wgpu::ShaderModule,
+}
+
+impl Gpu {
+    /// A shader with the parameter structs that it uses, parsed and checked once for all passes made of it in a row.
+    ///
+    /// # Errors
+    /// As [`Shaders::load`].
+    pub fn shader(&self, file: &str, groups: &[Group]) -> Result<Arc<Loaded>> {
+        let key = (file.to_string(), groups.iter().map(|g| g.name).collect(), self.shaders.changed());
+        // What it holds is whole, whoever panicked.
+        let mut last = self.loaded.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(held) = last.as_ref().filter(|held| held.key == key) {
+            return Ok(held.clone());
+        }
+        let program = self.shaders.load(file, groups)?;
+        let on_device = self.device.create_shader_module(wgpu::ShaderModuleDescriptor {
+            label: Some(file),
+            source: wgpu::ShaderSource::Wgsl(program.source.as_str().into()),
+        });
+        Ok(last.insert(Arc::new(Loaded { key, program, on_device })).clone())
+    }
 }
 
 /// Every shader file of the binary, relative to `shaders/`.
@@ -55,7 +86,7 @@ impl Shaders {
     }
 
     /// The newest change of any file, where shaders are read from a folder.
-    pub fn changed(&self) -> Option<std::time::SystemTime> {
+    pub fn changed(&self) -> Option<SystemTime> {
         let folder = self.folder.as_ref()?;
         files().iter().filter_map(|f| folder.join(f).metadata().ok()?.modified().ok()).max()
     }
@@ -76,8 +107,8 @@ impl Shaders {
         }
     }
 
-    /// Puts a file, what it includes (`//!include lib/frame.wgsl`, each once) and the parameter
-    /// structs together, and checks the whole.
+    /// Puts a file, what it includes (`//!include lib/frame.wgsl`, each once) and the parameter structs together, numbers the
+    /// resources that it declares (`var<uniform> frame: Frame;`), and checks the whole.
     ///
     /// # Errors
     /// What naga finds, with the file and line it was written on.
@@ -88,6 +119,8 @@ impl Shaders {
             lines.extend(text.lines().map(|l| (format!("params {}", group.name), 0, l.to_string())));
         }
         self.include(file, &mut Vec::new(), &mut lines)?;
+        let resources = lines.iter_mut().map(|(_, _, line)| line).filter(|line| is_resource(line));
+        resources.enumerate().for_each(|(i, line)| line.insert_str(0, &format!("@group(0) @binding({i}) ")));
         let source: String = lines.iter().flat_map(|(_, _, l)| [l.as_str(), "\n"]).collect();
         let place =
             |offset: Option<naga::SourceLocation>| match offset.and_then(|l| lines.get(l.line_number as usize - 1)) {
@@ -121,8 +154,13 @@ impl Shaders {
     }
 }
 
+/// Whether a line declares something to be bound.
+fn is_resource(line: &str) -> bool {
+    ["var ", "var<uniform>", "var<storage"].iter().any(|start| line.starts_with(start))
+}
+
 impl Program {
-    /// What the named entry points bind, in group and binding order.
+    /// What the named entry points bind, in the order of the bindings' numbers.
     pub fn bindings(&self, entry_points: &[&str]) -> Result<Vec<Binding>> {
         let mut found: Vec<Binding> = Vec::new();
         let mut sampled = Vec::new();
@@ -144,13 +182,12 @@ impl Program {
                 if self.info.get_entry_point(i)[handle].is_empty() {
                     continue;
                 }
-                if let Some(b) = found.iter_mut().find(|b| b.group == at.group && b.entry.binding == at.binding) {
+                if let Some(b) = found.iter_mut().find(|b| b.entry.binding == at.binding) {
                     b.entry.visibility |= stage;
                     continue;
                 }
                 let ty = &self.module.types[global.ty];
                 found.push(Binding {
-                    group: at.group,
                     name: global.name.clone().unwrap_or_default(),
                     type_name: ty.name.clone().unwrap_or_default(),
                     entry: wgpu::BindGroupLayoutEntry {
@@ -162,7 +199,7 @@ impl Program {
                 });
             }
         }
-        found.sort_by_key(|b| (b.group, b.entry.binding));
+        found.sort_by_key(|b| b.entry.binding);
         Ok(found)
     }
 }
