@@ -24,7 +24,7 @@ fn groups(file: &str) -> &'static [Group] {
 fn every_module_compiles() {
     let files = shader_files();
     assert!(files.len() >= 12, "shaders are missing from the binary: {files:?}");
-    let mut whole = 0;
+    let (mut whole, mut beyond) = (0, Vec::new());
     for file in &files {
         // What lib/ lacks is given by the technique that includes it.
         let parts = ["resolve", "lookup", "analysis", "nearest", "place", "warp", "node_", "relax"];
@@ -33,10 +33,44 @@ fn every_module_compiles() {
         }
         let program = Shaders::default().load(file, groups(file)).unwrap_or_else(|e| panic!("{e:#}"));
         for entry in &program.module.entry_points {
-            program.bindings(&[&entry.name]).unwrap_or_else(|e| panic!("{file} {}: {e:#}", entry.name));
+            let bindings = program.bindings(&[&entry.name]).unwrap_or_else(|e| panic!("{file} {}: {e:#}", entry.name));
+            let limits = wgpu::Limits::default();
+            let many = |of: fn(&wgpu::BindingType) -> bool| bindings.iter().filter(|b| of(&b.entry.ty)).count() as u32;
+            use wgpu::{BindingType as Type, BufferBindingType as Buffer};
+            let kinds = [
+                (
+                    "storage buffers",
+                    many(|t| matches!(t, Type::Buffer { ty: Buffer::Storage { .. }, .. })),
+                    limits.max_storage_buffers_per_shader_stage,
+                ),
+                (
+                    "uniform buffers",
+                    many(|t| matches!(t, Type::Buffer { ty: Buffer::Uniform, .. })),
+                    limits.max_uniform_buffers_per_shader_stage,
+                ),
+                (
+                    "storage textures",
+                    many(|t| matches!(t, Type::StorageTexture { .. })),
+                    limits.max_storage_textures_per_shader_stage,
+                ),
+                ("textures", many(|t| matches!(t, Type::Texture { .. })), limits.max_sampled_textures_per_shader_stage),
+                ("samplers", many(|t| matches!(t, Type::Sampler(_))), limits.max_samplers_per_shader_stage),
+            ];
+            for (kind, count, most) in kinds {
+                if count > most {
+                    beyond.push(format!("{file} {}: {count} {kind}, {most} guaranteed", entry.name));
+                }
+            }
+            let [x, y, z] = entry.workgroup_size;
+            if x * y * z > limits.max_compute_invocations_per_workgroup
+                || x.max(y) > limits.max_compute_workgroup_size_x
+            {
+                beyond.push(format!("{file} {}: workgroups of {x} × {y} × {z}", entry.name));
+            }
             whole += 1;
         }
     }
+    assert!(beyond.is_empty(), "not every adapter can do this:\n{}", beyond.join("\n"));
     assert!(whole >= 10, "only {whole} entry points were found");
     for info in techniques::ALL {
         let file = format!("techniques/{}.wgsl", info.id.replace('-', "_"));

@@ -13,14 +13,28 @@
 // Includers write `fn inspect_warp(s: Surface) -> f32` too: their own maps.
 
 var<uniform> raster: RasterParams;
-var<storage, read_write> counters: array<atomic<u32>, 64>;
-// 64 × 64 tiles of the light's image before the warp (exact: of the rays' box in it), a bit each: whether the rays of needed
-// texels lie in them.
-var<storage, read_write> image_tiles: array<atomic<u32>, 128>;
+
+// What the passes tell each other; one buffer, as not every adapter binds more than eight at once.
+struct State {
+    counters: array<atomic<u32>, 64>,
+    // Vertices and instances of the draw of the rays, from 0 on.
+    ray_arguments: array<atomic<u32>, 4>,
+    // The largest 1 - u and u of all rays, as bits.
+    ray_bounds: array<atomic<u32>, 4>,
+    // 64 × 64 tiles of the light's image before the warp (exact: of the rays' box in it), a bit each: whether the rays of
+    // needed texels lie in them.
+    image_tiles: array<atomic<u32>, 128>,
+    // The same of the map: whether a view sample needs one of their texels.
+    tiles: array<atomic<u32>, 128>,
+    // A bit a triangle: whether it met a cell with rays.
+    triangles_met: array<atomic<u32>>,
+}
+
+var<storage, read_write> state: State;
 // Vertices and instances of the casters' draw, from 0 on.
 var<storage, read_write> arguments: array<u32, 4>;
 
-// Places in `counters`: what is drawn, what was not split far enough, the triangles that some view sample needs, pieces
+// Places in `state.counters`: what is drawn, what was not split far enough, the triangles that some view sample needs, pieces
 // turned over, and places where the warp itself turns the image over.
 const drawn_count = 0u;
 const unserved_count = 1u;
@@ -91,7 +105,7 @@ fn image_needed(low: vec2f, high: vec2f) -> bool {
     for (var half = 0u; half < 2u; half++) {
         let bits = tile_bits(x0, x1, half);
         for (var y = u32(clamp(low.y * 64.0, 0.0, 63.0)); bits != 0u && y <= u32(clamp(high.y * 64.0, 0.0, 63.0)); y++) {
-            if (atomicLoad(&image_tiles[2u * y + half]) & bits) != 0u {
+            if (atomicLoad(&state.image_tiles[2u * y + half]) & bits) != 0u {
                 return true;
             }
         }
@@ -164,7 +178,7 @@ fn count_before(@builtin(global_invocation_id) id: vec3u) {
 @compute @workgroup_size(8, 8)
 fn count_folds(@builtin(global_invocation_id) id: vec3u) {
     if all(id.xy < vec2u(u32(map_side()))) && determinant(warp_slope((vec2f(id.xy) + 0.5) / map_side())) <= 0.0 {
-        atomicAdd(&counters[warp_fold_count], 1u);
+        atomicAdd(&state.counters[warp_fold_count], 1u);
     }
 }
 

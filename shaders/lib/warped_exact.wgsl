@@ -21,19 +21,12 @@ var<storage, read_write> cells: array<atomic<u32>>;
 var<storage, read> drawn_cells: array<u32>;
 // A bit a texel: whether it needs a ray.
 var<storage, read_write> texels_needed: array<atomic<u32>>;
-// A bit a triangle: whether it met a cell with rays.
-var<storage, read_write> triangles_met: array<atomic<u32>>;
 // What each ray meets first, stored depth as bits; 0: nothing.
 var<storage, read_write> nearest: array<atomic<u32>>;
 var<storage, read> drawn_nearest: array<u32>;
-// The largest 1 - u and u of all rays, as bits.
-var<storage, read_write> ray_bounds: array<atomic<u32>, 4>;
-var<storage, read> found_bounds: array<f32, 4>;
 // Triangles to draw: the number, and the first and last cell that may hold a ray of theirs, x + 65536 y.
 var<storage, read_write> boxes: array<vec4u>;
 var<storage, read> drawn_boxes: array<vec4u>;
-// Vertices and instances of the draw of the rays, from 0 on.
-var<storage, read_write> ray_arguments: array<atomic<u32>, 4>;
 
 struct RayBand {
     // 0: the whole map at once, void if its rays find no room. From 1 on: a part of it, if there was none.
@@ -46,7 +39,7 @@ struct RayBand {
 
 var<uniform> ray_band: RayBand;
 
-// Places in `counters`: rays that the whole map needs, and triangles that a band leaves to the rasteriser.
+// Places in `state.counters`: rays that the whole map needs, and triangles that a band leaves to the rasteriser.
 const asked_count = 62u;
 const box_count = 63u;
 
@@ -66,8 +59,12 @@ struct Bounds {
 }
 
 fn bounds_of_rays() -> Bounds {
-    let low = vec2f(1.0 - found_bounds[0], 1.0 - found_bounds[1]);
-    return Bounds(low, max(vec2f(found_bounds[2], found_bounds[3]) - low, vec2f(1e-6)));
+    var found: vec4f;
+    for (var k = 0u; k < 4u; k++) {
+        found[k] = bitcast<f32>(atomicLoad(&state.ray_bounds[k]));
+    }
+    let low = 1.0 - found.xy;
+    return Bounds(low, max(found.zw - low, vec2f(1e-6)));
 }
 
 fn need_ray(texel: vec2u) {
@@ -109,7 +106,7 @@ fn need_all(@builtin(global_invocation_id) id: vec3u) {
 // Makes the rays of a band.
 @compute @workgroup_size(64)
 fn make_rays(@builtin(global_invocation_id) id: vec3u) {
-    if ray_band.number > 0u && atomicLoad(&counters[asked_count]) <= arrayLength(&rays) {
+    if ray_band.number > 0u && atomicLoad(&state.counters[asked_count]) <= arrayLength(&rays) {
         return;
     }
     for (var i = ray_band.first + id.x; i < ray_band.first + ray_band.words; i += stride) {
@@ -118,7 +115,7 @@ fn make_rays(@builtin(global_invocation_id) id: vec3u) {
         if number == 0u {
             continue;
         }
-        let first = atomicAdd(&ray_arguments[0], number);
+        let first = atomicAdd(&state.ray_arguments[0], number);
         if first + number > arrayLength(&rays) {
             continue;
         }
@@ -132,7 +129,7 @@ fn make_rays(@builtin(global_invocation_id) id: vec3u) {
 
 // Rays of the band: none where not all of them found room.
 fn ray_number() -> u32 {
-    let number = atomicLoad(&ray_arguments[0]);
+    let number = atomicLoad(&state.ray_arguments[0]);
     return select(number, 0u, number > arrayLength(&nearest));
 }
 
@@ -154,7 +151,7 @@ fn trace_needed_rays(@builtin(global_invocation_id) id: vec3u, @builtin(local_in
     }
     workgroupBarrier();
     if index < 4u {
-        atomicMax(&ray_bounds[index], atomicLoad(&group_bounds[index]));
+        atomicMax(&state.ray_bounds[index], atomicLoad(&group_bounds[index]));
     }
 }
 
@@ -170,8 +167,8 @@ fn sort_rays(@builtin(global_invocation_id) id: vec3u) {
         let tile = min(vec2u(at * 64.0), vec2u(63u));
         let word = 2u * tile.y + tile.x / 32u;
         let mark = 1u << (tile.x & 31u);
-        if (atomicLoad(&image_tiles[word]) & mark) == 0u {
-            atomicOr(&image_tiles[word], mark);
+        if (atomicLoad(&state.image_tiles[word]) & mark) == 0u {
+            atomicOr(&state.image_tiles[word], mark);
         }
     }
 }
@@ -257,8 +254,8 @@ const few = 64u;
 // Counts a triangle that some view sample needs, once in all bands.
 fn keep(triangle: u32) {
     let bit = 1u << (triangle & 31u);
-    if (atomicOr(&triangles_met[triangle / 32u], bit) & bit) == 0u {
-        atomicAdd(&counters[kept_count], 1u);
+    if (atomicOr(&state.triangles_met[triangle / 32u], bit) & bit) == 0u {
+        atomicAdd(&state.counters[kept_count], 1u);
     }
 }
 
@@ -289,7 +286,7 @@ fn box_triangles(@builtin(global_invocation_id) id: vec3u) {
         let last_cell = vec2u(clamp(high * f32(cells_side()), vec2f(0.0), last));
         let size = last_cell - first_cell + 1u;
         if size.x * size.y > few {
-            let at = atomicAdd(&counters[box_count], 1u);
+            let at = atomicAdd(&state.counters[box_count], 1u);
             boxes[at] = vec4u(i, first_cell.x + 65536u * first_cell.y, last_cell.x + 65536u * last_cell.y, 0u);
             keep(i);
             continue;
@@ -313,18 +310,18 @@ fn box_triangles(@builtin(global_invocation_id) id: vec3u) {
 // Writes the draws of a band, and empties what the next one fills.
 @compute @workgroup_size(1)
 fn finish_band() {
-    arguments[0] = 6u * atomicLoad(&counters[box_count]);
+    arguments[0] = 6u * atomicLoad(&state.counters[box_count]);
     arguments[1] = 1u;
-    atomicStore(&counters[box_count], 0u);
+    atomicStore(&state.counters[box_count], 0u);
     // No triangle was split.
-    atomicStore(&counters[drawn_count], atomicLoad(&counters[kept_count]));
+    atomicStore(&state.counters[drawn_count], atomicLoad(&state.counters[kept_count]));
     if ray_band.number == 0u {
-        atomicStore(&counters[asked_count], atomicLoad(&ray_arguments[0]));
+        atomicStore(&state.counters[asked_count], atomicLoad(&state.ray_arguments[0]));
     }
-    atomicStore(&ray_arguments[0], ray_number());
-    atomicStore(&ray_arguments[1], 1u);
+    atomicStore(&state.ray_arguments[0], ray_number());
+    atomicStore(&state.ray_arguments[1], 1u);
     for (var i = 0u; i < 128u; i++) {
-        atomicStore(&image_tiles[i], 0u);
+        atomicStore(&state.image_tiles[i], 0u);
     }
 }
 

@@ -25,13 +25,11 @@ var<storage, read_write> pieces: array<Piece>;
 var<storage, read> drawn_pieces: array<Piece>;
 // A bit a triangle: whether the map holds a part of it with its sides exchanged.
 var<storage, read_write> folds: array<atomic<u32>>;
-// 64 × 64 tiles of the map, a bit each: whether a view sample needs one of its texels.
-var<storage, read_write> tiles: array<atomic<u32>, 128>;
 // Where the centre of each texel lies before the warp.
 var<storage, read_write> texel_rays: array<vec2f>;
 var<storage, read> drawn_texel_rays: array<vec2f>;
 
-// From here on in `counters`: how many pieces each level has, and how many it draws.
+// From here on in `state.counters`: how many pieces each level has, and how many it draws.
 const of_level = 5u;
 const drawn_of_level = 32u;
 
@@ -67,8 +65,8 @@ fn need(@builtin(global_invocation_id) id: vec3u) {
     let x = tile_of(texel.x);
     let word = 2u * tile_of(texel.y) + x / 32u;
     let bit = 1u << (x & 31u);
-    if (atomicLoad(&tiles[word]) & bit) == 0u {
-        atomicOr(&tiles[word], bit);
+    if (atomicLoad(&state.tiles[word]) & bit) == 0u {
+        atomicOr(&state.tiles[word], bit);
     }
 }
 
@@ -76,7 +74,7 @@ fn need(@builtin(global_invocation_id) id: vec3u) {
 @compute @workgroup_size(64)
 fn spread(@builtin(global_invocation_id) id: vec3u) {
     let tile = vec2u(id.x % 64u, id.x / 64u);
-    if (atomicLoad(&tiles[2u * tile.y + tile.x / 32u]) >> (tile.x & 31u) & 1u) == 0u {
+    if (atomicLoad(&state.tiles[2u * tile.y + tile.x / 32u]) >> (tile.x & 31u) & 1u) == 0u {
         return;
     }
     // A texel more on each side, as drawn edges lie a little beside their places.
@@ -101,7 +99,7 @@ fn spread(@builtin(global_invocation_id) id: vec3u) {
     for (var half = 0u; half < 2u; half++) {
         let bits = tile_bits(x0, x1, half);
         for (var y = u32(clamp(first.y * 64.0, 0.0, 63.0)); bits != 0u && y <= u32(clamp(last.y * 64.0, 0.0, 63.0)); y++) {
-            atomicOr(&image_tiles[2u * y + half], bits);
+            atomicOr(&state.image_tiles[2u * y + half], bits);
         }
     }
 }
@@ -116,7 +114,7 @@ fn needed(low: vec2f, high: vec2f) -> bool {
     for (var half = 0u; half < 2u; half++) {
         let bits = tile_bits(x0, x1, half);
         for (var y = tile_of(low.y); bits != 0u && y <= tile_of(high.y); y++) {
-            if (atomicLoad(&tiles[2u * y + half]) & bits) != 0u {
+            if (atomicLoad(&state.tiles[2u * y + half]) & bits) != 0u {
                 return true;
             }
         }
@@ -221,11 +219,11 @@ fn draw(t: Part) -> bool {
     }
     // Not slivers that rounding turns over.
     if before * after < 0.0 && abs(after) > 0.02 {
-        atomicAdd(&counters[fold_count], 1u);
+        atomicAdd(&state.counters[fold_count], 1u);
         atomicOr(&folds[t.triangle / 32u], 1u << (t.triangle & 31u));
     }
     // There is room: see `full`. Where it stands in the list changes nothing: the nearest is kept.
-    let at = drawn_before(level.number) + atomicAdd(&counters[drawn_of_level + level.number], 1u);
+    let at = drawn_before(level.number) + atomicAdd(&state.counters[drawn_of_level + level.number], 1u);
     pieces[at] = packed(t);
     return true;
 }
@@ -234,7 +232,7 @@ fn draw(t: Part) -> bool {
 fn drawn_before(number: u32) -> u32 {
     var sum = 0u;
     for (var k = 0u; k < number; k++) {
-        sum += atomicLoad(&counters[drawn_of_level + k]);
+        sum += atomicLoad(&state.counters[drawn_of_level + k]);
     }
     return sum;
 }
@@ -242,7 +240,7 @@ fn drawn_before(number: u32) -> u32 {
 // Whether a level has more pieces than there is room for. Then the level before it splits none: which ones found room
 // would be chance, and cracks would open between them and the others. All triangles find room, by the size of the list.
 fn full(number: u32) -> bool {
-    let its = atomicLoad(&counters[of_level + number]);
+    let its = atomicLoad(&state.counters[of_level + number]);
     return its > level.most || drawn_before(number) + its > level.most_drawn;
 }
 
@@ -293,14 +291,14 @@ fn handle(t: Part, again: bool) -> bool {
     }
     let unsplit = mask != 0u && (again || level.last == 1u);
     if (unsplit || (mask == 0u && !again)) && draw(t) && unsplit {
-        atomicAdd(&counters[unserved_count], 1u);
+        atomicAdd(&state.counters[unserved_count], 1u);
     }
     if unsplit || mask == 0u {
         return true;
     }
     let pattern = patterns[mask];
     let number = (pattern >> 30u) + 1u;
-    let at = atomicAdd(&counters[of_level + level.number + 1u], number);
+    let at = atomicAdd(&state.counters[of_level + level.number + 1u], number);
     let half = ((level.number + 1u) & 1u) * level.most;
     for (var k = 0u; k < number && at + k < level.most; k++) {
         var bits = pattern >> (9u * k);
@@ -323,7 +321,7 @@ fn handle_triangles(thread: u32, again: bool) {
             kept = handle(Part(cut.corners[0], cut.corners[k - 1u], cut.corners[k], i), again) || kept;
         }
         if kept && !again {
-            atomicAdd(&counters[kept_count], 1u);
+            atomicAdd(&state.counters[kept_count], 1u);
         }
     }
 }
@@ -337,7 +335,7 @@ fn split(@builtin(global_invocation_id) id: vec3u) {
         handle_triangles(id.x, again);
         return;
     }
-    let number = atomicLoad(&counters[of_level + source]);
+    let number = atomicLoad(&state.counters[of_level + source]);
     for (var i = id.x; i < number; i += stride) {
         handle(unpacked(work[(source & 1u) * level.most + i]), again);
     }
@@ -346,7 +344,7 @@ fn split(@builtin(global_invocation_id) id: vec3u) {
 @compute @workgroup_size(1)
 fn finish() {
     let number = drawn_before(drawn_of_level - of_level);
-    atomicStore(&counters[drawn_count], number);
+    atomicStore(&state.counters[drawn_count], number);
     arguments[0] = number * 3u;
     arguments[1] = 1u;
 }

@@ -161,8 +161,9 @@ fn sum(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) ind
         weights[group.x] = f32(all);
         atomicAdd(&total, all);
         sums[edges] = 0.0;
+        sums[edges + side] = f32(all);
     }
-    // Nobody looks at the sums of a line without samples.
+    // Nobody looks at the other sums of a line without samples.
     if all == 0u {
         return;
     }
@@ -316,11 +317,9 @@ fn smooth_along(@builtin(global_invocation_id) id: vec3u) {
 
 // What is shown of it.
 
-// Of rows and columns: sums and weights as `sum` left them.
+// Of rows and columns, as `sum` left them.
 var<storage, read> row_sums: array<f32>;
-var<storage, read> row_weights: array<f32>;
 var<storage, read> column_sums: array<f32>;
-var<storage, read> column_weights: array<f32>;
 var<storage, read> moved_counts: array<u32>;
 
 // Offsets: yellow to the right or down, blue to the left or up; strongest at a quarter of the map. Left before smoothing,
@@ -335,7 +334,8 @@ fn offsets(pixel: vec2u, of_columns: bool) -> f32 {
     let texel = vec2u(u * map_side());
     let line = select(texel.y, texel.x, of_columns);
     let edge = select(texel.x, texel.y, of_columns);
-    let place = line * (u32(map_side()) + 1u) + edge;
+    let first = line * (u32(map_side()) + 1u);
+    let place = first + edge;
     var x = f32(edge) / map_side();
     let plain = x;
     if after {
@@ -345,11 +345,11 @@ fn offsets(pixel: vec2u, of_columns: bool) -> f32 {
             x = rows[place];
         }
     } else if of_columns {
-        if column_weights[line] > 0.0 {
-            x = column_sums[place] / column_weights[line];
-        }
-    } else if row_weights[line] > 0.0 {
-        x = row_sums[place] / row_weights[line];
+        let all = column_sums[first + u32(map_side())];
+        x = select(plain, column_sums[place] / all, all > 0.0);
+    } else {
+        let all = row_sums[first + u32(map_side())];
+        x = select(plain, row_sums[place] / all, all > 0.0);
     }
     let offset = 4.0 * (x - plain);
     return drawn(select(4u, 1u, offset > 0.0), sqrt(abs(offset)));

@@ -250,7 +250,7 @@ impl Band {
 }
 
 impl Frame<'_> {
-    /// Tells where a warped map counts its pieces (`counters` in `shaders/lib/warped.wgsl`).
+    /// Tells where a warped map counts its pieces (`State` in `shaders/lib/warped.wgsl`, which begins with its counters).
     pub(crate) fn count_pieces(&mut self, counters: &wgpu::Buffer) {
         self.pieces = Some(counters.clone());
     }

@@ -327,6 +327,11 @@ impl<'a> Recorder<'a> {
         self.encoder.clear_buffer(buffer, 0, None);
     }
 
+    /// Clears `size` bytes of a buffer from `offset` on, both multiples of 4.
+    pub fn clear_range(&mut self, buffer: &wgpu::Buffer, offset: u64, size: u64) {
+        self.encoder.clear_buffer(buffer, offset, Some(size));
+    }
+
     /// Copies `size` bytes from `offset` on to the start of another buffer.
     pub fn copy(&mut self, from: &wgpu::Buffer, offset: u64, to: &wgpu::Buffer, size: u64) {
         self.encoder.copy_buffer_to_buffer(from, offset, to, 0, size);

@@ -209,15 +209,13 @@ impl Technique for Notw {
         };
         let base = self.warped.base(f, view, p.crop == "dv")?;
         let [x, y] = &lines.axes;
-        let bound: [(&'static str, Resource); 9] = [
+        let bound: [(&'static str, Resource); 7] = [
             ("occupancies", (&self.occupancy[1]).into()),
             ("light_view", (&base.light_view).into()),
             ("rows", (&x.warp).into()),
             ("columns", (&y.warp).into()),
             ("row_sums", (&x.sums).into()),
-            ("row_weights", (&x.weights).into()),
             ("column_sums", (&y.sums).into()),
-            ("column_weights", (&y.weights).into()),
             ("moved_counts", (&y.counts).into()),
         ];
         if base.changed {

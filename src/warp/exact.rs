@@ -1,6 +1,6 @@
 //! Casters met by the rays of the texels that view samples need (`shaders/lib/warped_exact.wgsl`).
 
-use super::{Casters, Way, shown, storage};
+use super::{Casters, RAY_ARGUMENTS, Way, shown, storage};
 use crate::frame::Frame;
 use crate::gpu::{Gpu, Pass, Raster, Resource, Slot, hold};
 use crate::params::Group;
@@ -37,10 +37,6 @@ pub struct Exact {
     meet: Pass,
     draw: Pass,
     picture: Slot,
-    /// The box of the light's image that the rays lie in.
-    bounds: wgpu::Buffer,
-    /// Vertices of the draw of the rays.
-    points: wgpu::Buffer,
     held: Option<(Size, Held)>,
 }
 
@@ -60,7 +56,6 @@ struct Held {
     needed: wgpu::Buffer,
     cells: wgpu::Buffer,
     boxes: wgpu::Buffer,
-    met: wgpu::Buffer,
 }
 
 impl Exact {
@@ -91,8 +86,6 @@ impl Exact {
             meet: Pass::render(gpu, "rays meet casters", file, boxes, groups)?,
             draw: Pass::render(gpu, "shadow map", file, points, groups)?,
             picture: Slot::default(),
-            bounds: storage(gpu, "box of the rays", 16),
-            points: gpu.buffer("draw of the rays", &[0; 16], Use::STORAGE | Use::INDIRECT),
             held: None,
         })
     }
@@ -105,7 +98,7 @@ impl Casters for Exact {
         changed: bool,
         bound: &[(&'static str, Resource)],
         map: &wgpu::TextureView,
-        arguments: &wgpu::Buffer,
+        [arguments, state]: [&wgpu::Buffer; 2],
     ) -> Result<()> {
         let resolution = map.texture().width();
         let texels = resolution as u64 * resolution as u64;
@@ -121,7 +114,7 @@ impl Casters for Exact {
         })?;
         let side = cells_side(resolution);
         let picture = self.picture.get(f.gpu, "cells", [side; 2], CELLS, wgpu::TextureUsages::RENDER_ATTACHMENT);
-        let buffers = [&held.rays, &held.nearest, &held.needed, &held.cells, &held.boxes, &held.met];
+        let buffers = [&held.rays, &held.nearest, &held.needed, &held.cells, &held.boxes];
         f.held(buffers.iter().map(|b| b.size()).sum());
         if let Some(texture) = self.picture.texture() {
             f.held(crate::gpu::bytes(texture));
@@ -138,22 +131,16 @@ impl Casters for Exact {
                 ("drawn_cells", (&held.cells).into()),
                 ("boxes", (&held.boxes).into()),
                 ("drawn_boxes", (&held.boxes).into()),
-                ("triangles_met", (&held.met).into()),
-                ("ray_bounds", (&self.bounds).into()),
-                ("found_bounds", (&self.bounds).into()),
-                ("ray_arguments", (&self.points).into()),
             ]);
             f.clear(&held.needed);
-            f.clear(&held.met);
             if whole {
                 f.run(&self.all).bind_all(&all).dispatch(resolution.div_ceil(8), resolution.div_ceil(8), 1);
             } else {
                 f.run(&self.need).bind_all(&all).per_pixel();
             }
             for (i, band) in held.bands.iter().enumerate() {
-                for buffer in [&held.cells, &self.bounds, &self.points] {
-                    f.clear(buffer);
-                }
+                f.clear(&held.cells);
+                f.clear_range(state, RAY_ARGUMENTS, 32);
                 for pass in [&self.make, &self.trace, &self.sort, &self.list] {
                     f.run(pass).bind_all(&all).bind("ray_band", band).dispatch(256, 1, 1);
                 }
@@ -162,11 +149,10 @@ impl Casters for Exact {
                     .bind_all(&all)
                     .uncounted()
                     .draw(&[], Some((&picture, 0.0)), true, |p| p.draw_indirect(arguments, 0));
-                let points = &self.points;
                 f.run(&self.draw)
                     .bind_all(&all)
                     .uncounted()
-                    .draw(&[], Some((map, 0.0)), i == 0, |p| p.draw_indirect(points, 0));
+                    .draw(&[], Some((map, 0.0)), i == 0, |p| p.draw_indirect(state, RAY_ARGUMENTS));
             }
         }
         f.keep_table("rays", &held.rays);
@@ -202,7 +188,6 @@ impl Held {
             needed: storage(gpu, "needed texels", words as u64 * 4),
             cells: storage(gpu, "cells", cells * 4),
             boxes: storage(gpu, "triangles' boxes", triangles as u64 * BOX),
-            met: storage(gpu, "triangles that meet rays", triangles.div_ceil(32) as u64 * 4),
         }
     }
 }

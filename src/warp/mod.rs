@@ -69,13 +69,21 @@ struct Key {
     shown: bool,
 }
 
+/// Bytes of `State` in `shaders/lib/warped.wgsl` before its parts: the rays' draw and box, and a bit a triangle.
+const RAY_ARGUMENTS: u64 = 256;
+const TRIANGLES_MET: u64 = 256 + 32 + 1024;
+const STATE: wgpu::BufferUsages = wgpu::BufferUsages::STORAGE
+    .union(wgpu::BufferUsages::INDIRECT)
+    .union(wgpu::BufferUsages::COPY_SRC)
+    .union(wgpu::BufferUsages::COPY_DST);
+
 /// Parameters that matter in the look-up only.
 const LOOK_UP: [&str; 4] = ["bias", "slope_bias", "slope_limit", "receiver_plane"];
 
 /// A way to draw casters.
 trait Casters {
-    /// Draws them into the map, if anything `changed`. `bound`: what shaders need, by name; `arguments`: where the passes put
-    /// the draw's.
+    /// Draws them into the map, if anything `changed`. `bound`: what shaders need, by name; `arguments_and_state`: where the passes
+    /// put the draw's arguments, and what they tell each other.
     ///
     /// # Errors
     /// More than the adapter binds at once.
@@ -85,7 +93,7 @@ trait Casters {
         changed: bool,
         bound: &[(&'static str, Resource)],
         map: &wgpu::TextureView,
-        arguments: &wgpu::Buffer,
+        arguments_and_state: [&wgpu::Buffer; 2],
     ) -> Result<()>;
 }
 
@@ -105,9 +113,9 @@ pub struct Warped {
     light_view: Option<wgpu::Buffer>,
     depth: Slot,
     casters: Option<(Way, Box<dyn Casters>)>,
-    counters: wgpu::Buffer,
-    image_tiles: wgpu::Buffer,
     arguments: wgpu::Buffer,
+    /// `State` in `shaders/lib/warped.wgsl`, for a number of triangles.
+    state: Option<(u32, wgpu::Buffer)>,
     /// For a number of triangles.
     folds: Option<(u32, wgpu::Buffer)>,
     resolve: Pass,
@@ -143,9 +151,8 @@ impl Warped {
             light_view: None,
             depth: Slot::default(),
             casters: None,
-            counters: zero("pieces' counters", 256, Use::STORAGE | Use::COPY_SRC),
-            image_tiles: zero("needed tiles of the image", 512, Use::STORAGE),
             arguments: zero("draw of the casters", 16, Use::STORAGE | Use::INDIRECT),
+            state: None,
             folds: None,
             resolve: pass("resolve", "resolve")?,
             inspect: pass("inspect", "inspect")?,
@@ -200,27 +207,33 @@ impl Warped {
         let r = RasterParams::read(f.values);
         let map = self.depth.get(f.gpu, "shadow map", [p.resolution; 2], format(&p), USAGE);
         let triangles = f.scene.triangle_count;
+        let state = hold(&mut self.state, triangles, |n| {
+            Ok(f.gpu.device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("state of a warped map"),
+                size: TRIANGLES_MET + n.div_ceil(32).max(1) as u64 * 4,
+                usage: STATE,
+                mapped_at_creation: false,
+            }))
+        })?;
         let folds =
             hold(&mut self.folds, triangles, |n| Ok(storage(f.gpu, "folded triangles", n.div_ceil(32) as u64 * 4)))?;
         let mut all: Vec<(&'static str, Resource)> = bound.to_vec();
         all.extend([
             ("light_view", (&base.light_view).into()),
             ("shadow_map", (&map).into()),
-            ("image_tiles", (&self.image_tiles).into()),
-            ("counters", (&self.counters).into()),
+            ("state", (&*state).into()),
             ("arguments", (&self.arguments).into()),
             ("folds", (&*folds).into()),
             ("folded", (&*folds).into()),
         ]);
-        let own = [&self.counters, &self.image_tiles, &self.arguments, &*folds];
+        let own = [&*state, &self.arguments, &*folds];
         f.held(own.map(|b| b.size()).iter().sum());
         if let Some(texture) = self.depth.texture() {
             f.held(crate::gpu::bytes(texture));
         }
         if base.changed {
-            for buffer in [&self.counters, &self.image_tiles, &*folds] {
-                f.clear(buffer);
-            }
+            f.clear(state);
+            f.clear(folds);
         }
         let way = Way { raster: r.raster, format: format(&p), cull: p.cull };
         let (file, groups) = (self.file, self.groups);
@@ -230,8 +243,8 @@ impl Warped {
                 _ => Box::new(Subdivide::new(f.gpu, file, groups, way)?),
             })
         })?;
-        casters.draw(f, base.changed, &all, &map, &self.arguments)?;
-        f.count_pieces(&self.counters);
+        casters.draw(f, base.changed, &all, &map, [&self.arguments, state])?;
+        f.count_pieces(state);
         f.keep_table("light_view", &base.light_view);
         f.outline_view(&base.light_view);
         for (name, resource) in bound {

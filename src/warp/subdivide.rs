@@ -31,7 +31,6 @@ pub struct Subdivide {
     split: Pass,
     finish: Pass,
     draw: Pass,
-    tiles: wgpu::Buffer,
     /// For a number of triangles, and texels per side.
     held: Option<([u32; 2], Held)>,
 }
@@ -62,7 +61,6 @@ impl Subdivide {
             split: pass("subdivision", "split")?,
             finish: pass("subdivision", "finish")?,
             draw: Pass::render(gpu, "shadow map", file, raster, groups)?,
-            tiles: storage(gpu, "needed tiles", 512),
             held: None,
         })
     }
@@ -75,7 +73,7 @@ impl Casters for Subdivide {
         changed: bool,
         bound: &[(&'static str, Resource)],
         map: &wgpu::TextureView,
-        arguments: &wgpu::Buffer,
+        [arguments, _]: [&wgpu::Buffer; 2],
     ) -> Result<()> {
         let resolution = map.texture().width();
         let passes = [&self.need, &self.spread, &self.trace, &self.split, &self.finish, &self.draw];
@@ -91,20 +89,18 @@ impl Casters for Subdivide {
             passes.iter().for_each(|p| p.forget());
             Held::new(f.gpu, *of, self.linear)
         })?;
-        f.held([&held.work, &held.pieces, &held.rays, &self.tiles].iter().map(|b| b.size()).sum());
+        f.held([&held.work, &held.pieces, &held.rays].iter().map(|b| b.size()).sum());
         if !changed {
             return Ok(());
         }
         let mut all = bound.to_vec();
         all.extend([
-            ("tiles", (&self.tiles).into()),
             ("texel_rays", (&held.rays).into()),
             ("drawn_texel_rays", (&held.rays).into()),
             ("work", (&held.work).into()),
             ("pieces", (&held.pieces).into()),
             ("drawn_pieces", (&held.pieces).into()),
         ]);
-        f.clear(&self.tiles);
         f.run(&self.need).bind_all(&all).per_pixel();
         if !self.linear {
             f.run(&self.spread).bind_all(&all).dispatch(64, 1, 1);
