@@ -5,6 +5,7 @@ mod common;
 use common::*;
 use glam::{DMat4, DQuat, DVec3, Vec2, Vec3};
 use shadowscope::frame::{Ask, Renderer};
+use shadowscope::gpu::{self, Gpu};
 use shadowscope::light::Light;
 use shadowscope::measure;
 use shadowscope::measure::Step;
@@ -16,6 +17,7 @@ use shadowscope::scene::{
 };
 use shadowscope::setup::{Base, Setup, scene_camera};
 use shadowscope::techniques::{self, Info};
+use std::sync::Arc;
 
 /// A built-in scene at a size.
 fn built_in(name: &str, camera: &str, size: [u32; 2]) -> (Renderer, Setup) {
@@ -980,4 +982,38 @@ fn shots_show_all_layers_and_what_every_technique_shares() {
     let density = r.read_map().unwrap().into_iter().fold(0.0, f32::max);
     assert!(density > 0.0);
     assert_eq!(r.shot(&s, "error map (CPU)").unwrap().unwrap().range.unwrap()[1], density);
+}
+
+/// What every WebGPU adapter guarantees is enough, and gives the same visibility: rasters, fits and analysis included.
+#[test]
+fn no_technique_needs_more_than_is_guaranteed() {
+    let weak = Gpu::within(&gpu::instance(), None, None, |_| wgpu::Limits::default()).unwrap();
+    let lamp = common::spot(Vec3::new(3.0, 7.0, 2.0), Vec3::ZERO, 50.0);
+    let lights = [sun(Vec3::new(0.4, 0.8, 0.3).normalize()), lamp];
+    let (mut strong, mut setup) = start(hovering(lights[0]), [64, 48]);
+    let mut weak = Renderer::new(Arc::new(weak), strong.scene().clone()).unwrap();
+    let mut seen = 0;
+    for info in techniques::ALL {
+        for light in lights.iter().filter(|l| info.refuses(l).is_none()) {
+            setup.light = *light;
+            setup.select(info.id).unwrap();
+            let rasters: &[&str] =
+                if info.specs().any(|s| s.name == "raster") { &["exact", "subdivide"] } else { &[""] };
+            for raster in rasters {
+                setup.params.clear();
+                setup.complete();
+                if !raster.is_empty() {
+                    setup.set(&format!("raster={raster}"), &[info.id.into()]).unwrap();
+                }
+                let ask = Ask { analysis: true, ..ask(&setup) };
+                let mut visibility = |r: &mut Renderer| {
+                    r.render(&setup, ask).unwrap_or_else(|e| panic!("{} {raster}: {e:#}", info.id));
+                    r.read_visibility().unwrap()
+                };
+                assert_eq!(visibility(&mut strong), visibility(&mut weak), "{} {raster} {}", info.id, light.kind());
+                seen += 1;
+            }
+        }
+    }
+    assert!(seen > 2 * techniques::ALL.len(), "{seen}");
 }
