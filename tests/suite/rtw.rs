@@ -1,8 +1,6 @@
 //! Rectilinear texture warping against its tables computed in f64, the truth, and its own shortcomings.
 
-mod common;
-
-use common::*;
+use crate::common::*;
 use glam::{DVec2, DVec3, Mat4, Vec2, Vec3, Vec4};
 use shadowscope::frame::{Ask, Renderer};
 use shadowscope::light::{Light, LightView};

@@ -1,8 +1,6 @@
 //! Scenes far from the zero point of their coordinates: the same pictures as at it, and set-ups in the file's coordinates.
 
-mod common;
-
-use common::*;
+use crate::common::*;
 use glam::{DVec3, Vec3};
 use shadowscope::capture;
 use shadowscope::frame::Renderer;
@@ -14,7 +12,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// A floor of 10 m with a box over it, in two nodes.
-const FILE: &[u8] = include_bytes!("data/origin.glb");
+const FILE: &[u8] = include_bytes!("../data/origin.glb");
 
 /// Writes the file with its nodes at another place.
 fn moved(folder: &Path, to: DVec3) -> PathBuf {

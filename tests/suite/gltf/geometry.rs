@@ -1,7 +1,7 @@
 //! Primitives, accessors, quantisation, skins and morph targets.
 
-use crate::file::{F32, File, I8, I16, U8, U16, U32};
-use crate::nodes::world;
+use super::file::{F32, File, I8, I16, U8, U16, U32};
+use super::nodes::world;
 use glam::{Mat4, Vec2, Vec3};
 use serde_json::json;
 use std::f32::consts::FRAC_1_SQRT_2;
@@ -131,7 +131,7 @@ fn interleaved_strides() {
     let positions = file.push("accessors", accessor("VEC3", 0));
     let uvs = file.push("accessors", accessor("VEC2", 12));
     file.primitive()["attributes"] = json!({ "POSITION": positions, "TEXCOORD_0": uvs });
-    let image = file.view(&crate::file::picture(image::ImageFormat::Png));
+    let image = file.view(&super::file::picture(image::ImageFormat::Png));
     file.texture(json!({ "bufferView": image, "mimeType": "image/png" }), json!({}));
     let mesh = &file.load().meshes[0];
     assert_eq!(mesh.positions, [Vec3::Z, Vec3::new(1.0, 0.0, 1.0), Vec3::new(0.0, 1.0, 1.0)]);
@@ -176,7 +176,7 @@ fn quantised_positions_normals_and_uvs() {
     let uvs = file.accessor(&[0, 255, 51, 0, 102, 0], U8, "VEC2", 3);
     file.json["accessors"][uvs]["normalized"] = true.into();
     file.primitive()["attributes"] = json!({ "POSITION": 0, "NORMAL": normals, "TEXCOORD_0": uvs });
-    let image = file.view(&crate::file::picture(image::ImageFormat::Png));
+    let image = file.view(&super::file::picture(image::ImageFormat::Png));
     file.texture(json!({ "bufferView": image }), json!({}));
     let mesh = &file.load().meshes[0];
     assert_eq!(mesh.normals, [Vec3::Y, Vec3::NEG_Y, Vec3::Z]);

@@ -1,8 +1,6 @@
 //! Warped light views against closed forms, brute force and the truth.
 
-mod common;
-
-use common::*;
+use crate::common::*;
 use glam::{DMat3, DVec2, DVec3, Vec2, Vec3, Vec4};
 use shadowscope::fit::{Scope, hull, lispsm, msf, psm, tsm, warped};
 use shadowscope::frame::{Ask, Renderer};

@@ -1,8 +1,6 @@
 //! Warps by a grid of nodes: the WGSL solver and warp against f64, and what they do to pictures.
 
-mod common;
-
-use common::*;
+use crate::common::*;
 use glam::{DMat2, DVec2, UVec2, Vec2, Vec3};
 use shadowscope::frame::{Ask, Renderer};
 use shadowscope::gpu::{Gpu, Pass, Recorder, Resource, Shaders, Timer, shader_files};

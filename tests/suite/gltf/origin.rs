@@ -1,6 +1,6 @@
 //! Files that lie far from the zero point of their coordinates.
 
-use crate::file::{File, U8};
+use super::file::{File, U8};
 use glam::{DVec3, Vec3};
 use serde_json::{Value, json};
 use shadowscope::scene::geometry::Geometry;

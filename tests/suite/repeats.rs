@@ -1,8 +1,6 @@
 //! Every picture and every figure is the same each time, bit for bit, whichever thread comes first.
 
-mod common;
-
-use common::*;
+use crate::common::*;
 use shadowscope::frame::{Ask, Renderer};
 use shadowscope::light::Light;
 use shadowscope::measure;

@@ -1,8 +1,6 @@
 //! The logarithmic perspective shadow map against closed forms and the truth.
 
-mod common;
-
-use common::*;
+use crate::common::*;
 use glam::{DVec2, Vec2, Vec3};
 use shadowscope::fit::{Scope, lispsm, logpsm, warped};
 use shadowscope::frame::{Ask, Renderer};

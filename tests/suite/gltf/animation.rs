@@ -1,6 +1,6 @@
 //! Key frames.
 
-use crate::file::{File, I16};
+use super::file::{File, I16};
 use glam::Vec4;
 use serde_json::{Value, json};
 use shadowscope::scene::{Interpolation, Property};

@@ -1,7 +1,5 @@
 //! The stability cases: that they hold what they promise, and that what is counted along them is right.
 
-mod common;
-
 use glam::Vec3;
 use serde_json::Value;
 use shadowscope::frame::Renderer;
@@ -22,7 +20,7 @@ fn case(id: &str) -> &'static Case {
 fn open(case: &Case, side: u32) -> (Renderer, Setup) {
     let (mut setup, scene) = Setup::open(case.id).unwrap();
     setup.size = [side; 2];
-    (Renderer::new(common::gpu(), Arc::new(scene)).unwrap(), setup)
+    (Renderer::new(crate::common::gpu(), Arc::new(scene)).unwrap(), setup)
 }
 
 /// Runs techniques along a case, against the hard truth.
@@ -189,7 +187,7 @@ fn maps_fail_where_the_cases_say() {
 
 /// Sides of a texel of a 1024² map fitted to what a set-up's camera sees, metres.
 fn texel(renderer: &mut Renderer, setup: &Setup) -> [f32; 2] {
-    renderer.render(setup, common::ask(setup)).unwrap();
+    renderer.render(setup, crate::common::ask(setup)).unwrap();
     let view = LightView::whole(&setup.light, renderer.geometry().bounds, 1024, 1.0).unwrap();
     let mask = renderer.read_mask().unwrap();
     let points = renderer.read_position().unwrap();
@@ -262,7 +260,7 @@ fn degenerate_triangles_survive_and_yield_numbers() {
             let mut setup = setup.clone();
             setup.select(info.id).unwrap();
             (case("st-degenerate").place)(&mut setup, t);
-            renderer.render(&setup, common::ask(&setup)).unwrap();
+            renderer.render(&setup, crate::common::ask(&setup)).unwrap();
             let visibility = renderer.read_visibility().unwrap();
             assert!(visibility.iter().all(|v| (0.0..=1.0).contains(v)), "{} at {t}", info.id);
             empty |= renderer.read_mask().unwrap().iter().all(|m| *m == 0);

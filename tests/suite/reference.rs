@@ -1,9 +1,7 @@
 //! Sample, facing and truth of every pixel against a reference in double precision that shares nothing with the shaders:
 //! a camera ray through the pixel's centre, the nearest triangle, and a shadow ray from the point where it is hit.
 
-mod common;
-
-use common::*;
+use crate::common::*;
 use glam::{DVec2, DVec3, Vec3};
 use rayon::prelude::*;
 use shadowscope::frame::Renderer;

@@ -1,6 +1,6 @@
 //! Cameras and lights, of the file and the presets.
 
-use crate::file::File;
+use super::file::File;
 use glam::Vec3;
 use serde_json::json;
 use shadowscope::light::Light;

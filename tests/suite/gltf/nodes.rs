@@ -1,6 +1,6 @@
 //! The node hierarchy and instances.
 
-use crate::file::{File, I8, I16};
+use super::file::{File, I8, I16};
 use glam::{DVec3, Mat4, Quat, Vec3};
 use serde_json::json;
 use shadowscope::scene::geometry::world_matrices;

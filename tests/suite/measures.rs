@@ -1,8 +1,6 @@
 //! A frame's analysis and needs against closed forms and against counts made anew on the CPU.
 
-mod common;
-
-use common::*;
+use crate::common::*;
 use glam::{DVec2, DVec3, Vec2, Vec3};
 use shadowscope::frame::{Ask, Renderer, Truth};
 use shadowscope::light::Light;

@@ -1,8 +1,6 @@
 //! Non-orthogonal texture warping against a reference on the CPU, and the raster that all warped maps share.
 
-mod common;
-
-use common::*;
+use crate::common::*;
 use glam::{Vec2, Vec3, Vec4};
 use shadowscope::capture;
 use shadowscope::frame::{Ask, PieceCount, Renderer};

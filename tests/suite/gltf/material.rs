@@ -1,6 +1,6 @@
 //! Materials, textures and texture coordinates.
 
-use crate::file::{File, picture};
+use super::file::{File, picture};
 use glam::{Vec2, Vec4};
 use image::ImageFormat;
 use serde_json::{Value, json};
@@ -155,7 +155,7 @@ fn images_that_cannot_be_read_are_refused() {
         (json!({ "uri": "../up.png" }), "outside the file's folder"),
         (json!({ "uri": "data:image/png;base64,####" }), "base64"),
         (json!({ "uri": "data:image/png,abc" }), "base64"),
-        (json!({ "uri": format!("data:;base64,{}", crate::file::base64(truncated)) }), "cannot be decoded"),
+        (json!({ "uri": format!("data:;base64,{}", super::file::base64(truncated)) }), "cannot be decoded"),
         (json!({ "uri": "data:;base64,AAAAAAAA" }), "unknown format"),
         (json!({ "uri": format!("data:;base64,{huge}") }), "cannot be decoded"),
         (json!({ "bufferView": 77 }), "buffer view 77"),

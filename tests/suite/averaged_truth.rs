@@ -1,8 +1,6 @@
 //! The truth averaged over a pixel against closed forms and larger pictures, and what counts as able to be wrong.
 
-mod common;
-
-use common::*;
+use crate::common::*;
 use glam::{DVec2, Vec2, Vec3};
 use shadowscope::frame::{Ask, Renderer, Truth};
 use shadowscope::gpu::{GivenUp, Gpu};

@@ -1,8 +1,6 @@
 //! Cascades: where they are split, what each map covers, and what they bring.
 
-mod common;
-
-use common::*;
+use crate::common::*;
 use glam::{DVec2, Vec2, Vec3};
 use shadowscope::cascades::CascadeParams;
 use shadowscope::fit::Scope;

@@ -1,6 +1,6 @@
 //! Files that are damaged: one clear sentence, never a panic.
 
-use crate::file::{File, error_of, load_bytes, one_sentence, picture};
+use super::file::{File, error_of, load_bytes, one_sentence, picture};
 use serde_json::{Value, json};
 
 #[test]
@@ -148,7 +148,7 @@ fn buffers_that_are_too_short() {
 fn rich() -> File {
     let mut file = File::triangle();
     let uvs = file.floats("VEC2", &[0.0, 0.0, 1.0, 0.0, 0.0, 1.0]);
-    let joints = file.accessor(&[0; 12], crate::file::U8, "VEC4", 3);
+    let joints = file.accessor(&[0; 12], super::file::U8, "VEC4", 3);
     let weights = file.floats("VEC4", &[1., 0., 0., 0., 1., 0., 0., 0., 1., 0., 0., 0.]);
     file.primitive()["attributes"]["TEXCOORD_0"] = uvs.into();
     let mut skinned = file.primitive().clone();
@@ -221,7 +221,7 @@ fn bytes_flipped_and_cut_never_panic() {
             }
             _ => bytes.truncate(random(good.len())),
         }
-        if let Err(error) = crate::file::load_in(folder.path(), "scene.glb", &bytes) {
+        if let Err(error) = super::file::load_in(folder.path(), "scene.glb", &bytes) {
             one_sentence("scene.glb", Err(error));
             refused += 1;
         }
@@ -252,7 +252,7 @@ fn every_json_value_replaced_never_panics() {
         ] {
             let mut file = good.clone();
             *file.json.pointer_mut(&place).unwrap() = value;
-            if let Err(error) = crate::file::load_in(folder.path(), "scene.glb", &file.glb()) {
+            if let Err(error) = super::file::load_in(folder.path(), "scene.glb", &file.glb()) {
                 one_sentence("scene.glb", Err(error));
             }
         }

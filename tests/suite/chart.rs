@@ -1,8 +1,6 @@
 //! Charts and reports, from rows made by hand.
 
-mod common;
-
-use common::Random;
+use crate::common::Random;
 use resvg::usvg::roxmltree::{Document, Node};
 use resvg::usvg::{Options, Tree};
 use shadowscope::chart::{self, Axis, COSTS, ERRORS, Lines, Spot};
@@ -448,7 +446,7 @@ fn a_report_is_one_page_that_holds_everything() {
     let folder = dir.path().join("report");
     let (mut setup, scene) = Setup::open("cubes").unwrap();
     setup.size = [96, 64];
-    let mut renderer = Renderer::new(common::gpu(), Arc::new(scene)).unwrap();
+    let mut renderer = Renderer::new(crate::common::gpu(), Arc::new(scene)).unwrap();
     let mut rows = Vec::new();
     for (technique, set, ms, error) in [
         ("shadow-map", "resolution=256", 1.0, 0.02),

@@ -1,8 +1,6 @@
 //! Techniques against the truth, against closed forms and against each other.
 
-mod common;
-
-use common::*;
+use crate::common::*;
 use glam::{DMat4, DQuat, DVec3, Vec2, Vec3};
 use shadowscope::frame::{Ask, Renderer};
 use shadowscope::gpu::{self, Gpu};
@@ -629,7 +627,7 @@ fn rays_that_give_up_are_reported() {
 /// Timestamps come back for every pass, in order, also where they are not the way of choice (software).
 #[test]
 fn timestamps_arrive_for_every_pass() {
-    use shadowscope::gpu::{Timer, TimerMode};
+    use shadowscope::gpu::{Pass, Recorder, Slot, Timer, TimerMode};
     let gpu = gpu();
     if !gpu.features.contains(wgpu::Features::TIMESTAMP_QUERY) {
         eprintln!("skipped: {} has no timestamps", gpu.info.name);
@@ -637,7 +635,7 @@ fn timestamps_arrive_for_every_pass() {
     }
     let (mut r, mut s) = start(hovering(spot()), [160, 120]);
     s.select("pcf").unwrap();
-    r.timer = Timer::with(&gpu, TimerMode::Stamps);
+    r.timer = Timer::with(TimerMode::Stamps);
     for _ in 0..3 {
         r.render(&s, shadowscope::frame::Ask { timed: true, ..ask(&s) }).unwrap();
     }
@@ -646,6 +644,22 @@ fn timestamps_arrive_for_every_pass() {
     // The truth was traced in the first frame only.
     assert_eq!(names, ["G-buffer", "fit: receivers", "fit: narrow", "shadow map", "resolve", "shading"]);
     assert!(r.timer.latest.iter().all(|(_, ms)| ms.is_finite() && *ms >= 0.0), "{:?}", r.timer.latest);
+
+    // However many there are.
+    let usage = wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::STORAGE_BINDING;
+    let [mut from, mut to] = [Slot::default(), Slot::default()];
+    let from = from.get(&gpu, "from", [8; 2], wgpu::TextureFormat::R32Float, usage);
+    let to = to.get(&gpu, "to", [8; 2], wgpu::TextureFormat::R32Float, usage);
+    let pass = Pass::compute(&gpu, "copy", "read_map.wgsl", "copy_map", &[]).unwrap();
+    let mut timer = Timer::with(TimerMode::Stamps);
+    let mut recorder = Recorder::new(&gpu, &mut timer, true, [8; 2]);
+    for _ in 0..700 {
+        recorder.run(&pass).bind("shown", &from).bind("values", &to).per_pixel();
+    }
+    recorder.finish().unwrap();
+    timer.collect(&gpu, true).unwrap();
+    assert_eq!(timer.by_name().len(), 1);
+    assert!(timer.latest.len() == 700 && timer.latest.iter().all(|(_, ms)| ms.is_finite()), "{}", timer.latest.len());
 }
 
 /// Where maps look: the buffers that hold it, of the last frame's analysis.
@@ -661,7 +675,7 @@ fn from_two_places(check: impl Fn(&str, &mut Renderer, &Setup, [Camera; 2])) {
         camera(Vec3::new(4.0, 5.0, 9.0), Vec3::new(0.0, 0.3, 0.0)),
         camera(Vec3::new(-4.5, 5.5, 8.0), Vec3::new(0.3, 0.0, -0.2)),
     ];
-    let lights = [sun(Vec3::new(0.5, 1.0, 0.3)), common::spot(Vec3::new(3.0, 9.0, 1.0), Vec3::ZERO, 48.0)];
+    let lights = [sun(Vec3::new(0.5, 1.0, 0.3)), crate::common::spot(Vec3::new(3.0, 9.0, 1.0), Vec3::ZERO, 48.0)];
     for light in lights {
         let scene = scene(vec![mesh(&yard(), 0)], vec![material(Vec3::splat(0.8))], views[0], light);
         let (mut r, mut s) = start(scene, [96, 72]);
@@ -988,7 +1002,7 @@ fn shots_show_all_layers_and_what_every_technique_shares() {
 #[test]
 fn no_technique_needs_more_than_is_guaranteed() {
     let weak = Gpu::within(&gpu::instance(), None, None, |_| wgpu::Limits::default()).unwrap();
-    let lamp = common::spot(Vec3::new(3.0, 7.0, 2.0), Vec3::ZERO, 50.0);
+    let lamp = crate::common::spot(Vec3::new(3.0, 7.0, 2.0), Vec3::ZERO, 50.0);
     let lights = [sun(Vec3::new(0.4, 0.8, 0.3).normalize()), lamp];
     let (mut strong, mut setup) = start(hovering(lights[0]), [64, 48]);
     let mut weak = Renderer::new(Arc::new(weak), strong.scene().clone()).unwrap();
@@ -1006,7 +1020,7 @@ fn no_technique_needs_more_than_is_guaranteed() {
                     setup.set(&format!("raster={raster}"), &[info.id.into()]).unwrap();
                 }
                 let ask = Ask { analysis: true, ..ask(&setup) };
-                let mut visibility = |r: &mut Renderer| {
+                let visibility = |r: &mut Renderer| {
                     r.render(&setup, ask).unwrap_or_else(|e| panic!("{} {raster}: {e:#}", info.id));
                     r.read_visibility().unwrap()
                 };

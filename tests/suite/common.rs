@@ -1,5 +1,4 @@
 //! What the tests share: one device, and scenes made by hand.
-#![allow(dead_code)]
 
 use glam::{DMat4, Vec2, Vec3};
 use shadowscope::frame::{Ask, Renderer, Truth};

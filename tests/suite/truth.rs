@@ -1,8 +1,6 @@
 //! The ray-traced truth against a brute-force tracer in double precision.
 
-mod common;
-
-use common::*;
+use crate::common::*;
 use glam::{DVec3, Vec2, Vec3};
 use shadowscope::frame::Renderer;
 use shadowscope::light::Light;

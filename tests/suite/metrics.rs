@@ -1,8 +1,6 @@
 //! The measures on plain arrays: against their definitions and closed forms, and against what must not change them.
 
-mod common;
-
-use common::Random;
+use crate::common::Random;
 use glam::Vec2;
 use shadowscope::measure::analysis::{Aliasing, Counts};
 use shadowscope::measure::contour;

@@ -1,8 +1,6 @@
 //! Which casters a cascade draws: all that a texel's centre needs, and hardly another.
 
-mod common;
-
-use common::*;
+use crate::common::*;
 use glam::{DMat3, DVec2, DVec3, DVec4, Vec2, Vec3, Vec4};
 use shadowscope::cascades::Fitting;
 use shadowscope::gpu::{Pass, Raster, Recorder, Timer};

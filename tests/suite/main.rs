@@ -1,0 +1,29 @@
+//! All tests but that of the real window, in one program: it is linked once, and they share a device.
+
+mod averaged_truth;
+mod cascades;
+mod chart;
+mod cli;
+mod common;
+mod culling;
+mod figures;
+mod flatland;
+mod gltf;
+mod hulls;
+mod logpsm;
+mod measures;
+mod metrics;
+mod node_grids;
+mod notw;
+mod origin;
+mod panel;
+mod reference;
+mod repeats;
+mod rtw;
+mod setup;
+mod shaders;
+mod stability;
+mod sweep;
+mod techniques;
+mod truth;
+mod warps;
