@@ -1,7 +1,7 @@
 //! Passes: a pipeline whose resources are bound by their WGSL names, recorded and timed.
 
 use super::shader::{Binding, Loaded};
-use super::timer::{DrawCount, MAX_DRAWS, MAX_PASSES, Pending, Timer, TimerMode};
+use super::timer::{DrawCount, MAX_DRAWS, Pending, Timer, TimerMode};
 use super::{GivenUp, Gpu};
 use crate::params::Group;
 use anyhow::{Context, Result};
@@ -378,18 +378,9 @@ impl<'a> Recorder<'a> {
             return Err(error);
         }
         let timer = self.timer;
-        match (&timer.queries, timer.mode) {
-            (Some((set, resolved)), TimerMode::Stamps) if self.timed && !timer.names.is_empty() => {
-                let count = timer.names.len() as u32 * 2;
-                let size = count as u64 * 8;
-                let staging = self.gpu.device.create_buffer(&wgpu::BufferDescriptor {
-                    label: Some("pass times"),
-                    size,
-                    usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
-                    mapped_at_creation: false,
-                });
-                self.encoder.resolve_query_set(set, 0..count, resolved, 0);
-                self.encoder.copy_buffer_to_buffer(resolved, 0, &staging, 0, size);
+        match timer.mode {
+            TimerMode::Stamps if self.timed && !timer.names.is_empty() => {
+                let staging = timer.resolve(self.gpu, &mut self.encoder);
                 self.gpu.queue.submit([self.encoder.finish()]);
                 let ready = Arc::new(AtomicBool::new(false));
                 let flag = ready.clone();
@@ -574,13 +565,10 @@ impl Run<'_, '_> {
             }
         }
         let timer = &mut *recorder.timer;
-        let timed = recorder.timed && (timer.names.len() as u32) < MAX_PASSES;
-        let first = match &timer.queries {
-            Some((set, _)) if timed => Some((set, timer.names.len() as u32 * 2)),
-            _ => None,
-        };
-        write(&mut recorder.encoder, pass, &group, first);
-        if timed {
+        let stamped = recorder.timed && timer.mode == TimerMode::Stamps;
+        let first = stamped.then(|| timer.stamps(recorder.gpu));
+        write(&mut recorder.encoder, pass, &group, first.as_ref().map(|(set, at)| (set, *at)));
+        if recorder.timed {
             timer.names.push(name);
         }
         if recorder.waits() {

@@ -17,7 +17,8 @@ pub enum TimerMode {
 /// Times of passes, by name, in milliseconds.
 pub struct Timer {
     pub(super) mode: TimerMode,
-    pub(super) queries: Option<(wgpu::QuerySet, wgpu::Buffer)>,
+    /// Timestamps of so many passes each, and what they are resolved into; as many as a frame has needed.
+    queries: Vec<(wgpu::QuerySet, wgpu::Buffer)>,
     pub(super) names: Vec<&'static str>,
     pub(super) wall: Vec<f64>,
     /// Work on the CPU that belongs to the frame.
@@ -35,41 +36,64 @@ pub(super) struct Pending {
     pub(super) ready: Arc<AtomicBool>,
 }
 
-pub(super) const MAX_PASSES: u32 = 512;
+/// Passes of one query set.
+const SET: u32 = 256;
 
 impl Timer {
     /// The way that can be trusted on the adapter: timestamps, or wall clock on software (lavapipe's compute
     /// timestamps are wrong once a render pass has run) and where there are none.
     pub fn new(gpu: &Gpu) -> Timer {
         let stamps = gpu.features.contains(wgpu::Features::TIMESTAMP_QUERY) && !gpu.software();
-        Timer::with(gpu, if stamps { TimerMode::Stamps } else { TimerMode::Wall })
+        Timer::with(if stamps { TimerMode::Stamps } else { TimerMode::Wall })
     }
 
     /// A way of one's choice; timestamps need the feature.
-    pub fn with(gpu: &Gpu, mode: TimerMode) -> Timer {
-        let queries = (mode == TimerMode::Stamps).then(|| {
-            let set = gpu.device.create_query_set(&wgpu::QuerySetDescriptor {
-                label: Some("pass times"),
-                ty: wgpu::QueryType::Timestamp,
-                count: MAX_PASSES * 2,
-            });
-            let buffer = gpu.device.create_buffer(&wgpu::BufferDescriptor {
-                label: Some("pass times"),
-                size: MAX_PASSES as u64 * 16,
-                usage: wgpu::BufferUsages::QUERY_RESOLVE | wgpu::BufferUsages::COPY_SRC,
-                mapped_at_creation: false,
-            });
-            (set, buffer)
-        });
+    pub fn with(mode: TimerMode) -> Timer {
         Timer {
             mode,
-            queries,
+            queries: Vec::new(),
             names: Vec::new(),
             wall: Vec::new(),
             noted: Vec::new(),
             pending: Vec::new(),
             latest: Vec::new(),
         }
+    }
+
+    /// Where the pass that is recorded next puts its timestamps: a set, and the first of two places in it.
+    pub(super) fn stamps(&mut self, gpu: &Gpu) -> (wgpu::QuerySet, u32) {
+        let (i, at) = (self.names.len() / SET as usize, self.names.len() as u32 % SET);
+        if i == self.queries.len() {
+            let set = gpu.device.create_query_set(&wgpu::QuerySetDescriptor {
+                label: Some("pass times"),
+                ty: wgpu::QueryType::Timestamp,
+                count: SET * 2,
+            });
+            let buffer = gpu.device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("pass times"),
+                size: SET as u64 * 16,
+                usage: wgpu::BufferUsages::QUERY_RESOLVE | wgpu::BufferUsages::COPY_SRC,
+                mapped_at_creation: false,
+            });
+            self.queries.push((set, buffer));
+        }
+        (self.queries[i].0.clone(), at * 2)
+    }
+
+    /// Has the timestamps of all passes recorded copied into a buffer that can be read.
+    pub(super) fn resolve(&self, gpu: &Gpu, encoder: &mut wgpu::CommandEncoder) -> wgpu::Buffer {
+        let staging = gpu.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("pass times"),
+            size: self.names.len() as u64 * 16,
+            usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
+            mapped_at_creation: false,
+        });
+        for (names, (i, (set, resolved))) in self.names.chunks(SET as usize).zip(self.queries.iter().enumerate()) {
+            let count = names.len() as u32 * 2;
+            encoder.resolve_query_set(set, 0..count, resolved, 0);
+            encoder.copy_buffer_to_buffer(resolved, 0, &staging, i as u64 * SET as u64 * 16, count as u64 * 8);
+        }
+        staging
     }
 
     pub fn mode(&self) -> TimerMode {
