@@ -234,8 +234,8 @@ impl Cascades {
 
     /// The light's view of the whole scene with maps of this size, also written for the GPU.
     pub fn whole(&self, f: &Frame, p: &CascadeParams) -> Result<LightView> {
-        let view = LightView::whole(&f.setup.light, f.scene.bounds, p.resolution, self.margin(p));
-        let view = view.with_context(|| format!("a {} light has no cascades", f.setup.light.kind()))?;
+        let view = LightView::whole(&f.light, f.scene.bounds, p.resolution, self.margin(p));
+        let view = view.with_context(|| format!("a {} light has no cascades", f.light.kind()))?;
         f.gpu.queue.write_buffer(&self.whole, 0, bytemuck::bytes_of(&view));
         Ok(view)
     }

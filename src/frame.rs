@@ -21,8 +21,8 @@ use crate::gpu::{Gpu, Pass, Raster, Recorder, Slot, Timer};
 use crate::light::{Light, LightView};
 use crate::measure::causes::Causes;
 use crate::params::{Group, Values};
-use crate::scene::Scene;
 use crate::scene::geometry::{Geometry, SceneGpu};
+use crate::scene::{Camera, Scene};
 use crate::setup::{Base, Setup};
 use crate::techniques::{self, Info, Technique};
 use crate::truth::{Progress, Tracing};
@@ -151,7 +151,11 @@ fn drawn_map(drawn: &Drawn) -> u32 {
 /// What a technique is given: the G-buffer, the scene and the light, through the names its shaders use.
 pub struct Frame<'a> {
     recorder: Recorder<'a>,
-    pub setup: &'a Setup,
+    /// The camera that maps are fitted to.
+    pub camera: Camera,
+    pub light: Light,
+    /// The view that is asked for, by its id.
+    pub view: &'a str,
     /// The values of the technique's parameters.
     pub values: &'a Values,
     pub scene: &'a SceneGpu,
@@ -639,7 +643,9 @@ impl Renderer {
         let analysis = analysed.then_some(&mut self.analysis);
         let mut f = Frame {
             recorder,
-            setup: fitted_to.as_ref().unwrap_or(setup),
+            camera: fitted_to.as_ref().unwrap_or(setup).camera,
+            light: setup.light,
+            view: &setup.view,
             values,
             scene,
             geometry: &self.geometry,

@@ -89,7 +89,7 @@ impl NodeGrid {
             }
         });
         // Drawn into where it is looked at; elsewhere it need only be there.
-        let pixels = if f.setup.view == "nodes" { f.size[0] as u64 * f.size[1] as u64 } else { 4 };
+        let pixels = if f.view == "nodes" { f.size[0] as u64 * f.size[1] as u64 } else { 4 };
         let drawing = match self.drawing.take().filter(|d| d.size() >= pixels * 4) {
             Some(drawing) => drawing,
             None => storage(f.gpu, "node drawing", pixels * 4),
@@ -123,7 +123,7 @@ impl NodeGrid {
 
     /// Draws the grid where it is looked at; before the map's own views.
     pub fn draw(&self, f: &mut Frame, bound: &[(&'static str, Resource)]) {
-        if let (Some(held), Some(drawing), "nodes") = (&self.held, &self.drawing, f.setup.view.as_str()) {
+        if let (Some(held), Some(drawing), "nodes") = (&self.held, &self.drawing, f.view) {
             f.clear(drawing);
             let groups = held.side.div_ceil(8);
             f.run(&self.draw).bind_all(bound).dispatch(groups, groups, 1);

@@ -241,7 +241,7 @@ impl Drawing {
 
     /// Draws into the technique's map where the map `id` is asked for.
     pub fn show(&self, f: &mut Frame, id: &str, make: impl FnOnce() -> Option<Diagram>) {
-        if f.setup.view != id {
+        if f.view != id {
             return;
         }
         let mut strokes = make().map(|d| d.strokes).unwrap_or_default();

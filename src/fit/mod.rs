@@ -124,7 +124,7 @@ impl Scope {
     /// What `f` renders, with a map of that resolution and margin.
     pub fn of(f: &Frame, resolution: u32, margin: f32) -> Scope {
         let [w, h] = f.size;
-        let (camera, light, bounds) = (f.setup.camera, f.setup.light, f.scene.bounds);
+        let (camera, light, bounds) = (f.camera, f.light, f.scene.bounds);
         Scope { camera, light, bounds, aspect: w as f32 / h as f32, resolution, margin }
     }
 

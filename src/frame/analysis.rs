@@ -288,7 +288,7 @@ impl Frame<'_> {
                 .bind("counts", &band.counts)
                 .per_pixel();
         }
-        if self.setup.view == "counts" {
+        if self.view == "counts" {
             for band in &analysis.bands {
                 let run = recorder.run(self.draw_counts);
                 run.bind("counting", &band.uniform).bind("counts", &band.counts).per_pixel();

@@ -268,7 +268,7 @@ impl Technique for Notw {
                 }
             }
         }
-        if f.setup.view == "occupancy" {
+        if f.view == "occupancy" {
             f.clear(&lines.halfway);
             f.run(&self.count_after).bind_all(&bound).bind("moved", &lines.halfway).per_pixel();
             for (i, counts) in [&x.counts, &y.counts, &lines.halfway].into_iter().enumerate() {

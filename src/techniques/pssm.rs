@@ -317,7 +317,7 @@ impl Technique for Pssm {
         let p = PssmParams::read(f.values);
         let c = CascadeParams::read(f.values);
         let whole = self.cascades.whole(f, &c)?;
-        let camera = &f.setup.camera;
+        let camera = &f.camera;
         let scope = Scope::of(f, c.resolution, whole.margin);
         let [near, far] = split_range(&p, &scope);
         let splits = splits(&p, c.cascades, near, far);

@@ -125,7 +125,7 @@ impl Technique for Sdsm {
         let whole = self.cascades.whole(f, &c)?;
         let boxes = Boxes::Samples { dilate: p.dilate, least: p.min_box, smoothing: p.smoothing };
         self.cascades.prepare(f, &c, &boxes);
-        let now = Last { camera: f.setup.camera, whole, size: f.size, values: f.values.clone() };
+        let now = Last { camera: f.camera, whole, size: f.size, values: f.values.clone() };
         if self.last.as_ref().is_none_or(|last| last.jumped(&now)) {
             f.clear(&self.cascades.splits);
             f.clear(&self.cascades.boxes);
@@ -137,7 +137,7 @@ impl Technique for Sdsm {
         let [w, h] = f.size.map(|s| s.div_ceil(64));
         f.run(&self.find_range).bind("range", &self.range).dispatch(w, h, 1);
         // The logarithmic scheme needs the range only.
-        if p.scheme != "log" || f.setup.view == "histogram" {
+        if p.scheme != "log" || f.view == "histogram" {
             f.run(&self.fill_bins).bind("range", &self.range).bind("bins", &self.bins).dispatch(w, h, 1);
         }
         f.run(&self.place_splits)

@@ -258,7 +258,7 @@ impl Warped {
         }
         f.offer_maps(std::slice::from_ref(&map), &base.light_view, &[p.resolution]);
         f.offer_warp(file, groups, &all);
-        if f.setup.view == "counts-before" {
+        if f.view == "counts-before" {
             let counts = self.counts(f.gpu, p.resolution);
             f.clear(&counts);
             f.run(&self.count).bind_all(&all).bind("before", &counts).per_pixel();
@@ -275,7 +275,7 @@ impl Warped {
 
     /// Shows counts of view samples, a number per texel, where the map `id` is asked for.
     pub fn show_counts(&self, f: &mut Frame, id: &str, counts: &wgpu::Buffer, resolution: u32) {
-        if f.setup.view != id {
+        if f.view != id {
             return;
         }
         let count = resolution * resolution;
@@ -304,7 +304,7 @@ impl Warped {
 
 /// Whether the map itself is looked at, so that the exact raster, which draws needed texels only, has to draw all.
 fn shown(f: &Frame) -> bool {
-    let looked_into = f.whole_maps || ["shadow-map", "grid", "nodes"].contains(&f.setup.view.as_str());
+    let looked_into = f.whole_maps || ["shadow-map", "grid", "nodes"].contains(&f.view);
     looked_into && RasterParams::read(f.values).raster == "exact"
 }
 
