@@ -51,7 +51,7 @@ pub fn show(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
         ui.add_space(4.0);
         // What differs from technique to technique comes last, so that the lists above stay where they are.
         let searched = m.searching.then_some(true);
-        section(ui, "Technique", header("Technique", true).open(searched), |ui| technique(ui, m));
+        section(ui, "Technique", header("Technique", true).open(searched), |ui| technique(ui, m, rest.height()));
         section(ui, "View", header("View", true), |ui| views::show(ui, m));
         // Of a comparison these are of the side chosen above.
         let of = |title: &str, m: &Model| match m.setup.sides() {
@@ -248,7 +248,8 @@ pub fn grouped(n: usize) -> String {
     out
 }
 
-fn technique(ui: &mut Ui, m: &mut Model) {
+/// `room`: height that the panel has for its sections.
+fn technique(ui: &mut Ui, m: &mut Model, room: f32) {
     compare::show(ui, m);
     let chosen = m.edited();
     let search =
@@ -270,8 +271,7 @@ fn technique(ui: &mut Ui, m: &mut Model) {
         m.search.clear();
     }
     // A high window shows all of the list.
-    let height = ui.ctx().content_rect().height();
-    let most = (height - OTHERS).max(0.24 * height).max(140.0);
+    let most = (room - OTHERS).max(0.26 * room).max(140.0);
     let list = ScrollArea::vertical().id_salt("techniques").max_height(most).auto_shrink([false, true]);
     list.show(ui, |ui| {
         ui.spacing_mut().item_spacing.y = 2.0;
@@ -330,7 +330,7 @@ fn awaited(ui: &Ui, m: &Model, info: &Info, row: Rect) {
 }
 
 /// Height that the panel needs beside the list of techniques, where it has it, points.
-const OTHERS: f32 = 600.0;
+const OTHERS: f32 = 560.0;
 
 /// What is rendered sooner needs no sign of it.
 const AWAITED: Duration = Duration::from_millis(150);
