@@ -44,7 +44,7 @@ crate::params! {
         }
         "Bias" {
             /// Depth added before the comparison, along the light's axis. Too little: acne. Too much: shadows detach (peter-panning).
-            bias: float(0.002, 0.0..=100.0, "m", 0.02 of scene),
+            bias: float(0.002, 0.0..=100.0, "m", 0.1 of view),
             /// Depth added in proportion to the receiver's slope and the size of its cascade's texel.
             slope_bias: float(0.75, 0.0..=8.0, "× texel"),
             /// The largest tangent of the slope that the slope-scaled bias follows.

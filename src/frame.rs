@@ -270,10 +270,19 @@ pub struct Told {
     pub gpu_bytes: u64,
     /// How much of the truth is traced that the set-up names ([`crate::truth::Samples::shown`]).
     pub truth: Progress,
-    /// Of each side of a comparison its passes with their milliseconds, equal names added up, in a frame that was timed.
-    pub sides: Vec<Vec<(&'static str, f64)>>,
+    /// What each side of a comparison tells; empty without one.
+    pub sides: Vec<ToldSide>,
     /// Samples of pixels that the frame traced of it.
     pub traced: u64,
+}
+
+/// What a side of a comparison tells of itself; the truth nothing.
+#[derive(Clone, Debug, Default)]
+pub struct ToldSide {
+    /// Its passes with their milliseconds, equal names added up, in a frame that was timed.
+    pub passes: Vec<(&'static str, f64)>,
+    /// Bytes of GPU memory that its technique holds.
+    pub gpu_bytes: u64,
 }
 
 /// How a technique's own map is drawn, as `View` in `shaders/shade.wgsl`.

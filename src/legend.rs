@@ -107,9 +107,8 @@ pub fn side_name(setup: &Setup, side: usize) -> String {
 impl Key {
     /// The legend of a set-up's picture in a scene of these bounds.
     pub fn new(setup: &Setup, bounds: [Vec3; 2], known: &Known) -> Key {
-        let Some(info) = techniques::find(&setup.technique) else { return Key::default() };
         let id = setup.overlay.as_ref().map_or(&setup.view, |o| &o.view);
-        let Some(view) = view::find(id, info) else { return Key::default() };
+        let Some(view) = setup.find_view(id) else { return Key::default() };
         let inset = setup.overlay.as_ref().is_some_and(|o| o.inset);
         let mut key = Key { title: view.title.into(), inset, ..Key::default() };
         key.sides(setup, known);
@@ -119,9 +118,12 @@ impl Key {
             let text = share.map_or(c.what.into(), |s| format!("{} {}", c.what, percent(s)));
             Part::Class(c.color, text)
         };
+        // What a frame tells is of the first side.
+        let first = if setup.sides() > 1 { format!("{} ", letter(0)) } else { String::new() };
         let cascades = |key: &mut Key| {
             for (i, ends) in known.splits.windows(2).enumerate() {
-                let text = format!("{}: {} to {} m", i + 1, chart::short(ends[0].into()), chart::short(ends[1].into()));
+                let [near, far] = [0, 1].map(|end| chart::short(ends[end].into()));
+                let text = format!("{first}{}: {near} to {far} m", i + 1);
                 key.parts.push(Part::Class(LABELS[i.min(7)], text));
             }
         };
@@ -150,7 +152,8 @@ impl Key {
                     None if matches!(view.drawn, view::Drawn::Depth) => Vec::new(),
                     None => linear_ticks(low, high, 5),
                 };
-                key.parts.push(Part::Scale(palette, format!("{}{unit}", v.what), ticks));
+                let of = if depth.is_some() && setup.sides() > 1 { " (of A)" } else { "" };
+                key.parts.push(Part::Scale(palette, format!("{}{unit}{of}", v.what), ticks));
             }
             Legend::Octaves(what, power) => {
                 let label = |i: i32| match i {

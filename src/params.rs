@@ -67,7 +67,8 @@ pub struct Spec {
     pub kind: Kind,
     /// What the lowest and the highest value mean, where they have names.
     pub ends: Option<[&'static str; 2]>,
-    /// Where its slider ends, as a share of the scene's diagonal: a length for which no one range fits all scenes.
+    /// Where its slider ends, as a share of the distance from which the scene is seen first: a length for which no one range
+    /// fits all scenes.
     pub reach: Option<f64>,
     /// The section of the panel that it stands in.
     pub section: &'static str,
@@ -216,7 +217,8 @@ impl Group {
 
 /// Declares a group of parameters, in the sections of the panel. A parameter that others can make meaningless says when it
 /// is not: `if other = "value"`, `= ["one", "another"]`, `= true` or `> number`, put together by `and` and `or`. A length
-/// whose slider should fit the scene names the share of its diagonal: `float(0.1, 0.0..=100.0, "m", 0.02 of scene)`.
+/// whose slider should fit the scene names a share of the distance from which that is seen first:
+/// `float(0.1, 0.0..=100.0, "m", 0.1 of view)`.
 ///
 /// ```
 /// shadowscope::params! {
@@ -291,7 +293,7 @@ macro_rules! params {
     (@spec float($default:expr, $min:literal ..= $max:literal, $low:literal => $high:literal)) => {
         $crate::params::Spec { ends: Some([$low, $high]), ..$crate::params!(@spec float($default, $min..=$max, "")) }
     };
-    (@spec float($default:expr, $min:literal ..= $max:literal, $unit:expr, $reach:literal of scene)) => {
+    (@spec float($default:expr, $min:literal ..= $max:literal, $unit:expr, $reach:literal of view)) => {
         $crate::params::Spec { reach: Some($reach), ..$crate::params!(@spec float($default, $min..=$max, $unit)) }
     };
     (@spec float($default:expr, $min:literal ..= $max:literal, $unit:expr)) => {

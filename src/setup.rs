@@ -5,12 +5,13 @@
 pub mod place;
 mod shape;
 
+use crate::capture;
 use crate::light::Light;
 use crate::params::{Kind, Value, Values};
 use crate::scene::{Camera, Scene, builtin, gltf};
 use crate::techniques::{self, Info};
 use crate::truth::Samples;
-use crate::{capture, view};
+use crate::view::{self, View};
 use anyhow::{Context, Result, bail, ensure};
 use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
@@ -395,9 +396,22 @@ impl Setup {
         1 + self.against.len()
     }
 
+    /// The technique of a side; None: it is the truth.
+    pub fn info(&self, side: usize) -> Option<&'static Info> {
+        match side.checked_sub(1) {
+            None => techniques::find(&self.technique),
+            Some(i) => self.against.get(i).and_then(Side::info),
+        }
+    }
+
+    /// A view that every technique has, or that of one of the sides; another side without it is drawn shaded.
+    pub fn find_view(&self, id: &str) -> Option<&'static View> {
+        (0..self.sides()).filter_map(|side| self.info(side)).find_map(|info| view::find(id, info))
+    }
+
     /// Samples per pixel of the truth that all sides are held against: the most that one of them asks for.
     pub fn shown_samples(&self) -> u32 {
-        let infos = (0..self.sides()).filter_map(|i| techniques::find(&self.side(i).technique));
+        let infos = (0..self.sides()).filter_map(|i| self.info(i).or_else(|| self.info(0)));
         infos.map(|info| self.truth_samples.shown(info)).max().unwrap_or(1)
     }
 
@@ -500,7 +514,9 @@ impl Setup {
     /// Checks every range.
     pub fn check(&self) -> Result<()> {
         let info = techniques::find_or_say(&self.technique)?;
-        view::check(&self.view, info)?;
+        // Of a comparison one side's view is enough.
+        let has = |id: &str| if self.find_view(id).is_some() { Ok(()) } else { view::check(id, info) };
+        has(&self.view)?;
         in_range("split", self.split, 0.0, 1.0, "")?;
         ensure!(self.against.len() < 4, "there are {} sides in against; at most 3 can be shown", self.against.len());
         ensure!(
@@ -510,7 +526,7 @@ impl Setup {
             self.sides()
         );
         if let Some(overlay) = &self.overlay {
-            view::check(&overlay.view, info).context("overlay")?;
+            has(&overlay.view).context("overlay")?;
             ensure!(
                 overlay.view != "difference" || self.against.is_empty(),
                 "overlay.view = difference is not allowed in a comparison; take it as the view"

@@ -31,15 +31,15 @@ crate::params! {
         }
         "Bias" {
             /// Depth added before the comparison, along the light's axis. Too little: acne. Too much: shadows detach (peter-panning).
-            bias: float(0.002, 0.0..=100.0, "m", 0.02 of scene),
+            bias: float(0.002, 0.0..=100.0, "m", 0.1 of view),
             /// Depth added in proportion to the receiver's slope and the texel's size; 0.71 (half a texel's diagonal) is just enough for one nearest sample on a plane.
             slope_bias: float(0.75, 0.0..=8.0, "× texel"),
+            /// Tilts the comparison along the receiver's plane, so that wide filters need no larger bias.
+            receiver_plane: flag(false),
             /// The largest tangent of the slope that the slope-scaled bias follows.
             slope_limit: float(10.0, 1.0..=20.0, "") if slope_bias > 0.0 or receiver_plane = true,
             /// Moves the receiver along its normal before the look-up, farther where light grazes it. Shifts the edges of all shadows sideways.
             normal_offset: float(0.0, 0.0..=4.0, "texels"),
-            /// Tilts the comparison along the receiver's plane, so that wide filters need no larger bias.
-            receiver_plane: flag(false),
         }
     }
 }

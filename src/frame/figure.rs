@@ -1,6 +1,6 @@
 //! A figure: the picture of one technique with an overlay, or of several techniques side by side.
 
-use super::{Analysis, Ask, DRAWN, Drawing, Layer, Made, NO_FRAME, Renderer, STORED, Targets, Told};
+use super::{Analysis, Ask, DRAWN, Drawing, Layer, Made, NO_FRAME, Renderer, STORED, Targets, Told, ToldSide};
 use crate::gpu::{Gpu, Recorder, Slot};
 use crate::setup::{Arrange, Overlay, Setup};
 use crate::techniques;
@@ -128,6 +128,18 @@ pub(super) fn shaded(setup: &Setup) -> Drawing {
     Drawing::new(setup, view::index("shaded").unwrap_or_default() as u32, Drawn::Common(Legend::None))
 }
 
+/// The set-up that a side of a figure is drawn by: shaded, where it has no such view.
+fn drawn_side(setup: &Setup, side: usize) -> Result<Setup> {
+    let mut own = setup.side(side);
+    let info = techniques::find_or_say(&own.technique)?;
+    let lacks = |id: &str| view::find(id, info).is_none();
+    if lacks(&own.view) || own.overlay.as_ref().is_some_and(|o| lacks(&o.view)) {
+        own.view = VIEWS[0].id.into();
+        own.overlay = None;
+    }
+    Ok(own)
+}
+
 const COPIED: wgpu::TextureUsages = STORED.union(wgpu::TextureUsages::COPY_DST);
 
 impl Renderer {
@@ -153,22 +165,20 @@ impl Renderer {
         // A side that the swipe line hides is drawn too: the line can then be moved at once.
         let alone = setup.view == "difference";
         let seen = |side: usize| !alone || side == 0;
-        let mut sides = vec![Vec::new(); setup.sides()];
+        let mut sides = vec![ToldSide::default(); setup.sides()];
         let mut told = Told::default();
         // The first one last, so that what is read back is its.
         for i in (0..setup.sides()).rev().filter(|i| !setup.is_truth(*i)) {
             let ask_side = Ask { size, picture: ask.picture && seen(i), ..ask };
-            let mut side = setup.side(i);
-            if view::check(&side.view, techniques::find_or_say(&side.technique)?).is_err() {
-                side.view = "shaded".into();
-            }
+            let side = drawn_side(setup, i)?;
             self.exchange_side(i);
             let rendered = self.render_over(&side, ask_side);
             self.exchange_side(i);
             told = rendered?;
+            sides[i].gpu_bytes = told.gpu_bytes;
             if ask.timed {
                 self.collect_times(true)?;
-                sides[i] = self.timer.by_name();
+                sides[i].passes = self.timer.by_name();
             }
         }
         for i in (1..setup.sides()).filter(|i| setup.is_truth(*i) && ask.picture && seen(*i)) {
@@ -198,7 +208,7 @@ impl Renderer {
     }
 
     /// Exchanges what a side that is not the first has of its own with what is in use.
-    fn exchange_side(&mut self, side: usize) {
+    pub(super) fn exchange_side(&mut self, side: usize) {
         let Some(beside) = side.checked_sub(1).and_then(|i| self.figure.beside.get_mut(i)) else { return };
         swap(&mut self.made, &mut beside.made);
         swap(&mut self.targets.visibility, &mut beside.visibility);
@@ -257,12 +267,12 @@ impl Renderer {
         Ok(())
     }
 
-    /// Renders the first side of the last figure once more, without the figure taking notice.
-    pub(super) fn again(&mut self, setup: &Setup, ask: Ask) -> Result<Told> {
-        let kept = (self.figure.composed, std::mem::take(&mut self.figure.panes), self.seen);
+    /// Renders the side of the last figure that is in use once more, without the figure taking notice.
+    pub(super) fn again(&mut self, setup: &Setup, side: usize, ask: Ask) -> Result<Told> {
         // As it was rendered in the figure.
-        let first = Setup { truth_samples: Samples::Fixed(setup.shown_samples()), ..setup.side(0) };
-        let rendered = self.render_over(&first, ask);
+        let again = Setup { truth_samples: Samples::Fixed(setup.shown_samples()), ..drawn_side(setup, side)? };
+        let kept = (self.figure.composed, std::mem::take(&mut self.figure.panes), self.seen);
+        let rendered = self.render_over(&again, ask);
         (self.figure.composed, self.figure.panes, self.seen) = kept;
         rendered
     }

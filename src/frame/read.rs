@@ -186,11 +186,11 @@ impl Renderer {
             "visibility" => Some(format!("visibility {}", short(visibility))),
             "causes" => {
                 let class = self.value(map, pixel)? as usize;
-                CAUSES.get(class.wrapping_sub(1)).map(|c| c.title.into())
+                Some(CAUSES.get(class.wrapping_sub(1)).map_or("right", |c| c.title).into())
             }
             "error-density" => {
                 let share = self.value(map, pixel)?;
-                (share >= 0.0).then(|| format!("{} % of the pixels around are wrong", short(100.0 * share)))
+                (share >= 0.0).then(|| format!("{} % of the pixels around it are wrong", short(100.0 * share)))
             }
             "flip" => Some(format!("FLIP {}", short(self.value(map, pixel)?))),
             "truth" | "error" | "error-size" | "difference" => {

@@ -106,12 +106,19 @@ impl Watch for Shots {
 }
 
 impl Renderer {
-    /// Shows what the pass of this name wrote; None: no texture, or none that can be shown. The last frame is rendered once
-    /// more for it, but for what stays of it: the truth, and what the CPU made of that. `setup`: that frame's.
+    /// Shows what the pass of this name wrote for a side of the last frame; None: no texture, or none that can be shown. That
+    /// is rendered once more for it, but for what stays of it: the truth, and what the CPU made of that. `setup`: the frame's.
     ///
     /// # Errors
     /// As [`Renderer::render`].
-    pub fn shot(&mut self, setup: &Setup, pass: &'static str) -> Result<Option<Shot>> {
+    pub fn shot(&mut self, setup: &Setup, side: usize, pass: &'static str) -> Result<Option<Shot>> {
+        self.exchange_side(side);
+        let shot = self.shot_in_use(setup, side, pass);
+        self.exchange_side(side);
+        shot
+    }
+
+    fn shot_in_use(&mut self, setup: &Setup, side: usize, pass: &'static str) -> Result<Option<Shot>> {
         let size = self.targets.size()?;
         if self.shots.is_none() {
             self.shots = Some(Shots::new(&self.gpu)?);
@@ -129,7 +136,7 @@ impl Renderer {
             self.watched = Some(pass);
             let analysis = pass == ANALYSIS;
             let ask = Ask { size, truth: Truth::Off, analysis, timed: false, picture: true, fresh: true };
-            let rendered = self.again(setup, ask);
+            let rendered = self.again(setup, side, ask);
             self.watched = None;
             rendered?;
         }

@@ -13,12 +13,6 @@ use anyhow::Result;
 crate::params! {
     /// How the grid follows the aliasing error.
     pub struct FemGridParams {
-        "Importance" {
-            /// What a cell holds: the sum of its view samples' aliasing errors, or the square root of that sum, which warps less and leaves fewer errors.
-            error: choice("sqrt", ["sum", "sqrt"]) if variant = "seed-stiffness" or steps > 0,
-            /// What every cell holds on top, as a share of the mean. Small: empty cells give up nearly all of their area, and long moves take many steps.
-            floor: float(0.1, 0.001..=1.0, "× mean") if variant = "seed-stiffness" or steps > 0,
-        }
         "Grid" {
             /// What the map covers before the warp. None: the whole scene. Dv (desired view): the view samples that face the light.
             crop: choice("dv", ["none", "dv"]),
@@ -26,10 +20,16 @@ crate::params! {
             grid: int(16, 8..=64, "cells"),
             /// How the nodes find their places. Energy: the potential of all cells is lowered step by step, and no cell folds. Seed-stiffness: one linear system of springs, as the thesis tried it; the grid folds.
             variant: choice("energy", ["energy", "seed-stiffness"]),
-            /// How stiffly the grid resists bending, where a node lies off the mean of its neighbours (the springs of the thesis; μ).
-            smoothing: float(0.05, 0.0..=1.0, "") if variant = "energy" and steps > 0,
             /// The most steps that the nodes take; 0 leaves the grid regular.
             steps: int(100, 0..=500, "steps") if variant = "energy",
+            /// How stiffly the grid resists bending, where a node lies off the mean of its neighbours (the springs of the thesis; μ).
+            smoothing: float(0.05, 0.0..=1.0, "") if variant = "energy" and steps > 0,
+        }
+        "Importance" {
+            /// What a cell holds: the sum of its view samples' aliasing errors, or the square root of that sum, which warps less and leaves fewer errors.
+            error: choice("sqrt", ["sum", "sqrt"]) if variant = "seed-stiffness" or steps > 0,
+            /// What every cell holds on top, as a share of the mean. Small: empty cells give up nearly all of their area, and long moves take many steps.
+            floor: float(0.1, 0.001..=1.0, "× mean") if variant = "seed-stiffness" or steps > 0,
         }
     }
 }

@@ -59,7 +59,7 @@ pub static INFO: Info = Info {
           all maps cover the same area.",
     lights: &["directional", "spot"],
     filters: false,
-    params: &[PssmParams::GROUP, CascadeParams::GROUP],
+    params: &[CascadeParams::GROUP, PssmParams::GROUP],
     main: &[("resolution", "256..4096*2"), ("cascades", "2,4"), ("lambda", "0.5,0.9")],
     maps: &[&MAPS, ANALYSED],
     make: |gpu| Ok(Box::new(Pssm::new(gpu)?)),

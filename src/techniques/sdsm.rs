@@ -37,7 +37,7 @@ pub static INFO: Info = Info {
           picture: no texel for what nobody sees. Something that comes into view can stretch a map suddenly: it pops.",
     lights: &["directional", "spot"],
     filters: false,
-    params: &[SdsmParams::GROUP, CascadeParams::GROUP],
+    params: &[CascadeParams::GROUP, SdsmParams::GROUP],
     main: &[("resolution", "256..4096*2"), ("cascades", "2,4"), ("scheme", "log,kmeans")],
     maps: &[
         &MAPS,

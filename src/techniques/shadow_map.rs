@@ -76,7 +76,8 @@ pub const MAPS: &[View] = &[
             "counts",
             "Samples per texel",
             "The map itself. White: texels that no pixel looks up. Green: one pixel each. Ochre to dark red: 4 to 256 \
-              pixels share a texel. Where texels are smaller than pixels, their mean is shown; blue: fewer than one.",
+              pixels share a texel. Blue: many texels for each pixel, which are too small to be seen \
+              one by one.",
             view::Drawn::Counts,
         )
     },

@@ -8,6 +8,7 @@ use crate::legend::{letter, percent, side_name};
 use crate::params::{Spec, Value};
 use crate::setup::{Arrange, Setup, Side};
 use crate::techniques;
+use crate::view;
 use egui::{
     Button, Color32, CursorIcon, Frame, Id, Margin, Pos2, Rect, RichText, Role, Sense, Stroke, Ui, UiBuilder,
     WidgetInfo, pos2, vec2,
@@ -22,18 +23,18 @@ pub fn show(ui: &mut Ui, m: &mut Model) {
         for side in 0..sides {
             let name = if sides > 1 { short_name(&m.setup, side) } else { "A".into() };
             let chip = Button::selectable(m.editing == side && sides > 1, name).frame_when_inactive(true);
-            let tip = "The list and the parameters below are of this side.";
-            if sides > 1 && ui.add(chip).on_hover_text(tip).clicked() {
+            let tip = "What stands below is of this side: technique, maps, parameters and figures.";
+            if sides > 1 && ui.add(chip).tip(tip).clicked() {
                 m.editing = side;
             }
-            if side > 0 && ui.small_button("×").on_hover_text("Take this side away.").clicked() {
+            if side > 0 && ui.small_button("×").tip("Take this side away.").clicked() {
                 m.remove_side(side);
                 return;
             }
         }
         if sides < 4 {
             let title = if sides == 1 { "Compare with …" } else { "+" };
-            ui.menu_button(title, |ui| add_menu(ui, m)).response.on_hover_text(
+            ui.menu_button(title, |ui| add_menu(ui, m)).response.tip(
                 "Another technique, other parameters of the same one, or the truth, beside this one in the picture.",
             );
         }
@@ -83,7 +84,7 @@ pub fn differs(ui: &mut Ui, row: Rect, spec: &Spec, tip: &str) {
 }
 
 /// A side's letter and its technique's id.
-fn short_name(setup: &Setup, side: usize) -> String {
+pub fn short_name(setup: &Setup, side: usize) -> String {
     let id = if setup.is_truth(side) { Side::TRUTH.into() } else { setup.side(side).technique };
     format!("{} {id}", letter(side))
 }
@@ -92,18 +93,18 @@ fn short_name(setup: &Setup, side: usize) -> String {
 fn add_menu(ui: &mut Ui, m: &mut Model) {
     let mut chosen = None;
     let now = m.setup.side(m.editing);
-    if ui.button("Truth").on_hover_text("The ray-traced shadow.").clicked() {
+    if ui.button("Truth").tip("The ray-traced shadow.").clicked() {
         chosen = Side::new(Side::TRUTH).ok();
     }
     let title = techniques::find(&now.technique).map_or("", |i| i.title);
-    if ui.button(format!("{title}, other parameters")).on_hover_text("A copy to be changed.").clicked() {
+    if ui.button(format!("{title}, other parameters")).tip("A copy to be changed.").clicked() {
         chosen = Some(Side { technique: now.technique.clone(), params: now.values().clone() });
     }
     ui.separator();
     for info in techniques::ALL.iter().filter(|i| i.id != now.technique) {
         let served = info.refuses(&m.setup.light);
         let button = ui.add_enabled(served.is_none(), Button::new(info.title));
-        if button.on_hover_text(info.doc).on_disabled_hover_text(served.unwrap_or_default()).clicked() {
+        if button.tip(info.doc).tip_disabled(served.unwrap_or_default()).clicked() {
             chosen = m.setup.kept(info.id).ok();
         }
     }
@@ -165,6 +166,15 @@ pub fn over(ui: &mut Ui, rect: Rect, free: Rect, m: &mut Model) {
     }
 }
 
+/// Height that the titles of the sides take at the picture's upper edge.
+pub fn titles_height(setup: &Setup) -> f32 {
+    match setup.sides() {
+        1 => 0.0,
+        _ if setup.view == "difference" => 60.0,
+        _ => 32.0,
+    }
+}
+
 /// A side's name with a menu of techniques, its error, its time and the ratio to the first one's.
 fn title(ui: &mut Ui, part: Rect, m: &mut Model, side: usize) {
     if part.width() < 60.0 || part.height() < 40.0 {
@@ -191,6 +201,12 @@ fn title(ui: &mut Ui, part: Rect, m: &mut Model, side: usize) {
                     let text = RichText::new("no shadow").color(ui.visuals().warn_fg_color);
                     ui.label(text).on_hover_text(reason);
                 }
+                let shown = m.setup.overlay.as_ref().map_or(&m.setup.view, |o| &o.view);
+                let has = info.map_or(view::index(shown).is_some(), |i| view::find(shown, i).is_some());
+                if let (false, Some(view)) = (has, m.setup.find_view(shown)) {
+                    let text = RichText::new(format!("has no {}: shaded", view.title.to_lowercase()));
+                    ui.label(text.color(ui.visuals().warn_fg_color));
+                }
                 let error = m.facts.known.errors.get(side).copied().flatten();
                 if let Some(e) = error.filter(|_| !m.setup.is_truth(side)) {
                     ui.label(RichText::new(format!("{} wrong", percent(e.share()))).color(Color32::WHITE));
@@ -207,8 +223,8 @@ fn title(ui: &mut Ui, part: Rect, m: &mut Model, side: usize) {
 
 /// Milliseconds of a side's technique in the last frame.
 fn side_ms(m: &Model, side: usize) -> Option<f64> {
-    let passes = m.facts.told.sides.get(side).filter(|p| !p.is_empty())?;
-    Some(technique_ms(passes))
+    let told = m.facts.told.sides.get(side).filter(|s| !s.passes.is_empty())?;
+    Some(technique_ms(&told.passes))
 }
 
 fn side_menu(ui: &mut Ui, m: &mut Model, side: usize) {

@@ -20,6 +20,10 @@ pub trait Tip {
     fn tip(self, text: impl Into<WidgetText>) -> Self;
     /// As `tip`, with more than text.
     fn tip_ui(self, add: impl FnOnce(&mut Ui)) -> Self;
+    /// As `tip`, while it is disabled.
+    fn tip_disabled(self, text: impl Into<WidgetText>) -> Self;
+    /// Of an entry of a list that is as wide as this: beside the list, whose other entries stay in view.
+    fn tip_beside(self, list: Rect, text: impl Into<WidgetText>) -> Self;
 }
 
 impl Tip for Response {
@@ -30,19 +34,47 @@ impl Tip for Response {
     }
 
     fn tip_ui(self, add: impl FnOnce(&mut Ui)) -> Self {
-        let Some(panel) = panel_left(&self.ctx).filter(|left| self.rect.right() > *left) else {
-            return self.on_hover_ui(add);
-        };
-        // A list that opens in the panel may be wider than that.
-        let panel = panel.min(self.rect.left());
-        let mut tooltip = Tooltip::for_enabled(&self);
-        tooltip.popup = tooltip.popup.anchor(self.rect.with_min_x(panel)).align(RectAlign::LEFT_START).gap(8.0);
-        tooltip.show(|ui| {
-            ui.set_max_width(ui.spacing().tooltip_width);
-            add(ui);
-        });
+        match in_panel(&self) {
+            None => self.on_hover_ui(add),
+            Some(around) => {
+                show_left(Tooltip::for_enabled(&self), around, add);
+                self
+            }
+        }
+    }
+
+    fn tip_disabled(self, text: impl Into<WidgetText>) -> Self {
+        match in_panel(&self) {
+            None => self.on_disabled_hover_text(text),
+            Some(around) => {
+                show_left(Tooltip::for_disabled(&self), around, |ui| _ = ui.label(text));
+                self
+            }
+        }
+    }
+
+    fn tip_beside(self, list: Rect, text: impl Into<WidgetText>) -> Self {
+        let around = self.rect.with_min_x(list.left()).with_max_x(list.right());
+        show_left(Tooltip::for_enabled(&self), around, |ui| _ = ui.label(text));
         self
     }
+}
+
+/// The place of what stands in the panel, as far as the panel's left edge.
+fn in_panel(r: &Response) -> Option<Rect> {
+    let panel = panel_left(&r.ctx).filter(|left| r.rect.right() > *left)?;
+    // A list that opens in the panel may be wider than that.
+    Some(r.rect.with_min_x(panel.min(r.rect.left())))
+}
+
+/// Shows a tooltip to the left of a place; to its right where there is no room.
+fn show_left(mut tooltip: Tooltip, around: Rect, add: impl FnOnce(&mut Ui)) {
+    let others = &[RectAlign::RIGHT_START, RectAlign::LEFT_END, RectAlign::RIGHT_END];
+    tooltip.popup = tooltip.popup.anchor(around).align(RectAlign::LEFT_START).align_alternatives(others).gap(8.0);
+    tooltip.show(|ui| {
+        ui.set_max_width(ui.spacing().tooltip_width);
+        add(ui);
+    });
 }
 
 fn panel_left(ctx: &egui::Context) -> Option<f32> {
@@ -79,6 +111,17 @@ pub fn row<R>(ui: &mut Ui, name: &str, tip: &str, add: impl FnOnce(&mut Ui, &Res
         add(ui, &label)
     })
     .inner
+}
+
+/// Draws what may become less high. While `still` holds, it takes the room that it once had: what stands below keeps its place.
+pub fn steady(ui: &mut Ui, name: &str, still: bool, add: impl FnOnce(&mut Ui)) {
+    let id = ui.scope_id().with(("steady", name));
+    let height = ui.vertical(add).response.rect.height();
+    let held = ui.data(|d| d.get_temp::<f32>(id)).filter(|held| still && *held > height).unwrap_or(height);
+    if held > height {
+        ui.add_space(held - height);
+    }
+    ui.data_mut(|d| d.insert_temp(id, held));
 }
 
 /// What is left of a row for its controls: all but the place of the reset.
@@ -204,8 +247,8 @@ pub fn shown_name(spec: &Spec) -> String {
     spec.name.replace('_', " ")
 }
 
-/// A row for a technique's parameter in a scene of this diagonal, metres; `pinned` is changed by the name's menu.
-pub fn parameter(ui: &mut Ui, spec: &Spec, value: &mut Value, diagonal: f64, pinned: &mut bool) {
+/// A row for a technique's parameter in a scene that is seen from this distance, metres; `pinned` is changed by the name's menu.
+pub fn parameter(ui: &mut Ui, spec: &Spec, value: &mut Value, distance: f64, pinned: &mut bool) {
     let name = shown_name(spec);
     let (doc, range, default) = (spec.doc.trim(), spec.range(), spec.default());
     let tip =
@@ -227,11 +270,11 @@ pub fn parameter(ui: &mut Ui, spec: &Spec, value: &mut Value, diagonal: f64, pin
                 }
             }
             (Kind::Float { default, min, max }, Value::Float(number)) => {
-                let end = spec.reach.map_or(max, |share| nice(share * diagonal).clamp(4.0 * default, max));
+                let end = spec.reach.map_or(max, |share| nice(share * distance).clamp(4.0 * default, max));
                 let smallest = if min > 0.0 && end / min >= 50.0 {
                     Some(min)
                 } else if min == 0.0 && default > 0.0 && end / default >= 20.0 {
-                    Some(default * 0.01)
+                    Some(default * 0.1)
                 } else {
                     None
                 };

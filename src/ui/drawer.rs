@@ -1,9 +1,10 @@
 //! The drawer under the picture: its tabs, and what they have in common.
 
-use super::controls::chips;
+use super::controls::{Tip, chips};
 use super::model::{Action, Job, Model, Tab};
 use super::{advice, sweep, timeline};
 use crate::techniques;
+use egui::scroll_area::ScrollBarVisibility;
 use egui::{Align, Button, Frame, Label, Layout, Margin, Panel, ProgressBar, Rect, RichText, ScrollArea, Sense, Ui};
 use egui::{DragValue, Role, UiBuilder, WidgetInfo, vec2};
 use std::collections::BTreeSet;
@@ -72,7 +73,7 @@ pub type Part = fn(&mut Ui, &mut Model, &mut Vec<Action>);
 pub fn beside(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>, chart: Part, controls: Part) {
     let rest = ui.available_rect_before_wrap();
     if rest.width() < NARROW {
-        ScrollArea::vertical().id_salt("narrow").auto_shrink([false, false]).show(ui, |ui| {
+        scrolled("narrow").show(ui, |ui| {
             controls(ui, m, out);
             let size = vec2(ui.available_width(), (rest.height() - 20.0).max(230.0));
             let (_, rect) = ui.allocate_space(size);
@@ -84,8 +85,14 @@ pub fn beside(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>, chart: Part, co
     let [left, right] = [rest.with_max_x(middle - 10.0), rest.with_min_x(middle)];
     within(ui, left, |ui| chart(ui, m, out));
     within(ui, right, |ui| {
-        ScrollArea::vertical().id_salt("controls").auto_shrink([false, false]).show(ui, |ui| controls(ui, m, out));
+        scrolled("controls").show(ui, |ui| controls(ui, m, out));
     });
+}
+
+/// A part that scrolls. The bar is always there: nothing is wrapped anew when there is more to show.
+fn scrolled(name: &str) -> ScrollArea {
+    let area = ScrollArea::vertical().id_salt(name).auto_shrink([false, false]);
+    area.scroll_bar_visibility(ScrollBarVisibility::AlwaysVisible)
 }
 
 /// What runs and how far it is, with a button that ends it; two lines high.
@@ -137,7 +144,11 @@ pub fn export(ui: &mut Ui, tab: Tab, stem: &str, ready: bool, out: &mut Vec<Acti
                 ("json", "The figures with all their names."),
             ] {
                 let file = format!("{stem}.{ending}");
-                if ui.button(ending.to_uppercase()).on_hover_text(format!("{what} Writes {file}.")).clicked() {
+                if ui
+                    .button(ending.to_uppercase())
+                    .tip_beside(ui.max_rect(), format!("{what} Writes {file}."))
+                    .clicked()
+                {
                     out.push(Action::Export(tab, PathBuf::from(file)));
                 }
             }

@@ -34,7 +34,7 @@ fn presets(ui: &mut Ui, m: &mut Model, label: &Response) {
     let shown = ComboBox::from_id_salt("light").selected_text(text).width(width).truncate().show_ui(ui, |ui| {
         for preset in &scene.lights {
             let doc = DOCS[preset.light.index()];
-            if ui.selectable_label(preset.light == m.setup.light, &preset.name).on_hover_text(doc).clicked() {
+            if ui.selectable_label(preset.light == m.setup.light, &preset.name).tip(doc).clicked() {
                 m.setup.light = preset.light;
             }
         }
@@ -49,7 +49,7 @@ fn details(ui: &mut Ui, m: &mut Model) {
         let shown = combo.show_ui(ui, |ui| {
             for (i, kind) in KINDS.iter().enumerate() {
                 let chosen = m.setup.light.index() == i;
-                if ui.selectable_label(chosen, *kind).on_hover_text(DOCS[i]).clicked() && !chosen {
+                if ui.selectable_label(chosen, *kind).tip(DOCS[i]).clicked() && !chosen {
                     m.setup.light = converted(&m.setup.light, i, m.bounds);
                 }
             }

@@ -5,6 +5,7 @@ use super::model::Model;
 use super::panel::grouped;
 use super::style::{ACCENT, TEXT};
 use crate::frame::{self, LightSpace, MapLayer};
+use crate::legend::letter;
 use crate::palette::{GREY, OCTAVES, Rgb, bytes};
 use crate::view::Group;
 use egui::{
@@ -141,7 +142,7 @@ fn cover(map: &MapLayer) -> Rect {
 
 const BINS: usize = 96;
 /// Width that the buttons need in one row, without those of several maps.
-const ROOM: f32 = 440.0;
+const ROOM: f32 = 510.0;
 /// Heights of a row of buttons and of the one with the range, points.
 const BAR: f32 = 30.0;
 const RANGE: f32 = 58.0;
@@ -218,9 +219,7 @@ pub fn show(ui: &mut Ui, rect: Rect, m: &mut Model) {
         return;
     }
     ui.painter().rect_filled(rect, 0.0, GROUND);
-    let layers = m.maps.held.as_ref().map_or(1, |h| h.map.layers);
-    let rows = if rect.width() < ROOM + if layers > 1 { 30.0 * layers as f32 } else { 0.0 } { 2.0 } else { 1.0 };
-    let (bar, rest) = rect.split_top_bottom_at_y(rect.top() + rows * BAR);
+    let (bar, rest) = rect.split_top_bottom_at_y(rect.top() + bar_height(rect, m));
     let (image, range) = rest.split_top_bottom_at_y((rest.bottom() - RANGE).max(rest.top()));
     buttons(ui, bar, m);
     let draws = m.info().maps().any(|v| v.group == Group::Map && v.id.starts_with("shadow-map"));
@@ -238,6 +237,13 @@ pub fn show(ui: &mut Ui, rect: Rect, m: &mut Model) {
     }
 }
 
+/// Height of the viewer's buttons.
+pub fn bar_height(rect: Rect, m: &Model) -> f32 {
+    let layers = m.maps.held.as_ref().map_or(1, |h| h.map.layers);
+    let narrow = rect.width() < ROOM + if layers > 1 { 30.0 * layers as f32 } else { 0.0 };
+    if narrow { 2.0 * BAR } else { BAR }
+}
+
 /// Which map, what of it, how large, and the button that closes.
 fn buttons(ui: &mut Ui, bar: Rect, m: &mut Model) {
     let mut inside = ui.new_child(UiBuilder::new().max_rect(bar.shrink2(vec2(8.0, 4.0))).id_salt("map buttons"));
@@ -246,6 +252,9 @@ fn buttons(ui: &mut Ui, bar: Rect, m: &mut Model) {
         let maps = &mut m.maps;
         let layers = maps.held.as_ref().map_or(1, |h| h.map.layers);
         let chip = |chosen, text: String| Button::selectable(chosen, text).frame_when_inactive(true);
+        if m.setup.sides() > 1 {
+            ui.label(RichText::new(format!("{}:", letter(0))).color(TEXT)).on_hover_text("The maps of the first side.");
+        }
         if layers > 1 {
             for i in 0..layers {
                 let tip = format!("Map {} of {layers}.", i + 1);
@@ -294,9 +303,9 @@ fn buttons(ui: &mut Ui, bar: Rect, m: &mut Model) {
         }
         let instead = maps.place == Place::Instead;
         let (title, tip) = if instead {
-            ("Beside", "The picture and the map beside each other.")
+            ("Beside the picture", "The picture and the map beside each other (M).")
         } else {
-            ("Instead", "The map alone.")
+            ("Fill the view", "The map alone, in place of the picture (M).")
         };
         if ui.button(title).on_hover_text(tip).clicked() {
             maps.place = if instead { Place::Beside } else { Place::Instead };

@@ -22,7 +22,7 @@ use glam::Vec3;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// What the panel asks the window to do.
 #[derive(Clone, Debug, PartialEq)]
@@ -56,13 +56,15 @@ pub enum Action {
     Focus([f32; 2]),
     /// Read what the view shows there.
     Read([f32; 2]),
-    /// Show what the pass of this name wrote.
-    Shot(&'static str),
+    /// Show what the pass of this name wrote for a side, from 0.
+    Shot(usize, &'static str),
     Quit,
 }
 
 /// What a pass wrote into its last texture.
 pub struct ShotSeen {
+    /// The side of the comparison, from 0.
+    pub side: usize,
     pub pass: &'static str,
     pub picture: Picture,
     /// Its size and range in words.
@@ -80,10 +82,16 @@ pub struct Reading {
 /// A message in the bar over the viewport.
 pub struct Note {
     pub text: String,
-    /// Stays until it is dismissed.
     pub error: bool,
-    pub since: Instant,
+    /// When it goes; None: once it is dismissed.
+    pub until: Option<Instant>,
+    /// It tells what could not be opened, and goes when something else is.
+    pub opening: bool,
 }
+
+/// How long what is said stays, and what went wrong.
+const SAID: Duration = Duration::from_secs(6);
+const FAILED: Duration = Duration::from_secs(12);
 
 /// How far the truth of the picture is known.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -127,14 +135,27 @@ pub struct Facts {
 }
 
 impl Facts {
-    /// Milliseconds of all passes.
+    /// Milliseconds of all passes, of all sides.
     pub fn frame_ms(&self) -> f64 {
-        self.passes.iter().fold(0.0, |sum, p| sum + p.1)
+        let sides = self.told.sides.iter().flat_map(|s| &s.passes);
+        let passes = if self.told.sides.is_empty() { self.passes.iter().collect() } else { Vec::from_iter(sides) };
+        passes.iter().fold(0.0, |sum, p| sum + p.1)
     }
 
-    /// Milliseconds of the technique's passes.
-    pub fn technique_ms(&self) -> f64 {
-        technique_ms(&self.passes)
+    /// The passes of a side; none of the truth.
+    pub fn passes_of(&self, side: usize) -> &[(&'static str, f64)] {
+        if self.told.sides.is_empty() { &self.passes } else { self.told.sides.get(side).map_or(&[], |s| &s.passes) }
+    }
+
+    /// Milliseconds of a side's technique.
+    pub fn technique_ms(&self, side: usize) -> f64 {
+        technique_ms(self.passes_of(side))
+    }
+
+    /// Bytes of GPU memory that a side's technique holds.
+    pub fn bytes_of(&self, side: usize) -> u64 {
+        let sides = &self.told.sides;
+        if sides.is_empty() { self.told.gpu_bytes } else { sides.get(side).map_or(0, |s| s.gpu_bytes) }
     }
 }
 
@@ -230,6 +251,12 @@ pub struct Model {
     pub show_over: bool,
     /// What the technique's list is narrowed down to.
     pub search: String,
+    /// The search is to be shown, and typed into.
+    pub searching: bool,
+    /// The pointer is in the panel, where nothing may move then.
+    pub still: bool,
+    /// Heights of the rows that parameters, by technique and name, have had since the pointer came there.
+    pub places: BTreeMap<(&'static str, &'static str), f32>,
     /// Parameters that stand on top, by name.
     pub pinned: BTreeSet<&'static str>,
     /// The picture has the capture's shape.
@@ -285,6 +312,9 @@ impl Model {
             narrow: false,
             show_over: false,
             search: String::new(),
+            searching: false,
+            still: false,
+            places: BTreeMap::new(),
             pinned: BTreeSet::new(),
             framed: false,
             picker: None,
@@ -296,9 +326,10 @@ impl Model {
         }
     }
 
-    /// Takes another scene and set-up; messages and measurements stay. Opening is a step that can be undone,
+    /// Takes another scene and set-up; measurements stay, and messages but on what could not be opened. Opening is a step that can be undone,
     /// unless it `restored` one.
     pub fn open(&mut self, setup: Setup, scene: Arc<Scene>, bounds: [Vec3; 2], restored: bool) {
+        self.notes.retain(|n| !n.opening);
         if !restored || self.setup.scene != setup.scene {
             self.home = setup.camera;
         }
@@ -320,21 +351,18 @@ impl Model {
         self.history.commit(&self.setup, true);
     }
 
-    /// The technique that views and measurements are of; the first where the set-up names none that exists.
+    /// The first side's technique; the first of all where the set-up names none that exists.
     pub fn info(&self) -> &'static Info {
         techniques::find(&self.setup.technique).unwrap_or(techniques::ALL[0])
     }
 
     /// The technique of the side that the panel edits; None: that is the truth.
     pub fn edited(&self) -> Option<&'static Info> {
-        match self.setup.is_truth(self.side()) {
-            true => None,
-            false => techniques::find(&self.setup.side(self.side()).technique),
-        }
+        self.setup.info(self.side())
     }
 
-    /// The side that the panel edits.
-    fn side(&self) -> usize {
+    /// The side that the panel edits, and that its figures are of; from 0.
+    pub fn side(&self) -> usize {
         self.editing.min(self.setup.sides() - 1)
     }
 
@@ -346,7 +374,7 @@ impl Model {
         }
     }
 
-    /// Selects a technique for the side that the panel edits, and the shaded view where the first side lacks the present one.
+    /// Selects a technique for the side that the panel edits, and the shaded view where no side has the present one.
     pub fn select(&mut self, info: &Info) {
         self.set_side(self.side(), info.id);
     }
@@ -362,12 +390,19 @@ impl Model {
             None => {
                 self.setup.technique = technique.into();
                 self.setup.complete();
-                let info = self.info();
-                if view::check(&self.setup.view, info).is_err() {
-                    self.setup.view = view::VIEWS[0].id.into();
-                }
-                self.setup.overlay = self.setup.overlay.take().filter(|o| view::check(&o.view, info).is_ok());
             }
+        }
+        self.settle_view();
+    }
+
+    /// Shows the shaded view where no side has the present one.
+    fn settle_view(&mut self) {
+        let setup = &mut self.setup;
+        if setup.find_view(&setup.view).is_none() {
+            setup.view = view::VIEWS[0].id.into();
+        }
+        if setup.overlay.as_ref().is_some_and(|o| setup.find_view(&o.view).is_none()) {
+            setup.overlay = None;
         }
     }
 
@@ -388,15 +423,14 @@ impl Model {
         if self.setup.sides() == 1 && self.setup.view == "difference" {
             self.toggle_difference();
         }
+        self.settle_view();
     }
 
     /// Shows the difference of the first two sides, or again what was shown before.
     pub fn toggle_difference(&mut self) {
         if self.setup.view == "difference" {
-            self.setup.view = match view::check(&self.look, self.info()) {
-                Ok(()) => std::mem::take(&mut self.look),
-                Err(_) => view::VIEWS[0].id.into(),
-            };
+            self.setup.view = std::mem::take(&mut self.look);
+            self.settle_view();
         } else {
             self.look = std::mem::replace(&mut self.setup.view, "difference".into());
             self.setup.overlay = None;
@@ -474,10 +508,10 @@ impl Model {
             shadow_camera: now.shadow_camera.filter(|_| now.scene == setup.scene),
             ..setup
         };
-        let known = techniques::find(&setup.technique).is_some_and(|i| view::check(&self.setup.view, i).is_ok());
+        let known = setup.find_view(&self.setup.view).is_some();
         setup.view = if known { self.setup.view.clone() } else { view::VIEWS[0].id.into() };
-        let info = techniques::find(&setup.technique);
-        setup.overlay = setup.overlay.filter(|o| info.is_some_and(|i| view::check(&o.view, i).is_ok()));
+        let overlay = setup.overlay.take();
+        setup.overlay = overlay.filter(|o| setup.find_view(&o.view).is_some());
         // Other techniques keep what they are set to.
         let own = setup.values().clone();
         setup.params = self.setup.params.clone();
@@ -518,14 +552,30 @@ impl Model {
 
     /// Says something for a few seconds.
     pub fn say(&mut self, text: impl Into<String>) {
-        self.notes.push(Note { text: text.into(), error: false, since: Instant::now() });
+        let until = Some(Instant::now() + SAID);
+        self.notes.push(Note { text: text.into(), error: false, until, opening: false });
     }
 
-    /// Says what went wrong, until it is dismissed.
+    /// Says what went wrong, long enough to be read.
     pub fn fail(&mut self, error: &anyhow::Error) {
-        let text = format!("{error:#}");
-        self.notes.retain(|n| n.text != text);
-        self.notes.push(Note { text, error: true, since: Instant::now() });
+        let until = Some(Instant::now() + FAILED);
+        self.warn(Note { text: format!("{error:#}"), error: true, until, opening: false });
+    }
+
+    /// Says what could not be opened, until something else is.
+    pub fn fail_to_open(&mut self, error: &anyhow::Error) {
+        let until = Some(Instant::now() + FAILED);
+        self.warn(Note { text: format!("{error:#}"), error: true, until, opening: true });
+    }
+
+    /// Says what keeps the picture from being drawn, until it is dismissed.
+    pub fn stop(&mut self, error: &anyhow::Error) {
+        self.warn(Note { text: format!("{error:#}"), error: true, until: None, opening: false });
+    }
+
+    fn warn(&mut self, note: Note) {
+        self.notes.retain(|n| n.text != note.text);
+        self.notes.push(note);
     }
 
     /// Opens the drawer at a tab, or closes it there.
@@ -542,6 +592,14 @@ impl Model {
     pub fn toggle_panel(&mut self) {
         let shown = if self.narrow { &mut self.show_over } else { &mut self.show_panel };
         *shown = !*shown;
+    }
+
+    /// Shows the search for techniques.
+    pub fn find(&mut self) {
+        if !self.panel_shows() {
+            self.toggle_panel();
+        }
+        self.searching = true;
     }
 
     /// Goes back to the preset chosen last, or to the camera of the file, as a step.
@@ -562,6 +620,11 @@ impl Model {
         let wanted = self.search.trim().to_lowercase();
         let text = [info.id, info.title, info.paper, info.family].join(" ").to_lowercase();
         wanted.split_whitespace().all(|word| text.contains(word))
+    }
+
+    /// The distance from which the scene is seen first, metres.
+    pub fn first_reach(&self) -> f32 {
+        self.scene.cameras.first().map_or(self.home, |c| c.camera).reach()
     }
 
     /// The scene's extent from corner to corner, metres.

@@ -16,7 +16,9 @@ pub type Row = (&'static str, String, &'static str);
 pub fn rows(r: &Record) -> Vec<Row> {
     let of = |part: u64, whole: u64| {
         let share = 100.0 * part as f64 / whole.max(1) as f64;
-        format!("{} of {} ({share:.1} %)", grouped(part as usize), grouped(whole as usize))
+        let whole = grouped(whole as usize);
+        // Two long numbers have no room beside each other.
+        if whole.len() > 5 { format!("{share:.1} % of {whole}") } else { format!("{part} of {whole} ({share:.1} %)") }
     };
     let mut out: Vec<Row> = Vec::new();
     if let (Some(part), Some(whole)) = (r.texels_covered, r.texels) {
@@ -61,9 +63,17 @@ pub fn rows(r: &Record) -> Vec<Row> {
         let tip = "Shadow rays traced in one frame, out of the pixels that face the light.";
         out.push(("rays", of(r.rays, r.facing as u64), tip));
     }
-    out.push(("memory held", mebibytes(r.gpu_bytes), "GPU memory that the technique holds."));
+    out.push(("memory held", mebibytes(r.gpu_bytes), MEMORY));
     out
 }
+
+/// What [`rows`] may name, in its order.
+const NAMES: [&str; 7] =
+    ["texels used", "views used", "triangles drawn", "fragments", "triangles, warped", "rays", "memory held"];
+/// What the panel's section is for.
+pub const TIP: &str = "How much of what the technique holds and draws some pixel of the picture makes use of.";
+const MEMORY: &str =
+    "GPU memory that the technique holds for its maps, buffers and textures, whether pixels use them or not.";
 
 /// Bytes in words.
 pub fn mebibytes(bytes: u64) -> String {
@@ -88,18 +98,29 @@ pub fn title(technique: &str) -> &str {
 
 /// The panel's table for the present set-up.
 pub fn show(ui: &mut Ui, m: &Model, out: &mut Vec<Action>) {
-    let measured = m.rows.iter().rev().find(|r| is_of(r, &m.setup));
-    let bytes = m.facts.told.gpu_bytes;
-    let rows = match measured {
-        Some(r) => rows(r),
-        None => vec![("memory held", mebibytes(bytes), "GPU memory that the technique holds.")],
+    let Some(info) = m.edited() else {
+        ui.label(RichText::new("The truth holds no maps: it traces rays.").small().weak());
+        return;
     };
-    table(ui, "needs", &rows);
+    let setup = m.setup.side(m.side());
+    let measured = m.rows.iter().rev().find(|r| is_of(r, &setup));
+    let known = match measured {
+        Some(r) => rows(r),
+        None => vec![("memory held", mebibytes(m.facts.bytes_of(m.side())), MEMORY)],
+    };
+    // All rows stand there from the beginning: nothing moves when they become known.
+    let missing = match measured {
+        Some(_) => "It does not apply to this technique.",
+        None => "It is known once this set-up is measured.",
+    };
+    let row = |name| known.iter().find(|r| r.0 == name).cloned().unwrap_or((name, "–".into(), missing));
+    table(ui, "needs", &NAMES.map(row));
     ui.horizontal(|ui| {
+        ui.set_min_height(ui.spacing().interact_size.y);
         let text =
             if measured.is_some() { "as measured with this set-up" } else { "the rest is known once it is measured" };
         ui.label(RichText::new(text).small().weak());
-        let ready = m.measuring.is_none() && m.info().refuses(&m.setup.light).is_none();
+        let ready = m.measuring.is_none() && info.refuses(&m.setup.light).is_none();
         if measured.is_none() && ready && ui.small_button("Measure now").tip("Measure this set-up.").clicked() {
             out.push(Action::Measure);
         }

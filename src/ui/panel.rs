@@ -5,18 +5,21 @@ use super::lighting;
 use super::model::{Action, Model};
 use super::style::TEXT;
 use super::{compare, freeze, needs, pictures, results, views};
+use crate::legend::letter;
 use crate::measure::stability;
 use crate::params::Spec;
 use crate::scene::builtin;
 use crate::setup::place;
 use crate::techniques::{self, Info};
 use egui::collapsing_header::{CollapsingState, paint_default_icon};
+use egui::scroll_area::ScrollBarVisibility;
 use egui::{
     Align, Align2, Button, CollapsingHeader, ComboBox, DragValue, FontId, Key, Label, Layout, Rect, RichText,
     ScrollArea, Sense, Shape, Stroke, TextEdit, Ui, UiBuilder, Vec2, vec2,
 };
-use egui::{Modifiers, Response};
+use egui::{Id, Popup, Response, Role, WidgetInfo};
 use glam::{DVec3, Vec3};
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -33,34 +36,61 @@ pub fn show(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
     let rest = ui.available_rect_before_wrap();
     let mut inside = ui.new_child(UiBuilder::new().max_rect(rest));
     inside.shrink_clip_rect(rest);
-    ScrollArea::vertical().auto_shrink([false, false]).show(&mut inside, |ui| {
+    // Nothing moves under the pointer: while that is here, a content that becomes less high does not slide down.
+    let end_id = Id::unique("end of what the panel shows");
+    let end = ui.data(|d| d.get_temp::<f32>(end_id)).unwrap_or(0.0);
+    let pressed = ui.input(|i| i.pointer.any_down());
+    m.still = ui.rect_contains_pointer(rest) || pressed || Popup::is_any_open(ui.ctx());
+    let still = m.still;
+    let area =
+        ScrollArea::vertical().auto_shrink([false, false]).scroll_bar_visibility(ScrollBarVisibility::AlwaysVisible);
+    let shown = area.show(&mut inside, |ui| {
         scene(ui, m, out);
         lighting::show(ui, m);
         camera(ui, m);
         ui.add_space(4.0);
         // What differs from technique to technique comes last, so that the lists above stay where they are.
-        section(ui, "Technique", true, |ui| technique(ui, m));
-        section(ui, "View", true, |ui| views::show(ui, m));
-        section(ui, "Parameters", true, |ui| parameters(ui, m));
+        let searched = m.searching.then_some(true);
+        section(ui, "Technique", header("Technique", true).open(searched), |ui| technique(ui, m, rest.height()));
+        section(ui, "View", header("View", true), |ui| views::show(ui, m));
+        // Of a comparison these are of the side chosen above.
+        let of = |title: &str, m: &Model| match m.setup.sides() {
+            1 => title.to_string(),
+            _ => format!("{title}: {}", letter(m.side())),
+        };
+        section(ui, "Parameters", header(&of("Parameters", m), true), |ui| parameters(ui, m));
         if !m.scene.animations.is_empty() {
-            section(ui, "Animation", true, |ui| animation(ui, m));
+            section(ui, "Animation", header("Animation", true), |ui| animation(ui, m));
         }
-        section(ui, "Used of held", true, |ui| needs::show(ui, m, out));
-        section(ui, "Timings", true, |ui| results::timings(ui, m, out));
-        section(ui, "Measure", false, |ui| results::measure(ui, m, out));
-        section(ui, "Capture", false, |ui| capture(ui, m, out));
+        let needs = section(ui, "Needs", header(&of("Texels used / held", m), true), |ui| needs::show(ui, m, out));
+        needs.tip(needs::TIP);
+        section(ui, "Timings", header(&of("Timings", m), true), |ui| results::timings(ui, m, out));
+        section(ui, "Measure", header("Measure", false), |ui| results::measure(ui, m, out));
+        section(ui, "Capture", header("Capture", false), |ui| capture(ui, m, out));
         ui.add_space(8.0);
+        if still {
+            ui.add_space((end - ui.min_rect().height()).max(0.0));
+        }
     });
+    ui.data_mut(|d| d.insert_temp(end_id, shown.state.clamped_offset().y + shown.inner_rect.height()));
 }
 
-fn section(ui: &mut Ui, title: &str, open: bool, add: impl FnOnce(&mut Ui)) {
-    CollapsingHeader::new(RichText::new(title).strong()).default_open(open).show_unindented(ui, |ui| {
+fn header(title: &str, open: bool) -> CollapsingHeader {
+    CollapsingHeader::new(RichText::new(title).strong()).default_open(open)
+}
+
+/// A section that folds; the response of its header.
+fn section(ui: &mut Ui, id: &str, header: CollapsingHeader, add: impl FnOnce(&mut Ui)) -> Response {
+    let shown = header.id_salt(id).show_unindented(ui, |ui| {
         ui.add_space(1.0);
         add(ui);
         ui.add_space(7.0);
     });
+    shown.header_response
 }
 
+/// Width that the button needs which changes the theme, points.
+const THEME: f32 = 84.0;
 /// Width of the names in the panel's head, points.
 const HEAD: f32 = 76.0;
 
@@ -112,11 +142,14 @@ fn head(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
                 m.show_help = !m.show_help;
             }
             let theme = ui.ctx().theme();
-            let (other, name) = match theme {
-                egui::Theme::Dark => (egui::Theme::Light, "Light theme"),
-                egui::Theme::Light => (egui::Theme::Dark, "Dark theme"),
+            let (other, name, icon) = match theme {
+                egui::Theme::Dark => (egui::Theme::Light, "Light theme", "◑"),
+                egui::Theme::Light => (egui::Theme::Dark, "Dark theme", "◐"),
             };
-            if ui.button(name).tip("Change the window's colours. At first they are those of the system.").clicked() {
+            // A narrow panel has room for the icon only.
+            let change = ui.button(if ui.available_width() > THEME { name } else { icon });
+            change.widget_info(|| WidgetInfo::labeled(Role::Button, true, name));
+            if change.tip(format!("{name}. At first the window's colours are those of the system.")).clicked() {
                 ui.ctx().set_theme(other);
             }
         });
@@ -215,7 +248,8 @@ pub fn grouped(n: usize) -> String {
     out
 }
 
-fn technique(ui: &mut Ui, m: &mut Model) {
+/// `room`: height that the panel has for its sections.
+fn technique(ui: &mut Ui, m: &mut Model, room: f32) {
     compare::show(ui, m);
     let chosen = m.edited();
     let search =
@@ -224,8 +258,9 @@ fn technique(ui: &mut Ui, m: &mut Model) {
     let search = search.tip(
         "Show only techniques whose name, authors, year or family hold these words (Ctrl+F). Enter takes the first.",
     );
-    if ui.input_mut(|i| i.consume_key(Modifiers::COMMAND, Key::F)) {
+    if std::mem::take(&mut m.searching) {
         search.request_focus();
+        search.scroll_to_me(Some(Align::TOP));
     }
     let found: Vec<_> = techniques::ALL.iter().copied().filter(|i| m.finds(i)).collect();
     if search.lost_focus()
@@ -235,9 +270,10 @@ fn technique(ui: &mut Ui, m: &mut Model) {
         m.select(first);
         m.search.clear();
     }
-    // A high window shows more of the list.
-    let most = (0.24 * ui.ctx().content_rect().height()).max(140.0);
-    ScrollArea::vertical().id_salt("techniques").max_height(most).auto_shrink([false, true]).show(ui, |ui| {
+    // A high window shows all of the list.
+    let most = (room - OTHERS).max(0.26 * room).max(140.0);
+    let list = ScrollArea::vertical().id_salt("techniques").max_height(most).auto_shrink([false, true]);
+    list.show(ui, |ui| {
         ui.spacing_mut().item_spacing.y = 2.0;
         let mut family = "";
         for info in &found {
@@ -251,7 +287,7 @@ fn technique(ui: &mut Ui, m: &mut Model) {
             let button = ui.add_enabled(refused.is_none(), button);
             let button = button.tip(format!("{}\n{}", info.doc, info.paper));
             awaited(ui, m, info, button.rect);
-            if button.on_disabled_hover_text(refused.unwrap_or_default()).clicked() {
+            if button.tip_disabled(refused.unwrap_or_default()).clicked() {
                 m.select(info);
             }
         }
@@ -259,14 +295,16 @@ fn technique(ui: &mut Ui, m: &mut Model) {
             ui.label(RichText::new("No technique is called that.").weak());
         }
     });
-    // Always a line high, so that what stands below keeps its place.
-    let notes: Vec<String> =
-        m.info().refuses(&m.setup.light).into_iter().chain(m.facts.notes.iter().cloned()).collect();
-    let text = RichText::new(notes.join(" ")).small().color(ui.visuals().warn_fg_color);
-    let line = ui.add(Label::new(text).truncate().show_tooltip_when_elided(false));
-    if !notes.is_empty() {
-        line.tip(notes.join("\n"));
-    }
+    // Always a line high, so that what stands below keeps its place: what is wrong, or who thought of it.
+    let of = if m.setup.sides() > 1 { format!("{}: ", letter(0)) } else { String::new() };
+    let told = m.facts.notes.iter().map(|note| format!("{of}{note}"));
+    let notes: Vec<String> = chosen.and_then(|c| c.refuses(&m.setup.light)).into_iter().chain(told).collect();
+    let (text, tip) = match (notes.is_empty(), chosen) {
+        (false, _) => (RichText::new(notes.join(" ")).color(ui.visuals().warn_fg_color), notes.join("\n")),
+        (true, Some(c)) => (RichText::new(c.paper).weak(), format!("{}\n{}", c.doc, c.paper)),
+        (true, None) => (RichText::new("ray traced").weak(), "The exact shadow.".into()),
+    };
+    ui.add(Label::new(text.small()).truncate().show_tooltip_when_elided(false)).tip(tip);
 }
 
 /// Shows at the end of a technique's row that its picture is being rendered, and how long it took last. No spinner of
@@ -291,6 +329,9 @@ fn awaited(ui: &Ui, m: &Model, info: &Info, row: Rect) {
     }
 }
 
+/// Height that the panel needs beside the list of techniques, where it has it, points.
+const OTHERS: f32 = 560.0;
+
 /// What is rendered sooner needs no sign of it.
 const AWAITED: Duration = Duration::from_millis(150);
 
@@ -299,16 +340,29 @@ fn parameters(ui: &mut Ui, m: &mut Model) {
         ui.label(RichText::new("The truth has no parameters but its samples, above.").small().weak());
         return;
     };
-    let diagonal = m.diagonal() as f64;
+    let distance = m.first_reach() as f64;
     let other = compare::other_values(m);
     let mut held = std::mem::take(&mut m.pinned);
     let pinned = &mut held;
+    let mut places = std::mem::take(&mut m.places);
+    if !m.still {
+        places.clear();
+    }
     let values = m.edited_values();
-    let shown: Vec<&'static Spec> = chosen.specs().filter(|s| chosen.applies(s, values)).collect();
-    let mut one = |ui: &mut Ui, spec: &'static Spec, pinned: &mut std::collections::BTreeSet<&'static str>| {
+    // Nothing moves under the pointer: a row that goes while that is here leaves its place empty.
+    let applying: BTreeSet<&str> = chosen.specs().filter(|s| chosen.applies(s, values)).map(|s| s.name).collect();
+    let rows = chosen.specs().filter(|s| applying.contains(s.name) || places.contains_key(&(chosen.id, s.name)));
+    let rows: Vec<&'static Spec> = rows.collect();
+    let mut one = |ui: &mut Ui, spec: &'static Spec, pinned: &mut BTreeSet<&'static str>| {
+        let place = (chosen.id, spec.name);
+        if !applying.contains(spec.name) {
+            ui.allocate_space(vec2(0.0, places.get(&place).copied().unwrap_or_default()));
+            return;
+        }
         let value = values.entry(spec.name.into()).or_insert_with(|| spec.default());
         let mut held = pinned.contains(spec.name);
-        let row = ui.push_id((chosen.id, spec.name), |ui| parameter(ui, spec, value, diagonal, &mut held));
+        let row = ui.push_id((chosen.id, spec.name), |ui| parameter(ui, spec, value, distance, &mut held));
+        places.insert(place, row.response.rect.height());
         if let Some((side, theirs)) = other.get(spec.name).filter(|(_, theirs)| theirs != value) {
             compare::differs(ui, row.response.rect, spec, &format!("{side} has {theirs}."));
         }
@@ -318,25 +372,25 @@ fn parameters(ui: &mut Ui, m: &mut Model) {
             pinned.remove(spec.name)
         };
     };
-    let (top, rest): (Vec<_>, Vec<_>) = shown.into_iter().partition(|s| pinned.contains(s.name));
+    let (top, rest): (Vec<_>, Vec<_>) = rows.into_iter().partition(|s| pinned.contains(s.name));
     if !top.is_empty() {
         ui.label(RichText::new("Pinned").small().weak());
         top.into_iter().for_each(|spec| one(ui, spec, pinned));
         ui.add_space(2.0);
     }
     let mut sections: Vec<&str> = Vec::new();
-    rest.iter().for_each(|s| {
+    chosen.specs().for_each(|s| {
         if !sections.contains(&s.section) {
             sections.push(s.section)
         }
     });
-    for title in sections {
+    for title in sections.into_iter().filter(|title| rest.iter().any(|s| s.section == *title)) {
         let header = CollapsingHeader::new(RichText::new(title).small().weak()).id_salt(("parameters", title));
         header.default_open(title != "Rasteriser bias").show_unindented(ui, |ui| {
             rest.iter().filter(|s| s.section == title).for_each(|spec| one(ui, spec, pinned));
         });
     }
-    m.pinned = held;
+    (m.pinned, m.places) = (held, places);
 }
 
 fn camera(ui: &mut Ui, m: &mut Model) {
@@ -490,7 +544,7 @@ fn capture(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
     let tip = ".png: the view, with the set-up inside, so that it opens here again. .exr: the raw values of the views visibility, truth, depth, position, normals, aliasing and counts.";
     let legend = "The view's legend, and the axes of charts, go into the picture.";
     row(ui, "legend", legend, |ui, label| {
-        ui.checkbox(&mut m.setup.legend, "").labelled_by(label.id).on_hover_text(legend);
+        ui.checkbox(&mut m.setup.legend, "").labelled_by(label.id).tip(legend);
     });
     path_row(ui, "picture", tip, &mut m.picture_path);
     ui.horizontal(|ui| {

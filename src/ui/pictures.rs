@@ -1,5 +1,6 @@
 //! Small pictures: what they are of, those drawn so far, and where built-in scenes are shown by them.
 
+use super::controls::Tip;
 use super::model::{Action, Model};
 use crate::measure::stability::{CASES, Case};
 use egui::text::{LayoutJob, TextWrapping};
@@ -150,5 +151,5 @@ fn cell(
         let id = ui.painter().layout_no_wrap(case.id.into(), TextStyle::Small.resolve(ui.style()), weak);
         ui.painter().galley(below, id, weak);
     }
-    r.on_hover_text(case.doc)
+    r.tip_beside(ui.clip_rect(), case.doc)
 }

@@ -1,6 +1,7 @@
 //! The panel's figures: pass times and measurements.
 
-use super::controls::Tip;
+use super::compare::short_name;
+use super::controls::{Tip, steady};
 use super::drawer::{self, line, progress};
 use super::model::{Action, Model, ShotSeen};
 use super::needs::{self, main_values, percent, table, title};
@@ -13,34 +14,47 @@ use egui::{Button, Grid, RichText, Ui};
 use egui_plot::{GridMark, Line, Plot, PlotPoints};
 
 pub fn timings(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
-    let passes = m.facts.passes.clone();
+    let side = m.side();
+    if m.edited().is_none() {
+        ui.label(
+            RichText::new("The truth is traced once for all sides. Times are those of techniques.").small().weak(),
+        );
+        return;
+    }
+    // The first side's graph is the only one that is kept.
+    let of = if m.setup.sides() > 1 { "; graph: A" } else { "" };
+    let still = m.still;
+    let passes = m.facts.passes_of(side).to_vec();
     let (facts, shot) = (&m.facts, &mut m.shot);
-    let own = facts.technique_ms();
-    Grid::new("passes").num_columns(2).min_col_width(150.0).spacing([8.0, 2.0]).show(ui, |ui| {
-        for (name, ms) in &passes {
-            let shared = SHARED_PASSES.contains(name);
-            let label = if shared { RichText::new(*name).weak() } else { RichText::new(*name) };
-            ui.label(label).tip_ui(|ui| {
-                ui.label(about(name, shared));
-                wrote(ui, name, shot, out);
-            });
-            ui.label(RichText::new(format!("{ms:9.3} ms")).monospace());
+    let own = facts.technique_ms(side);
+    // Some passes run only now and then.
+    steady(ui, "passes", still, |ui| {
+        Grid::new("passes").num_columns(2).min_col_width(150.0).spacing([8.0, 2.0]).show(ui, |ui| {
+            for (name, ms) in &passes {
+                let shared = SHARED_PASSES.contains(name);
+                let label = if shared { RichText::new(*name).weak() } else { RichText::new(*name) };
+                ui.label(label).tip_ui(|ui| {
+                    ui.label(about(name, shared));
+                    wrote(ui, (side, name), shot, out);
+                });
+                ui.label(RichText::new(format!("{ms:9.3} ms")).monospace());
+                ui.end_row();
+            }
+            ui.label(RichText::new("technique").strong()).tip("The technique's passes together.");
+            ui.label(RichText::new(format!("{own:9.3} ms")).monospace().strong());
             ui.end_row();
-        }
-        ui.label(RichText::new("technique").strong()).tip("The technique's passes together.");
-        ui.label(RichText::new(format!("{own:9.3} ms")).monospace().strong());
-        ui.end_row();
-        let memory = "GPU memory that the technique holds, such as its shadow map.";
-        ui.label(RichText::new("memory")).tip(memory);
-        ui.label(RichText::new(format!("{:8.2} MiB", facts.told.gpu_bytes as f64 / 1048576.0)).monospace());
-        ui.end_row();
+            let memory = "GPU memory that the technique holds, such as its shadow map.";
+            ui.label(RichText::new("memory")).tip(memory);
+            ui.label(RichText::new(format!("{:8.2} MiB", facts.bytes_of(side) as f64 / 1048576.0)).monospace());
+            ui.end_row();
+        });
     });
     let how = match (facts.wall_clock, facts.software) {
         (true, true) => "wall clock on a software adapter: good for ratios only",
         (true, false) => "wall clock, each pass waited for",
         _ => "GPU timestamps",
     };
-    ui.label(RichText::new(how).small().weak()).tip("How these times are taken.");
+    ui.label(RichText::new(format!("{how}{of}")).small().weak()).tip("How these times are taken.");
     let points: PlotPoints = facts.recent.iter().enumerate().map(|(i, ms)| [i as f64, *ms]).collect();
     let plot = Plot::new("technique time")
         .height(76.0)
@@ -73,9 +87,9 @@ fn marks(most: f64) -> Vec<GridMark> {
 }
 
 /// Shows what a pass wrote, asking for it first.
-fn wrote(ui: &mut Ui, pass: &'static str, shot: &mut Option<ShotSeen>, out: &mut Vec<Action>) {
+fn wrote(ui: &mut Ui, of: (usize, &'static str), shot: &mut Option<ShotSeen>, out: &mut Vec<Action>) {
     match shot {
-        Some(seen) if seen.pass == pass => match &seen.picture {
+        Some(seen) if (seen.side, seen.pass) == of => match &seen.picture {
             Picture::Drawn(texture) => {
                 ui.image(texture);
                 ui.label(RichText::new(&seen.told).small().weak());
@@ -84,8 +98,9 @@ fn wrote(ui: &mut Ui, pass: &'static str, shot: &mut Option<ShotSeen>, out: &mut
             Picture::Waiting => _ = ui.spinner(),
         },
         _ => {
-            out.push(Action::Shot(pass));
-            *shot = Some(ShotSeen { pass, picture: Picture::Waiting, told: String::new() });
+            let (side, pass) = of;
+            out.push(Action::Shot(side, pass));
+            *shot = Some(ShotSeen { side, pass, picture: Picture::Waiting, told: String::new() });
         }
     }
 }
@@ -127,13 +142,18 @@ fn about(pass: &str, shared: bool) -> &'static str {
 }
 
 pub fn measure(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
-    match &m.measuring {
+    let still = m.still;
+    steady(ui, "start", still, |ui| match &m.measuring {
         Some(job) => progress(ui, job, out),
         None => {
             ui.horizontal(|ui| {
                 let size = m.setup.size;
-                let ready = m.info().refuses(&m.setup.light).is_none();
-                let start = ui.add_enabled(ready, Button::new("Measure this set-up"));
+                let ready = m.edited().is_some_and(|i| i.refuses(&m.setup.light).is_none());
+                let title = match m.setup.sides() {
+                    1 => "Measure this set-up".into(),
+                    _ => format!("Measure {}", short_name(&m.setup, m.side())),
+                };
+                let start = ui.add_enabled(ready, Button::new(title));
                 let tip = format!(
                     "Counts right and wrong pixels against the truth and times the technique, at {} × {} pixels. The picture waits meanwhile, so that it does not disturb the times.",
                     size[0], size[1]
@@ -150,12 +170,12 @@ pub fn measure(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
             // As high as what shows the progress.
             let text = match m.rows.len() {
                 0 => String::new(),
-                n if n > SHOWN => format!("the newest {SHOWN} of {n} rows; the chart shows all"),
-                _ => "the chart shows them too".into(),
+                n if n > SHOWN => format!("the newest {SHOWN} of {n}; each is a point of the chart (F2)"),
+                _ => "each is a point of the chart (F2)".into(),
             };
             line(ui, &text);
         }
-    }
+    });
     for (i, r) in m.rows.iter().rev().take(SHOWN).enumerate() {
         egui::Frame::group(ui.style()).show(ui, |ui| measured(ui, i, r));
     }
@@ -171,11 +191,9 @@ fn measured(ui: &mut Ui, i: usize, r: &Record) {
         ui.label(RichText::new(main).small().weak());
     }
     let share = |n: usize| format!("{n:>9}  {:6.3} %", 100.0 * n as f64 / r.facing.max(1) as f64);
-    let three = |values: [Option<f64>; 3], unit: &str| match values {
-        [Some(a), Some(b), Some(c)] => Some(format!("{a:.1} / {b:.1} / {c:.1}{unit}")),
-        _ => None,
+    let pixels = |values: [(&'static str, Option<f64>); 3], tip: &'static str| {
+        values.into_iter().filter_map(move |(name, px)| Some((name, format!("{:.1} px", px?), tip)))
     };
-    let edge = three([r.boundary_median_px, r.boundary_p95_px, r.boundary_max_px], " px");
     let counts = [
         (
             "facing the light",
@@ -209,15 +227,23 @@ fn measured(ui: &mut Ui, i: usize, r: &Record) {
     rows.push(("RMSE of the picture", format!("{:.5}", r.rmse_image), tip));
     let tip = "How different the shaded picture looks from the true one to a human eye: 0 the same, 1 utterly.";
     rows.push(("FLIP", format!("{:.5}", r.flip), tip));
-    let tip = "Distance of wrong pixels from the true shadow edge: median, 95th percentile, greatest.";
-    rows.push(("edge error", edge.unwrap_or("none".into()), tip));
+    let tip =
+        "Distance of wrong pixels from the true shadow edge: half of them, 95 % of them, all of them lie within it.";
+    let edge = [
+        ("edge error, median", r.boundary_median_px),
+        ("edge error, 95 %", r.boundary_p95_px),
+        ("edge error, worst", r.boundary_max_px),
+    ];
+    rows.extend(pixels(edge, tip));
     let tip = "Mean distance between the shadow's edges and the true ones, whether it is wrong there or not.";
     rows.extend(r.contour_mean_px.map(|px| ("edges apart", format!("{px:.2} px"), tip)));
-    let tip = "Aliasing error m, the longest extent of a texel in the picture: median, 95th percentile, greatest.";
-    rows.extend(three([r.m_p50, r.m_p95, r.m_max], " px").map(|m| ("texel in the picture", m, tip)));
+    let tip = "Aliasing error m, the longest extent of a pixel's texel in the picture: at most this at half of the pixels, at 95 % of \
+               them, at all of them.";
+    let texel = [("texel, median", r.m_p50), ("texel, 95 %", r.m_p95), ("texel, worst", r.m_max)];
+    rows.extend(pixels(texel, tip));
     let tip = "A texel's area in the picture, and its longest over its shortest extent: 95th percentiles.";
-    let texel = |(area, long)| ("area, long/short", format!("{area:.1} px² / {long:.1}"), tip);
-    rows.extend(r.texel_area_p95.zip(r.anisotropy_p95).map(texel));
+    rows.extend(r.texel_area_p95.map(|area| ("texel's area, 95 %", format!("{area:.1} px²"), tip)));
+    rows.extend(r.anisotropy_p95.map(|long| ("long : short, 95 %", format!("{long:.1}"), tip)));
     let tip = "Texels' worth of the light's image that the warp turns over.";
     rows.extend(r.folds.filter(|n| *n > 0).map(|n| ("folds", n.to_string(), tip)));
     let tip =

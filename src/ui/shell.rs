@@ -4,18 +4,21 @@ use super::controls::{set_panel_left, take_said};
 use super::history::REST;
 use super::model::{Action, Model, Tab, Traced};
 use super::viewport;
-use super::{drawer, freeze, maps, panel, picker};
+use super::{compare, drawer, freeze, maps, panel, picker};
+use crate::legend::letter;
 use crate::view;
 use egui::{
     Align, Align2, Area, Button, Context, Frame, Grid, Id, Key, Label, Layout, Margin, ModifierNames, Modifiers, Order,
     Panel, Rect,
 };
-use egui::{KeyboardShortcut, Modal, RichText, Stroke, StrokeKind, Ui, pos2, vec2};
+use egui::{Color32, KeyboardShortcut, Modal, RichText, Stroke, StrokeKind, TextStyle, Ui, UiBuilder, pos2, vec2};
 use std::path::PathBuf;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
-/// Seconds that a message stays which is no error.
-const NOTE_SECONDS: f32 = 6.0;
+/// How long a message stays that the pointer has left.
+const READING: Duration = Duration::from_secs(4);
+/// Height of the line that tells what is going on, with the gap above it, points.
+const BUSY: f32 = 46.0;
 /// A window that is narrower than this has no room for picture and panel side by side, points.
 const NARROW: f32 = 560.0;
 /// Points of picture that the panel leaves.
@@ -58,8 +61,13 @@ pub fn layout(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) -> Rect {
         viewport::show(ui, rect, m, out);
     }
     maps::show(ui, viewer, m);
-    messages(ui.ctx(), room, m);
-    busy(ui.ctx(), room, m, out);
+    // Neither the viewer's buttons nor the sides' titles are covered.
+    let mut over = match rect.is_positive() {
+        true => rect.with_min_y(rect.top() + compare::titles_height(&m.setup)),
+        false => viewer.with_min_y(viewer.top() + maps::bar_height(viewer, m)),
+    };
+    over.min.y += busy(ui.ctx(), over, m, out);
+    messages(ui.ctx(), over, m);
     tab(ui, m);
     help(ui.ctx(), m);
     closing(ui.ctx(), m, out);
@@ -149,6 +157,7 @@ const SHORTCUTS: &[Shortcut] = &[
     always(&[(NONE, Key::F3)], "open or close stability", |m, _| m.toggle(Tab::Stability)),
     always(&[(NONE, Key::F4)], "open or close advice", |m, _| m.toggle(Tab::Advice)),
     always(&[(NONE, Key::F9)], "hide or show the panel", |m, _| m.toggle_panel()),
+    always(&[(CTRL, Key::F)], "search the techniques", |m, _| m.find()),
     shortcut(&[(NONE, Key::R)], "reset the camera", |m, _| m.go_home()),
     shortcut(&[(NONE, Key::F)], "freeze the shadow camera, or release it", |m, _| freeze::toggle(m)),
     shortcut(&[(NONE, Key::L)], "show or hide the legend", |m, _| m.show_legend = !m.show_legend),
@@ -177,19 +186,18 @@ const SHORTCUTS: &[Shortcut] = &[
 ];
 
 /// What the mouse does, and keys that egui or the viewport handle.
-const GESTURES: [(&str, &str); 14] = [
+const GESTURES: [(&str, &str); 13] = [
     ("Left drag", "orbit around the target"),
     ("Right drag", "look around"),
     ("Middle drag", "pan"),
     ("Wheel", "move towards the target and away from it"),
     ("Double-click", "look at that point and orbit around it"),
     ("Rest on a map or an error view", "read the value there"),
-    ("W A S D, Q E", "fly, down and up; Shift is faster"),
+    ("W A S D", "fly; Q down, E up; Shift is faster"),
     ("Drag the light", "move it; Shift: nearer and farther"),
     ("Double-click a name", "reset that parameter; right-click: pin it to the top"),
     ("Tab, Shift+Tab", "move the focus"),
     ("← →", "turn the slider in focus; ↑ ↓ a number"),
-    ("Ctrl+F", "search the techniques"),
     ("Escape", "leave a field, close this help"),
     ("Drop a file", "open it: .glb, .gltf, .toml, .png, .csv, .json"),
 ];
@@ -281,17 +289,27 @@ fn closing(ctx: &Context, m: &mut Model, out: &mut Vec<Action>) {
 
 fn status(ui: &mut Ui, m: &Model) {
     let f = &m.facts;
-    let error = match (f.traced, f.error) {
+    // Of a comparison the side that the panel edits.
+    let side = m.side();
+    let of = if m.setup.sides() > 1 { format!("{} ", letter(side)) } else { String::new() };
+    let counted = match m.setup.sides() {
+        1 => f.error,
+        _ => f.known.errors.get(side).copied().flatten().map(|e| [e.share(), e.rmse]),
+    };
+    let error = match (f.traced, counted) {
+        _ if m.edited().is_none() => RichText::new(format!("{of}is the truth")).weak(),
         (Traced::NotServed, _) => RichText::new("no truth").weak(),
         _ if m.order != f.of => RichText::new("error …").weak(),
         _ if m.draft() => RichText::new("error … (draft)").weak(),
         (Traced::Partly(p), _) => RichText::new(format!("tracing truth {:.0} %", p.done * 100.0)).weak(),
         (Traced::Fully, None) => RichText::new("error …").weak(),
-        (Traced::Fully, Some([share, rmse])) => RichText::new(format!("error {:.3} %, RMSE {rmse:.4}", share * 100.0)),
+        (Traced::Fully, Some([share, rmse])) => {
+            RichText::new(format!("{of}error {:.3} %, RMSE {rmse:.4}", share * 100.0))
+        }
     };
     let tip = format!(
         "Against the truth, which is traced while the picture rests. Error: wrong pixels as a share of those that face the light within its cone and range, judged by one sample per pixel, which suits hard techniques. RMSE: against the truth of {}; with more than one it is fair to filters.",
-        samples(m.setup.truth_samples.shown(m.info()))
+        samples(m.setup.shown_samples())
     );
     let how = if f.wall_clock { "Wall clock." } else { "GPU time." };
     let [w, h] = f.size;
@@ -300,14 +318,17 @@ fn status(ui: &mut Ui, m: &Model) {
     let fields = [
         (210.0, error, tip),
         (
-            132.0,
-            RichText::new(format!("technique {:.2} ms", f.technique_ms())),
+            144.0,
+            match m.edited() {
+                Some(_) => RichText::new(format!("{of}technique {:.2} ms", f.technique_ms(side))),
+                None => RichText::new(""),
+            },
             format!("The technique's passes together. {how}"),
         ),
         (
             112.0,
             RichText::new(format!("frame {:.1} ms", f.frame_ms())),
-            format!("All passes of the picture drawn last. {how}"),
+            format!("All passes of the picture drawn last, of all sides. {how}"),
         ),
         (96.0, size, "Pixels that the picture is rendered at. Fewer while it moves, if the adapter is slow; never fewer for captures and measurements.".into()),
     ];
@@ -340,7 +361,8 @@ fn samples(n: u32) -> String {
 }
 
 fn messages(ctx: &Context, rect: Rect, m: &mut Model) {
-    m.notes.retain(|n| n.error || n.since.elapsed().as_secs_f32() < NOTE_SECONDS);
+    let now = Instant::now();
+    m.notes.retain(|n| n.until.is_none_or(|until| until > now));
     if m.notes.is_empty() {
         return;
     }
@@ -348,10 +370,10 @@ fn messages(ctx: &Context, rect: Rect, m: &mut Model) {
     let mut dismissed = None;
     let area = Area::new(Id::unique("messages")).order(Order::Foreground).fixed_pos(rect.min + vec2(12.0, 12.0));
     area.show(ctx, |ui| {
-        for (i, note) in m.notes.iter().enumerate() {
+        for (i, note) in m.notes.iter_mut().enumerate() {
             let color = if note.error { ui.visuals().error_fg_color } else { ui.visuals().hyperlink_color };
             let frame = Frame::popup(ui.style()).stroke(Stroke::new(1.0, color.gamma_multiply(0.7)));
-            frame.show(ui, |ui| {
+            let shown = frame.show(ui, |ui| {
                 let width = (rect.width() - 60.0).clamp(120.0, 620.0);
                 ui.horizontal_top(|ui| {
                     ui.vertical(|ui| {
@@ -363,6 +385,10 @@ fn messages(ctx: &Context, rect: Rect, m: &mut Model) {
                     }
                 });
             });
+            // Who points at it is still reading.
+            if shown.response.contains_pointer() {
+                note.until = note.until.map(|until| until.max(now + READING));
+            }
         }
     });
     if let Some(i) = dismissed {
@@ -370,17 +396,20 @@ fn messages(ctx: &Context, rect: Rect, m: &mut Model) {
     }
 }
 
-/// What is going on beside the window.
-fn busy(ctx: &Context, rect: Rect, m: &Model, out: &mut Vec<Action>) {
-    let (text, cancel) = match (&m.loading, &m.measuring) {
-        (Some(what), _) => (format!("Opening {what} …"), Action::CancelLoading),
+/// What is going on beside the window; the height that it takes.
+fn busy(ctx: &Context, rect: Rect, m: &Model, out: &mut Vec<Action>) -> f32 {
+    let (told, more, cancel) = match (&m.loading, &m.measuring) {
+        (Some(what), _) => (format!("Opening {what} …"), String::new(), Action::CancelLoading),
         (None, Some(job)) => {
-            let what = if job.what.is_empty() { String::new() } else { format!(" ({})", job.what) };
-            (format!("{}{what}: {}. The picture waits.", job.title, job.told()), Action::CancelMeasuring)
+            let what = if job.what.is_empty() { String::new() } else { format!("{}. ", job.what) };
+            let told = format!("{}: {}", job.title, job.told());
+            (told, format!("{what}The picture waits."), Action::CancelMeasuring)
         }
-        _ => return,
+        _ => {
+            ctx.data_mut(|d| d.remove::<f32>(Id::unique("busy's width")));
+            return 0.0;
+        }
     };
-    let width = (rect.width() - 140.0).clamp(80.0, 320.0);
     let area = Area::new(Id::unique("busy")).order(Order::Foreground).pivot(Align2::CENTER_TOP);
     area.fixed_pos(rect.center_top() + vec2(0.0, 16.0)).show(ctx, |ui| {
         Frame::popup(ui.style()).show(ui, |ui| {
@@ -389,13 +418,34 @@ fn busy(ctx: &Context, rect: Rect, m: &Model, out: &mut Vec<Action>) {
                     // Not while measuring: what turns is drawn anew all the time, and disturbs what is timed.
                     ui.spinner();
                 }
-                ui.add_sized([width, 20.0], Label::new(text).truncate());
+                // How far it is comes first and is never cut off; what it is at takes the room that is left.
+                let font = TextStyle::Body.resolve(ui.style());
+                let wide = |text: &str| ui.painter().layout_no_wrap(text.into(), font.clone(), Color32::WHITE).size().x;
+                let gap = ui.spacing().item_spacing.x;
+                let told_width = wide(&told).ceil();
+                let most = (rect.width() - if m.loading.is_some() { 140.0 } else { 110.0 }).max(80.0);
+                let natural = told_width + if more.is_empty() { 0.0 } else { 2.0 * gap + wide(&more).ceil() };
+                // It only grows, so that the button keeps its place.
+                let id = Id::unique("busy's width");
+                let width = natural.max(ui.data(|d| d.get_temp(id)).unwrap_or(0.0)).min(most);
+                ui.data_mut(|d| d.insert_temp(id, width));
+                let (_, room) = ui.allocate_space(vec2(width, 20.0));
+                let first = room.with_max_x(room.left() + told_width.min(width));
+                let left_to_right = Layout::left_to_right(Align::Center);
+                let mut inside = ui.new_child(UiBuilder::new().max_rect(first).layout(left_to_right));
+                inside.add(Label::new(&told).truncate());
+                let rest = room.with_min_x(first.right() + 2.0 * gap);
+                if !more.is_empty() && rest.width() > 30.0 {
+                    let mut inside = ui.new_child(UiBuilder::new().max_rect(rest).layout(left_to_right));
+                    inside.add(Label::new(RichText::new(&more).weak()).truncate());
+                }
                 if ui.button("Cancel").on_hover_text("Stop; what was open or measured before stays.").clicked() {
                     out.push(cancel);
                 }
             });
         });
     });
+    BUSY
 }
 
 fn help(ctx: &Context, m: &mut Model) {

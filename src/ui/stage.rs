@@ -125,8 +125,8 @@ pub enum Request {
     Value([f32; 2]),
     /// Find the surface there.
     Point([f32; 2]),
-    /// Show what the pass of this name wrote.
-    Shot(&'static str),
+    /// Show what the pass of this name wrote for a side.
+    Shot(usize, &'static str),
 }
 
 /// A picture, sRGB-encoded, rows from the top.
@@ -233,7 +233,7 @@ impl Stage {
     pub fn ask(&self, request: Request) {
         self.inbox.put(|mail| {
             // Of places to be read only the last is still under the pointer.
-            if let Request::Value(_) | Request::Shot(_) = request {
+            if let Request::Value(_) | Request::Shot(..) = request {
                 mail.requests.retain(|r| std::mem::discriminant(r) != std::mem::discriminant(&request));
             }
             mail.requests.push_back(request);
@@ -423,14 +423,14 @@ impl Painter<'_> {
                 let point = held.map_or(Ok(None), |r| r.position_at(pixel(at)));
                 self.post.send(Done::Point(point));
             }
-            Request::Shot(pass) => {
+            Request::Shot(side, pass) => {
                 // It is rendered once more without an analysis.
                 self.analysed = false;
                 let shot = match (&self.drawn, &mut self.renderer) {
-                    (Some(order), Some(renderer)) => renderer.shot(&order.setup, pass),
+                    (Some(order), Some(renderer)) => renderer.shot(&order.setup, side, pass),
                     _ => Ok(None),
                 };
-                self.post.send(Done::Shot(pass, shot));
+                self.post.send(Done::Shot(side, pass, shot));
             }
         }
     }
@@ -556,7 +556,7 @@ impl Painter<'_> {
         if coarse {
             setup.truth_samples = Samples::Fixed(1);
         }
-        let counts = |id: &str| view::find(id, info).is_some_and(View::counts_pixels);
+        let counts = |id: &str| order.setup.find_view(id).is_some_and(View::counts_pixels);
         let over = setup.overlay.as_ref().is_some_and(|o| counts(&o.view));
         let waits = draft && (counts(&setup.view) || over);
         if waits {
@@ -610,7 +610,7 @@ impl Painter<'_> {
             if f.recent.len() == RECENT {
                 f.recent.pop_front();
             }
-            f.recent.push_back(f.technique_ms());
+            f.recent.push_back(f.technique_ms(0));
             f.seconds.insert(info.id, (ms - truth_ms) * 1e-3);
         }
         (f.size, f.full, f.waits, f.told) = (size, order.full, waits, told);
@@ -725,7 +725,7 @@ impl Painter<'_> {
             width: size[0],
             height: size[1],
             gpu_bytes: self.facts.told.gpu_bytes,
-            gpu_ms: self.facts.technique_ms(),
+            gpu_ms: self.facts.technique_ms(0),
             truth_samples: setup.shown_samples(),
             error_share: e.share(),
             rmse: e.rmse,

@@ -108,11 +108,11 @@ impl Model {
             Setup { scene, origin: setup.origin, time: 0.0, animation: 0, camera, light, shadow_camera: None, ..kept };
         begin(setup);
         serve(setup);
-        if techniques::find(&setup.technique).is_none_or(|i| view::check(&setup.view, i).is_err()) {
+        if setup.find_view(&setup.view).is_none() {
             setup.view = view::VIEWS[0].id.into();
         }
-        let info = techniques::find(&setup.technique);
-        setup.overlay = setup.overlay.take().filter(|o| info.is_some_and(|i| view::check(&o.view, i).is_ok()));
+        let overlay = setup.overlay.take();
+        setup.overlay = overlay.filter(|o| setup.find_view(&o.view).is_some());
     }
 
     /// The case whose scene is open.

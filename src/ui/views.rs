@@ -1,9 +1,11 @@
 //! The panel's part on what is shown: views in groups, an overlay, the legend, the truth's samples.
 
-use super::controls::{chips, row, slide};
+use super::controls::{Tip, chips, row, slide, steady};
 use super::errors::error_options;
 use super::model::Model;
-use crate::setup::Overlay;
+use crate::legend::letter;
+use crate::setup::{Overlay, Setup};
+use crate::techniques::Info;
 use crate::truth::{COUNTS, Samples};
 use crate::view::{self, Group, View};
 use egui::{ComboBox, RichText, Ui};
@@ -13,7 +15,7 @@ const TRUTH_TIP: &str = "Samples per pixel of the truth, which is the exact shad
      whichever suits the technique; measurements then take 16, so that all techniques share one truth.";
 
 pub fn show(ui: &mut Ui, m: &mut Model) {
-    let info = m.info();
+    let (side, info) = whose(m);
     let now = m.setup.view.clone();
     for group in Group::ALL {
         let of = |v: &&View| v.group == group;
@@ -21,10 +23,12 @@ pub fn show(ui: &mut Ui, m: &mut Model) {
         if views.is_empty() {
             continue;
         }
-        ui.label(RichText::new(group.title()).small().weak());
+        let own = m.setup.sides() > 1 && views.iter().any(|v| view::index(v.id).is_none());
+        let title = if own { format!("{} of {}", group.title(), letter(side)) } else { group.title().into() };
+        ui.label(RichText::new(title).small().weak());
         let tip = |v: &View| match view::index(v.id) {
             Some(i) if i < 9 => format!("{} (key {})", v.doc, i + 1),
-            _ => v.doc.to_string(),
+            _ => format!("{}{}", v.doc, lacking(&m.setup, v)),
         };
         if let Some(i) = chips(ui, views.iter().map(|v| (v.title, v.id == now, tip(v)))) {
             m.setup.view = views[i].id.into();
@@ -32,17 +36,15 @@ pub fn show(ui: &mut Ui, m: &mut Model) {
         }
         ui.add_space(2.0);
     }
-    error_options(ui, m);
-    overlay(ui, m);
     let tip =
         "What the colours of the picture mean, at its lower edge. Captures have it where that is ticked under Capture.";
     row(ui, "legend", tip, |ui, label| {
-        ui.checkbox(&mut m.show_legend, "").labelled_by(label.id).on_hover_text(tip);
+        ui.checkbox(&mut m.show_legend, "").labelled_by(label.id).tip(tip);
     });
     row(ui, "truth samples", TRUTH_TIP, |ui, label| {
         let all = [Samples::Auto].into_iter().chain(COUNTS.map(Samples::Fixed));
         let text = match m.setup.truth_samples {
-            Samples::Auto => format!("auto: {}", Samples::Auto.shown(m.info())),
+            Samples::Auto => format!("auto: {}", m.setup.shown_samples()),
             fixed => fixed.to_string(),
         };
         let combo = ComboBox::from_id_salt("truth samples").selected_text(text).width(ui.available_width());
@@ -51,17 +53,40 @@ pub fn show(ui: &mut Ui, m: &mut Model) {
                 ui.selectable_value(&mut m.setup.truth_samples, samples, samples.to_string());
             }
         });
-        shown.response.labelled_by(label.id).on_hover_text(TRUTH_TIP);
+        shown.response.labelled_by(label.id).tip(TRUTH_TIP);
+    });
+    // Last, what comes and goes with what is chosen above.
+    overlay(ui, m);
+    steady(ui, "options", m.still, |ui| {
+        overlay_options(ui, m);
+        error_options(ui, m);
     });
 }
 
-/// Which view lies over the shaded picture, and how.
+/// The side whose technique's own views are offered, and that technique: the one that is edited, or the first in place of the
+/// truth.
+fn whose(m: &Model) -> (usize, &'static Info) {
+    m.edited().map_or((0, m.info()), |info| (m.side(), info))
+}
+
+/// Which sides of a comparison do not have a view, in words; nothing where all have it.
+fn lacking(setup: &Setup, v: &View) -> String {
+    let has = |side: usize| setup.info(side).is_some_and(|info| view::find(v.id, info).is_some());
+    let without: Vec<&str> = (0..setup.sides()).filter(|side| !has(*side)).map(letter).collect();
+    match without.len() {
+        0 => String::new(),
+        1 => format!("\n{} has no such view and is shaded.", without[0]),
+        _ => format!("\n{} have no such view and are shaded.", without.join(", ")),
+    }
+}
+
+/// Which view lies over the shaded picture.
 fn overlay(ui: &mut Ui, m: &mut Model) {
     let tip = "A view blended over the shaded picture, or small in its corner.";
-    let info = m.info();
+    let (_, info) = whose(m);
     row(ui, "overlay", tip, |ui, label| {
         let id = m.setup.overlay.as_ref().map(|o| o.view.clone());
-        let title = id.as_deref().and_then(|id| view::find(id, info)).map_or("none", |v| v.title);
+        let title = id.as_deref().and_then(|id| m.setup.find_view(id)).map_or("none", |v| v.title);
         let combo = ComboBox::from_id_salt("overlay").selected_text(title).width(ui.available_width()).truncate();
         let shown = combo.show_ui(ui, |ui| {
             if ui.selectable_label(id.is_none(), "none").clicked() {
@@ -71,19 +96,23 @@ fn overlay(ui: &mut Ui, m: &mut Model) {
             let offered = |v: &&View| v.id != "shaded" && (alone || v.id != "difference");
             for v in view::VIEWS.iter().chain(info.maps()).filter(offered) {
                 let chosen = id.as_deref() == Some(v.id);
-                if ui.selectable_label(chosen, v.title).on_hover_text(v.doc).clicked() {
+                if ui.selectable_label(chosen, v.title).tip(v.doc).clicked() {
                     let (opacity, inset) =
                         m.setup.overlay.as_ref().map_or((0.5, !v.shows_scene()), |o| (o.opacity, o.inset));
                     m.setup.overlay = Some(Overlay { view: v.id.into(), opacity, inset });
                 }
             }
         });
-        shown.response.labelled_by(label.id).on_hover_text(tip);
+        shown.response.labelled_by(label.id).tip(tip);
     });
+}
+
+/// How it lies there.
+fn overlay_options(ui: &mut Ui, m: &mut Model) {
     let Some(o) = &mut m.setup.overlay else { return };
     let tip = "Small in the upper right corner instead of all over.";
     row(ui, "inset", tip, |ui, label| {
-        ui.checkbox(&mut o.inset, "").labelled_by(label.id).on_hover_text(tip);
+        ui.checkbox(&mut o.inset, "").labelled_by(label.id).tip(tip);
     });
     if !o.inset {
         let mut percent = o.opacity * 100.0;

@@ -259,8 +259,8 @@ impl Open {
                         m.shot = None;
                     }
                 }
-                Done::Shot(pass, shot) => {
-                    let Some(seen) = m.shot.as_mut().filter(|s| s.pass == pass) else { continue };
+                Done::Shot(side, pass, shot) => {
+                    let Some(seen) = m.shot.as_mut().filter(|s| (s.side, s.pass) == (side, pass)) else { continue };
                     match shot {
                         Ok(Some(shot)) => {
                             let image = ColorImage::from_rgba_unmultiplied(shot.size.map(|s| s as usize), &shot.rgba);
@@ -274,7 +274,7 @@ impl Open {
                         }
                         Ok(None) => {
                             seen.picture =
-                                Picture::Failed("It wrote no texture that can be shown, or does not run again in a frame that is known.".into());
+                                Picture::Failed("Nothing to show: this pass writes lists or single numbers, or is not run again while the picture rests.".into());
                         }
                         Err(e) => seen.picture = Picture::Failed(format!("{e:#}")),
                     }
@@ -296,10 +296,11 @@ impl Open {
                     m.notes.retain(|n| !n.error);
                     m.say("Shaders reloaded.");
                 }
-                Done::Value(_, Err(e)) | Done::Point(Err(e)) | Done::Reloaded(Err(e)) | Done::Failed(e) => m.fail(&e),
+                Done::Value(_, Err(e)) | Done::Point(Err(e)) => m.fail(&e),
+                Done::Reloaded(Err(e)) | Done::Failed(e) => m.stop(&e),
                 Done::Broken(e) => {
                     m.loading = None;
-                    m.fail(&e);
+                    m.stop(&e);
                 }
                 Done::Progress(job, done, what) => {
                     if let Some(running) = m.measuring.as_mut().filter(|_| job == self.measuring) {
@@ -340,10 +341,12 @@ impl Open {
                     let numbers = path.extension().is_some_and(|e| e == "csv" || e == "json");
                     m.unsaved.retain(|t| *t != tab || !numbers);
                     self.quit |= m.closing && m.unsaved.is_empty();
-                    m.say(format!("Saved {}.", path.display()));
+                    m.say(saved(&path));
                 }
-                Done::Saved(_, Err(e)) | Done::Read(_, Err(e)) => m.fail(&e),
+                Done::Saved(_, Err(e)) => m.fail(&e),
+                Done::Read(_, Err(e)) => m.fail_to_open(&e),
                 Done::Read(path, Ok(rows)) => {
+                    m.notes.retain(|n| !n.opening);
                     m.say(format!("{} rows of {} are in the chart.", rows.len(), path.display()));
                     let unsaved = m.unsaved.clone();
                     m.adopt(rows);
@@ -361,7 +364,7 @@ impl Open {
                     m.capturing = false;
                     match result {
                         Ok((path, notes)) => {
-                            m.say(format!("Saved {}.", path.display()));
+                            m.say(saved(&path));
                             notes.into_iter().for_each(|note| m.say(note));
                         }
                         Err(e) => m.fail(&e),
@@ -399,7 +402,7 @@ impl Open {
                 if restored {
                     m.keep_history();
                 }
-                m.fail(&e);
+                m.fail_to_open(&e);
             }
         }
         Ok(())
@@ -547,7 +550,7 @@ impl Open {
             Action::PickFile => self.desk.pick_file(),
             Action::PickCapture => self.desk.pick_capture(),
             Action::Measure => {
-                let setup = m.setup.measured();
+                let setup = m.setup.side(m.side()).measured();
                 let (job, adapter) = self.job("Measuring");
                 self.desk.measure(job, adapter, scene, setup.clone(), vec![setup]);
             }
@@ -595,12 +598,12 @@ impl Open {
                 self.capture(setup, path);
             }
             Action::SaveSetup(path) => match save(m, &path) {
-                Ok(()) => m.say(format!("Saved {}.", path.display())),
+                Ok(()) => m.say(saved(&path)),
                 Err(e) => m.fail(&e),
             },
             Action::Focus(at) => self.stage.ask(Request::Point(at)),
             Action::Read(at) => self.stage.ask(Request::Value(at)),
-            Action::Shot(pass) => self.stage.ask(Request::Shot(pass)),
+            Action::Shot(side, pass) => self.stage.ask(Request::Shot(side, pass)),
             Action::Quit => {}
         }
     }
@@ -624,6 +627,15 @@ fn parts(raw: RawInput) -> Vec<RawInput> {
         RawInput { events, ..raw }
     };
     events.into_iter().map(part).collect()
+}
+
+/// Says where a file has been written.
+fn saved(path: &Path) -> String {
+    let whole = std::path::absolute(path).unwrap_or(path.to_path_buf());
+    match (whole.file_name(), whole.parent()) {
+        (Some(name), Some(folder)) => format!("Saved {} in {}.", name.display(), folder.display()),
+        _ => format!("Saved {}.", whole.display()),
+    }
 }
 
 /// Writes the set-up as TOML.

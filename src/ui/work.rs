@@ -50,8 +50,8 @@ pub enum Done {
     Value([f32; 2], Result<Option<String>>),
     /// The surface there.
     Point(Result<Option<Vec3>>),
-    /// What a pass wrote; None: no texture.
-    Shot(&'static str, Result<Option<Shot>>),
+    /// What a pass wrote for a side; None: no texture.
+    Shot(usize, &'static str, Result<Option<Shot>>),
     Reloaded(Result<()>),
     /// The map that the viewer shows; None: the technique has none.
     Map(Box<Option<MapLayer>>),

@@ -53,7 +53,8 @@ pub const MAPS: [View; 3] = [
         "counts-before",
         "Samples before the warp",
         "The map as it would be without the warp. White: texels that no pixel looks up. Green: one pixel each. Ochre \
-              to dark red: 4 to 256 pixels share a texel; blue: the mean of texels fewer than one.",
+              to dark red: 4 to 256 pixels share a texel. Blue: many texels for each pixel, which are too small to be seen one by \
+              one.",
         Drawn::Counts,
     ),
 ];

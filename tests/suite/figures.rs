@@ -186,12 +186,37 @@ fn a_shot_leaves_the_figure_as_it_was() {
     let before = picture(&mut r, &grid);
     let all = |r: &Renderer| (r.value_at([20, 20]).unwrap(), r.value_at([70, 20]).unwrap(), r.read_truth().unwrap());
     let values = all(&r);
-    for pass in ["shadow map", "truth", "analysis", "shading"] {
-        assert!(r.shot(&grid, pass).unwrap().is_some(), "{pass}");
+    for (side, pass) in
+        [(0, "shadow map"), (0, "truth"), (1, "resolve"), (0, "analysis"), (1, "shadow map"), (0, "shading")]
+    {
+        assert!(r.shot(&grid, side, pass).unwrap().is_some(), "{pass}");
         r.redraw(&grid).unwrap();
         assert!(bytemuck::pod_collect_to_vec::<u8, [u8; 4]>(&r.read_picture().unwrap()) == before, "{pass}");
         assert!(all(&r) == values, "{pass}");
     }
+}
+
+/// A view that only the second side has is drawn there; the first one is shaded, as an overlay leaves it too.
+#[test]
+fn a_side_without_the_view_is_shaded() {
+    let (mut r, s) = yard_setup();
+    let shaded = against(&s, &["pssm"]);
+    let before = picture(&mut r, &shaded);
+    let own = Setup { view: "cascades".into(), ..shaded.clone() };
+    own.check().unwrap();
+    let overlay = Some(Overlay { view: "cascades".into(), opacity: 0.5, inset: false });
+    let over = Setup { overlay, ..shaded };
+    over.check().unwrap();
+    for setup in [own, over] {
+        let now = picture(&mut r, &setup);
+        let [width, height] = setup.size.map(|n| n as usize);
+        let differs = |x: std::ops::Range<usize>| {
+            (0..height).flat_map(|y| x.clone().map(move |x| y * width + x)).filter(|i| before[*i] != now[*i]).count()
+        };
+        assert_eq!(differs(0..width / 2 - 1), 0);
+        assert!(differs(width / 2 + 1..width) > 500);
+    }
+    assert!(Setup { view: "cascades".into(), ..s }.check().is_err());
 }
 
 /// Times come for each side that is a technique.
@@ -200,9 +225,11 @@ fn each_side_is_timed() {
     let (mut r, s) = yard_setup();
     let setup = against(&s, &["pssm", "truth"]);
     let told = r.draw(&setup, whole(&setup)).unwrap();
-    let passes: Vec<Vec<&str>> = told.sides.iter().map(|s| s.iter().map(|p| p.0).collect()).collect();
+    let passes: Vec<Vec<&str>> = told.sides.iter().map(|s| s.passes.iter().map(|p| p.0).collect()).collect();
     assert!(passes[0].contains(&"shadow map") && passes[1].contains(&"shadow maps"), "{passes:?}");
     assert!(passes[2].is_empty());
+    let bytes: Vec<u64> = told.sides.iter().map(|s| s.gpu_bytes).collect();
+    assert!(bytes[0] > 0 && bytes[1] > bytes[0] && bytes[2] == 0, "{bytes:?}");
 }
 
 /// The difference is drawn where visibilities differ, orange where the first is lighter, blue where the second is.

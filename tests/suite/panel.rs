@@ -73,9 +73,18 @@ fn setup(harness: &Harness<'static, State>) -> Setup {
 #[test]
 fn all_sections_are_there_and_the_picture_keeps_its_place() {
     let mut harness = harness("cubes", 2400.0);
-    for section in
-        ["Scene", "Light", "Camera", "Technique", "View", "Parameters", "Used of held", "Timings", "Measure", "Capture"]
-    {
+    for section in [
+        "Scene",
+        "Light",
+        "Camera",
+        "Technique",
+        "View",
+        "Parameters",
+        "Texels used / held",
+        "Timings",
+        "Measure",
+        "Capture",
+    ] {
         harness.get_by_label(section);
     }
     for section in ["Light", "Camera", "Measure", "Capture"] {
@@ -118,7 +127,7 @@ fn a_technique_without_the_view_shows_the_shaded_picture() {
 
 #[test]
 fn dragging_a_slider_changes_the_parameter_and_is_one_step() {
-    let mut harness = harness("cubes", 1200.0);
+    let mut harness = harness("cubes", 2400.0);
     let before = setup(&harness);
     let slider = |h: &Harness<'static, State>| {
         let all = h.get_all_by_role_and_label(egui::accesskit::Role::Slider, "bias");
@@ -517,15 +526,18 @@ fn measured_again_a_row_takes_the_place_of_the_older() {
 fn what_is_used_stands_beside_the_technique_once_measured() {
     let mut harness = harness("cubes", 2400.0);
     let now = setup(&harness);
-    assert!(harness.query_by_label("texels used").is_none());
+    let place = |h: &Harness<'static, State>| h.get_by_label("Timings").rect().top();
+    let (before, value) = (place(&harness), "25.0 % of 1 048 576");
+    harness.get_by_label("texels used");
+    assert!(harness.query_by_label(value).is_none());
     let measured = row(&now, "shadow-map", Some(1024), 0.01, 1.0);
     harness.state_mut().model.adopt([measured]);
     harness.run_steps(3);
-    harness.get_by_label("texels used");
-    harness.get_by_label("262 144 of 1 048 576 (25.0 %)");
+    harness.get_by_label(value);
+    assert_eq!(place(&harness), before, "nothing moves when it becomes known");
     harness.state_mut().model.setup.camera.position.x += 1.0;
     harness.run_steps(3);
-    assert!(harness.query_by_label("texels used").is_none(), "measured from elsewhere");
+    assert!(harness.query_by_label(value).is_none(), "measured from elsewhere");
 }
 
 #[test]
@@ -963,7 +975,7 @@ fn a_pass_under_the_pointer_asks_for_what_it_wrote() {
     harness.run_steps(8);
     harness.get_by_label("shadow map").hover();
     harness.run_steps(60);
-    let asked = |s: &State| s.actions.iter().filter(|a| matches!(a, Action::Shot("shadow map"))).count();
+    let asked = |s: &State| s.actions.iter().filter(|a| matches!(a, Action::Shot(0, "shadow map"))).count();
     assert_eq!(asked(harness.state()), 1);
     let shot = harness.state_mut().model.shot.as_mut().unwrap();
     shot.picture = ui::Picture::Failed("It wrote lists.".into());
@@ -1389,4 +1401,344 @@ fn shift_f12_captures_a_figure_and_f12_the_set_up() {
     harness.key_press(egui::Key::F12);
     harness.run_steps(2);
     assert!(matches!(harness.state().actions[..], [Action::Capture(_)]), "{:?}", harness.state().actions);
+}
+
+/// A comparison of pcf with pssm of which figures are known, the second side edited.
+fn compared(height: f32) -> Harness<'static, State> {
+    use shadowscope::frame::ToldSide;
+    use shadowscope::measure::metrics::Errors;
+    let mut harness = harness("cubes", height);
+    let m = &mut harness.state_mut().model;
+    m.select(techniques::find("pcf").unwrap());
+    m.add_side(m.setup.kept("pssm").unwrap());
+    m.add_side(setup::Side::new(setup::Side::TRUTH).unwrap());
+    m.editing = 1;
+    m.facts.passes = vec![("shadow map", 11.0), ("resolve", 1.0)];
+    let side = |passes: &[(&'static str, f64)], gpu_bytes| ToldSide { passes: passes.to_vec(), gpu_bytes };
+    let second = side(&[("shadow maps", 20.0), ("splits", 3.0)], 16 << 20);
+    m.facts.told.sides = vec![side(&[("shadow map", 11.0), ("resolve", 1.0)], 4 << 20), second, ToldSide::default()];
+    let errors = |wrong| Some(Errors { facing: 100, lit_incorrect: wrong, rmse: 0.5, ..Errors::default() });
+    m.facts.known.errors = vec![errors(1), errors(2), None];
+    m.facts.traced = Traced::Fully;
+    harness.run_steps(4);
+    harness
+}
+
+/// What belongs to one side is that of the tab chosen, or bears the side's letter.
+#[test]
+fn figures_are_those_of_the_side_that_is_edited() {
+    let mut harness = compared(2600.0);
+    let now = setup(&harness);
+    let measured = row(&now.side(1), "pssm", Some(1024), 0.01, 1.0);
+    harness.state_mut().model.adopt([measured]);
+    harness.run_steps(3);
+    for label in ["Parameters: B", "Texels used / held: B", "Timings: B", "Maps of B", "Aliasing of B"] {
+        harness.get_by_label(label);
+    }
+    harness.get_by_label("as measured with this set-up");
+    harness.get_by_label("shadow maps");
+    harness.get_by_label("   16.00 MiB");
+    harness.get_by_label("B technique 23.00 ms");
+    harness.get_by_label("B error 2.000 %, RMSE 0.5000");
+    harness.get_by_label("frame 35.0 ms");
+    open(&mut harness, "Measure");
+    harness.get_by_label("Measure B pssm");
+    click(&mut harness, "A pcf");
+    for label in ["Parameters: A", "Timings: A", "Maps of A", "Measure A pcf", "    4.00 MiB"] {
+        harness.get_by_label(label);
+    }
+    harness.get_by_label("A technique 12.00 ms");
+    harness.get_by_label("A error 1.000 %, RMSE 0.5000");
+    assert!(harness.query_by_label("shadow maps").is_none());
+    harness.get_by_label("the rest is known once it is measured");
+    click(&mut harness, "C truth");
+    harness.get_by_label("C is the truth");
+    use egui::accesskit::Role;
+    assert!(harness.get_by_role_and_label(Role::Button, "Measure C truth").accesskit_node().is_disabled());
+}
+
+/// The views of the side that is edited are offered, and one stays as long as some side has it.
+#[test]
+fn a_view_of_one_side_is_shown() {
+    let mut harness = compared(2600.0);
+    // A family of techniques and a section of parameters are called so too.
+    let view = |h: &Harness<'static, State>| h.query_all_by_label("Cascades").count();
+    assert_eq!(view(&harness), 3);
+    harness.get_all_by_label("Cascades").nth(1).unwrap().click();
+    harness.run_steps(3);
+    assert_eq!(setup(&harness).view, "cascades");
+    setup(&harness).check().unwrap();
+    let shaded = harness.query_all_by_label("has no cascades: shaded").count();
+    assert_eq!(shaded, 2, "A and the truth have none");
+    click(&mut harness, "A pcf");
+    assert_eq!(setup(&harness).view, "cascades");
+    assert_eq!(view(&harness), 1);
+    harness.get_by_label("Tap pattern");
+    click(&mut harness, "B pssm");
+    click(&mut harness, "Shadow map");
+    assert_eq!(setup(&harness).view, "shaded", "no side has it any more");
+}
+
+/// Rows that go leave their place empty while the pointer is in the panel.
+#[test]
+fn no_row_moves_under_the_pointer() {
+    use egui::accesskit::Role;
+    for height in [2600.0, 700.0] {
+        let mut harness = harness("cubes", height);
+        let values = harness.state_mut().model.edited_values();
+        values.insert("slope_bias".into(), Value::Float(2.0));
+        harness.run_steps(3);
+        let slider = |h: &Harness<'static, State>, name: &str| {
+            let all = h.query_all_by_role_and_label(Role::Slider, name);
+            all.map(|n: Node| n.rect()).next()
+        };
+        // So that the end of the panel is in sight.
+        for title in ["Technique", "View", "Texels used / held"] {
+            open(&mut harness, title);
+        }
+        harness.get_by_label("Capture").scroll_to_me();
+        harness.run_steps(20);
+        let rows = |h: &Harness<'static, State>| -> Vec<Option<egui::Rect>> {
+            let headers = ["Parameters", "Timings", "Capture"].map(|t| h.query_by_label(t).map(|n| n.rect()));
+            headers.into_iter().chain(["bias", "slope bias"].map(|s| slider(h, s))).collect()
+        };
+        let before = rows(&harness);
+        let rect = slider(&harness, "slope bias").unwrap();
+        assert!(slider(&harness, "slope limit").is_some());
+        harness.drag_at(rect.center());
+        harness.run_steps(2);
+        let zero = rect.left_center() - egui::vec2(30.0, 0.0);
+        harness.hover_at(zero);
+        harness.run_steps(3);
+        assert!(slider(&harness, "slope limit").is_none(), "what means nothing is not shown");
+        assert_eq!(rows(&harness), before, "while it is dragged");
+        harness.event(egui::Event::PointerButton {
+            pos: zero,
+            button: egui::PointerButton::Primary,
+            pressed: false,
+            modifiers: egui::Modifiers::NONE,
+        });
+        harness.run_steps(20);
+        assert_eq!(setup(&harness).values()["slope_bias"], Value::Float(0.0));
+        assert_eq!(rows(&harness), before, "after it is dropped");
+        harness.hover_at(egui::pos2(100.0, 100.0));
+        harness.run_steps(20);
+        if height > 1000.0 {
+            let up = before[1].unwrap().top() - rows(&harness)[1].unwrap().top();
+            assert_eq!(up, 26.0, "the place is free once the pointer is elsewhere");
+        }
+    }
+}
+
+/// What another parameter switches on or off stands below that: rows that come move none that was touched.
+#[test]
+fn parameters_stand_below_those_they_depend_on() {
+    for info in techniques::ALL {
+        let mut sections: Vec<&str> = Vec::new();
+        info.specs().for_each(|s| {
+            if !sections.contains(&s.section) {
+                sections.push(s.section);
+            }
+        });
+        let place = |name: &str| {
+            let (i, spec) = info.specs().enumerate().find(|(_, s)| s.name == name).unwrap();
+            (sections.iter().position(|s| *s == spec.section), i)
+        };
+        for spec in info.specs() {
+            for of in spec.when.iter().flat_map(|all| all.iter()) {
+                assert!(place(of.of) < place(spec.name), "{}: {} stands above {}", info.id, spec.name, of.of);
+            }
+        }
+    }
+}
+
+/// Options that come with a view or an overlay stand below what chooses them.
+#[test]
+fn an_overlays_options_move_nothing_above_them() {
+    let mut harness = harness("cubes", 2600.0);
+    let place = |h: &Harness<'static, State>| {
+        ["overlay", "legend", "truth samples"].map(|l| h.get_all_by_label(l).next().unwrap().rect().top())
+    };
+    let before = place(&harness);
+    for view in ["error-density", "error", "counts"] {
+        let inset = view == "counts";
+        let overlay = setup::Overlay { view: view.into(), opacity: 0.5, inset };
+        harness.state_mut().model.setup.overlay = Some(overlay);
+        harness.run_steps(3);
+        assert_eq!(place(&harness), before, "{view}");
+    }
+}
+
+#[test]
+fn the_search_comes_into_view() {
+    use egui::accesskit::Role;
+    let mut harness = harness("cubes", 700.0);
+    open(&mut harness, "Technique");
+    assert!(harness.query_by_role_and_label(Role::TextInput, "search techniques").is_none());
+    harness.get_by_label("Capture").scroll_to_me();
+    harness.run_steps(20);
+    harness.key_press(egui::Key::F9);
+    harness.run_steps(3);
+    harness.key_press_modifiers(egui::Modifiers::COMMAND, egui::Key::F);
+    harness.run_steps(60);
+    let search = harness.get_by_role_and_label(Role::TextInput, "search techniques");
+    assert!(search.is_focused());
+    let rect = search.rect();
+    assert!(rect.top() > 30.0 && rect.bottom() < 350.0, "{rect:?}");
+    harness.event(egui::Event::Text("lauritzen".into()));
+    harness.run_steps(3);
+    let found = harness.get_by_label("Sample distribution shadow maps").rect();
+    assert!(found.top() > rect.bottom() && found.bottom() < 700.0, "{found:?}");
+}
+
+/// How far a measurement is stands first and is never cut off; the button keeps its place.
+#[test]
+fn progress_over_the_picture_is_never_cut_off() {
+    for width in [640.0, 1600.0] {
+        let mut harness = harness("cubes", 800.0);
+        harness.set_size(egui::vec2(width + 16.0, 600.0));
+        let long = "shadow-map resolution=2048, hardware_bias=3: errors at 1280 × 720 with 16 samples, view 7 of 12";
+        let mut job = Job::new("Advice");
+        (job.what, job.done) = (long.into(), 0.5);
+        job.since = std::time::Instant::now() - std::time::Duration::from_secs(50);
+        harness.state_mut().model.measuring = Some(job);
+        harness.run_steps(4);
+        let banner = |h: &Harness<'static, State>, start: &str| {
+            let found = texts(h).into_iter().find(|t| t.0.starts_with(start) && t.1.right() < width - 340.0);
+            found.unwrap_or_else(|| panic!("{start} is missing"))
+        };
+        let (_, rect, clip, elided, _) = banner(&harness, "Advice: 50 %, 50 s left");
+        assert!(!elided && clip.contains_rect(rect));
+        let (_, more, _, cut, _) = banner(&harness, "shadow-map resolution=2048");
+        assert_eq!(cut, width < 1000.0, "what it is at takes the room there is");
+        assert!(more.left() > rect.right());
+        let cancel = harness.get_by_label("Cancel").rect();
+        harness.state_mut().model.measuring.as_mut().unwrap().what = "short".into();
+        harness.run_steps(4);
+        assert_eq!(harness.get_by_label("Cancel").rect(), cancel);
+    }
+}
+
+/// The longest figures of a measured row are neither shortened nor cut off, nor do the buttons above lie over each other.
+#[test]
+fn measured_rows_and_the_head_clip_nothing() {
+    let mut harness = harness("cubes", 2600.0);
+    let base = setup(&harness);
+    let many = Record {
+        facing: 8_294_400,
+        lit_correct: 8_294_400,
+        boundary_median_px: Some(1234.5),
+        boundary_p95_px: Some(1234.5),
+        boundary_max_px: Some(12345.6),
+        m_p50: Some(12345.6),
+        m_p95: Some(12345.6),
+        m_max: Some(12345.6),
+        texel_area_p95: Some(123456.7),
+        anisotropy_p95: Some(12345.6),
+        texels: Some(536_870_912),
+        texels_covered: Some(500_000_000),
+        views_needed: Some(8),
+        views_rendered: Some(8),
+        triangles_drawn: Some(90_000_000),
+        triangles_submitted: Some(99_999_999),
+        fragments: Some(4_000_000_000),
+        triangles_needed: Some(99_999_999),
+        triangles_added: Some(99_999_999),
+        rays: 8_294_400,
+        gpu_ms: 12345.678,
+        gpu_ms_q1: 12345.678,
+        gpu_ms_q3: 12345.678,
+        ratio: Some(1234.5),
+        cost: Some(1234.5),
+        ..row(&base, "shadow-map", Some(1024), 0.01, 1.0)
+    };
+    harness.state_mut().model.adopt([many]);
+    open(&mut harness, "Measure");
+    for label in ["edge error, median", "texel, worst", "93.1 % of 536 870 912"] {
+        harness.get_all_by_label(label).next().unwrap();
+    }
+    let left = harness.state().picture.right();
+    for (text, rect, clip, elided, _) in texts(&harness).into_iter().filter(|t| t.1.left() >= left) {
+        assert!(!elided && rect.right() <= clip.right() + 0.5, "{text:?} at {rect:?} in {clip:?}");
+    }
+    harness.set_size(egui::vec2(316.0, 216.0));
+    harness.run_steps(4);
+    click(&mut harness, "Show the panel");
+    let buttons = ["Undo", "Redo", "Light theme", "Help", "Hide"].map(|l| harness.get_by_label(l).rect());
+    for pair in buttons.windows(2) {
+        assert!(pair[0].right() <= pair[1].left(), "{buttons:?}");
+    }
+}
+
+/// What could not be opened is forgotten when something else is, and after a while; not while the pointer is there.
+#[test]
+fn messages_go_when_they_are_read() {
+    let mut harness = harness("cubes", 800.0);
+    let says = |h: &Harness<'static, State>, text: &str| h.query_by_label(text).is_some();
+    let m = &mut harness.state_mut().model;
+    m.fail_to_open(&anyhow::anyhow!("no such file"));
+    m.fail(&anyhow::anyhow!("too much"));
+    m.stop(&anyhow::anyhow!("rendering has stopped"));
+    harness.run_steps(3);
+    assert!(says(&harness, "no such file") && says(&harness, "too much"));
+    let (other, scene) = Setup::open("blocks").unwrap();
+    let bounds = harness.state().model.bounds;
+    harness.state_mut().model.open(other, Arc::new(scene), bounds, false);
+    harness.run_steps(3);
+    assert!(!says(&harness, "no such file") && says(&harness, "too much"));
+    // At the end of its time the pointer keeps it.
+    let soon = std::time::Instant::now() + std::time::Duration::from_millis(100);
+    let at = harness.get_by_label("too much").rect().center();
+    harness.hover_at(at);
+    harness.state_mut().model.notes[0].until = Some(soon);
+    harness.run_steps(3);
+    std::thread::sleep(std::time::Duration::from_millis(150));
+    harness.run_steps(3);
+    assert!(says(&harness, "too much"));
+    harness.hover_at(egui::pos2(600.0, 600.0));
+    harness.state_mut().model.notes[0].until = Some(std::time::Instant::now());
+    harness.run_steps(3);
+    assert!(!says(&harness, "too much") && says(&harness, "rendering has stopped"));
+}
+
+/// Messages leave the titles of a comparison and the map viewer's buttons in view.
+#[test]
+fn messages_cover_no_titles() {
+    let mut harness = compared(800.0);
+    harness.state_mut().model.fail(&anyhow::anyhow!("too much"));
+    harness.run_steps(3);
+    let message = harness.get_by_label("too much").rect();
+    let title =
+        harness.get_all_by_label("A pcf").map(|n| n.rect()).min_by(|a, b| a.left().total_cmp(&b.left())).unwrap();
+    assert!(message.top() > title.bottom(), "{message:?} over {title:?}");
+    harness.key_press(egui::Key::M);
+    harness.key_press(egui::Key::M);
+    harness.run_steps(4);
+    let message = harness.get_by_label("too much").rect();
+    let button = harness.get_by_label("Beside the picture").rect();
+    assert!(message.top() > button.bottom(), "{message:?} over {button:?}");
+}
+
+/// The tooltip of an entry of a list leaves the other entries in view.
+#[test]
+fn tooltips_of_lists_stand_beside_them() {
+    let mut harness = harness("cubes", 1200.0);
+    harness.get_by_role_and_label(egui::accesskit::Role::ComboBox, "overlay").click();
+    harness.run_steps(4);
+    let doc = view::VIEWS.iter().find(|v| v.id == "visibility").unwrap().doc;
+    let entry = harness.get_all_by_label("Visibility").last().unwrap();
+    entry.hover();
+    let left = entry.rect().left();
+    harness.run_steps(60);
+    let tip = harness.get_by_label(doc).rect();
+    assert!(tip.right() <= left, "{tip:?} covers what stands at {left}");
+}
+
+/// A window of 1080 points and more shows all techniques at once.
+#[test]
+fn a_high_window_shows_all_techniques() {
+    let harness = harness("cubes", 1080.0);
+    let last = techniques::ALL.last().unwrap();
+    let (_, rect, clip, ..) = texts(&harness).into_iter().find(|t| t.0 == last.title).expect("it is painted");
+    assert!(clip.contains_rect(rect), "{rect:?} in {clip:?}");
 }
