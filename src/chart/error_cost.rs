@@ -3,7 +3,7 @@
 use super::canvas::{self, Anchor, BLACK, Canvas, GREY, MARKER, SMALL, Stroke, TITLE, WIDTH};
 use super::labels::{Found, Point, Room, Wish, arrange};
 use super::scale::{Scale, Tick, short};
-use super::{Axis, Series, Spot, busy, front, main_parameter, main_value, place, point, series, spot};
+use super::{Axis, Series, Spot, busy, front, main_parameter, main_value, mark, point, series, spot};
 use crate::measure::Record;
 use anyhow::{Result, ensure};
 use std::collections::BTreeSet;
@@ -219,7 +219,7 @@ impl Layout {
         }
         let (mut out, mut missing) = (Vec::new(), 0);
         let label = |found, class, i: usize, text| {
-            let color = canvas::ink(place(&lines[i].technique));
+            let color = canvas::ink(mark(&lines[i].technique));
             Label { found, class, color, text }
         };
         let found = arrange(&room, &wishes);
@@ -272,7 +272,7 @@ impl Layout {
         let bold: Vec<usize> = named.iter().copied().collect();
         for (i, r, ends) in self.whiskers(rows, x) {
             if bold.iter().any(|n| lines[*n].points.contains(&i)) {
-                let (at, color) = (self.points[i].1, canvas::color(place(&r.technique)));
+                let (at, color) = (self.points[i].1, canvas::color(mark(&r.technique)));
                 let thin = Stroke::solid(&color, 0.7);
                 c.line("whisker", &[(ends[0], at), (ends[1], at)], &thin);
                 for end in ends {
@@ -304,14 +304,14 @@ impl Layout {
                 let r = &rows[*i];
                 let value = |a: &Axis| format!("{}: {}", a.title, a.of(r).map_or("-".into(), short));
                 let told = format!("{}: {}\n{}\n{}", s.label, r.params.replace(';', ", "), value(x), value(y));
-                c.marker("point", place(&r.technique), self.points[*i], &told);
+                c.marker("point", mark(&r.technique), self.points[*i], &told);
             }
         }
     }
 
     /// One line; what leads to a zero is dotted, as its slope means nothing.
     fn series(&self, c: &mut Canvas, rows: &[Record], s: &Series, [x, y]: [&Axis; 2], nth: usize) {
-        let color = canvas::color(place(&s.technique));
+        let color = canvas::color(mark(&s.technique));
         let at_zero = |i: &usize| point(&rows[*i], x, y).map(|p| (p.0 == 0.0, p.1 == 0.0));
         let mut run: Vec<Point> = Vec::new();
         let mut runs = Vec::new();

@@ -18,7 +18,7 @@ pub struct Lines {
     pub lines: Vec<Line>,
 }
 
-/// Label, place of the technique in [`crate::techniques::ALL`] (its colour and marker), and points.
+/// Label, the technique's [`mark`](super::mark), and points.
 pub type Line = (String, usize, Vec<(f64, f64)>);
 
 const MARGIN: f64 = 4.0;

@@ -265,9 +265,14 @@ fn traits(r: &Record) -> Vec<Trait<'_>> {
     out
 }
 
-/// A technique's place in [`techniques::ALL`], which is also its number in [`COLORS`]; unknown ones stand behind.
-pub fn place(technique: &str) -> usize {
+/// A technique's place in [`techniques::ALL`]; unknown ones stand behind.
+fn place(technique: &str) -> usize {
     techniques::ALL.iter().position(|i| i.id == technique).unwrap_or(techniques::ALL.len())
+}
+
+/// The number of a technique's colour in [`COLORS`] and of its marker.
+pub fn mark(technique: &str) -> usize {
+    techniques::find(technique).map_or(techniques::ALL.len(), |i| i.mark)
 }
 
 /// The value of a record's main parameter.

@@ -121,7 +121,7 @@ pub fn lines(found: &Stability, flicker: bool) -> Lines {
     let of = |p: &Point| if flicker { p.flicker() } else { Some(p.error_share) };
     let line = |track: &Track| {
         let points = track.points.iter().map(|p| (p.value as f64, of(p).map_or(f64::NAN, |x| 100.0 * x)));
-        (track.technique.clone(), chart::place(&track.technique), points.collect())
+        (track.technique.clone(), chart::mark(&track.technique), points.collect())
     };
     let (what, y) = match flicker {
         true => ("flicker", "flicker, mean change per frame beyond the truth's, %"),

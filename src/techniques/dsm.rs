@@ -36,6 +36,7 @@ pub static INFO: Info = Info {
     title: "Distorted shadow mapping",
     paper: "Jia, Luo, Zhang 2013",
     family: "Warping",
+    mark: 10,
     doc: "Draws a plain map, finds the jumps in its depth, and distorts a grid over the map so that these silhouettes \
           get more texels. It knows nothing of the camera: edges that nobody sees get just as many.",
     lights: &["directional", "spot"],

@@ -39,6 +39,7 @@ pub static INFO: Info = Info {
     title: "Finite-element warp grid",
     paper: "Navratil 2015",
     family: "Warping",
+    mark: 11,
     doc: "Adds up the aliasing errors of all pixels in the cells of a coarse grid, and lets the cells press against each \
           other until their areas follow the errors. Its seed, a system of springs solved at once, folds the grid.",
     lights: &["directional", "spot"],

@@ -31,6 +31,7 @@ pub static INFO: Info = Info {
     title: "Light space perspective shadow map",
     paper: "Wimmer, Scherzer, Purgathofer 2004",
     family: "Warping",
+    mark: 4,
     doc: "A shadow map warped along the view, so that texels are small near the camera and large far away. Where gaze and \
           light are parallel there is nothing to gain, and the warp fades out.",
     lights: &["directional", "spot"],

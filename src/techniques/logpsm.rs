@@ -33,6 +33,7 @@ pub static INFO: Info = Info {
     title: "Logarithmic perspective shadow map",
     paper: "Lloyd, Govindaraju, Quammen, Molnar, Manocha 2008",
     family: "Warping",
+    mark: 7,
     doc: "A perspective along the view, then a logarithm along it: texels grow in proportion to the distance, as pixels do. \
           The best that one map warped along the view can do, but straight edges become curves: large triangles must be \
           split, or drawn exactly.",

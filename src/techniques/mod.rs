@@ -30,6 +30,8 @@ pub struct Info {
     pub paper: &'static str,
     /// The heading that it stands under in the lists; techniques of one family follow one another in [`ALL`].
     pub family: &'static str,
+    /// Number of its colour and marker in charts, which it keeps whatever comes beside it.
+    pub mark: usize,
     /// What it does and where it fails, in a student's words.
     pub doc: &'static str,
     /// The light kinds it serves, by their names in [`crate::light::KINDS`].

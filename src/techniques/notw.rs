@@ -40,6 +40,7 @@ pub static INFO: Info = Info {
     title: "Non-orthogonal texture warping",
     paper: "Milet, Navratil, Zemcik 2015",
     family: "Warping",
+    mark: 9,
     doc: "Counts how many pixels look into each texel and stretches every row, then every column of the map until all \
           texels are equally busy. Where the warp turns fast between a triangle's corners, its shadow goes astray.",
     lights: &["directional", "spot"],

@@ -32,6 +32,7 @@ pub static INFO: Info = Info {
     title: "Percentage-closer filtering",
     paper: "Reeves, Salesin, Cook 1987",
     family: "Basics",
+    mark: 1,
     doc: "Several depth comparisons around each pixel's place in the shadow map, averaged: the stairs blur. The blur \
           is equally wide everywhere, even where the shadow touches its caster.",
     lights: &["directional", "spot"],

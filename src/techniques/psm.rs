@@ -34,6 +34,7 @@ pub static INFO: Info = Info {
     title: "Perspective shadow map",
     paper: "Stamminger, Drettakis 2002",
     family: "Warping",
+    mark: 6,
     doc: "A shadow map of the scene as the camera's perspective leaves it: near things are large and get many texels. Ahead \
           of the camera the light becomes a point, behind it a sink, and the map changes as the camera turns.",
     lights: &["directional", "spot"],

@@ -54,6 +54,7 @@ pub static INFO: Info = Info {
     title: "Parallel-split (cascaded) shadow maps",
     paper: "Zhang, Sun, Xu, Lun 2006",
     family: "Cascades",
+    mark: 2,
     doc: "The view is cut into slices along its depth, and each slice has a map of its own: near things get more \
           texels, as perspective demands. Where slices meet, the sharpness jumps; where light and view are parallel, \
           all maps cover the same area.",

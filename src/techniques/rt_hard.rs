@@ -26,6 +26,7 @@ pub static INFO: Info = Info {
     title: "Ray-traced hard shadow",
     paper: "watertight test: Woop, Benthin, Wald 2013",
     family: "Ray traced",
+    mark: 12,
     doc: "One ray from each pixel to the light, against every triangle. Exact for a point light or the sun: the truth \
           that all others are measured against.",
     lights: &["directional", "spot", "omni", "hemisphere"],

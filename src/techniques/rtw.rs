@@ -53,6 +53,7 @@ pub static INFO: Info = Info {
     title: "Rectilinear texture warping",
     paper: "Rosen 2012",
     family: "Warping",
+    mark: 8,
     doc: "Makes each row and each column of one map as wide as the most important thing in it asks. Two things on a \
           diagonal waste texels on the diagonal's other two corners.",
     lights: &["directional", "spot"],

@@ -33,6 +33,7 @@ pub static INFO: Info = Info {
     title: "Sample distribution shadow maps",
     paper: "Lauritzen, Salvi, Lefohn 2011",
     family: "Cascades",
+    mark: 3,
     doc: "Cascades between the nearest and the farthest surface seen, each map drawn tightly around its part of the \
           picture: no texel for what nobody sees. Something that comes into view can stretch a map suddenly: it pops.",
     lights: &["directional", "spot"],

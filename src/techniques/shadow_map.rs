@@ -13,6 +13,7 @@ pub static INFO: Info = Info {
     title: "Shadow map",
     paper: "Williams 1978",
     family: "Basics",
+    mark: 0,
     doc: "Depth seen from the light, compared once per pixel. Fast; its edges are stairs of the map's texels, and \
           without a bias surfaces shadow themselves (acne).",
     lights: &["directional", "spot"],

@@ -29,6 +29,7 @@ pub static INFO: Info = Info {
     title: "Trapezoidal shadow map",
     paper: "Martin, Tan 2004",
     family: "Warping",
+    mark: 5,
     doc: "The view frustum, seen from the light, is enclosed in a trapezoid that a perspective turns into the square map. \
           It depends on the frustum alone, so that it moves steadily. Nothing is gained where light and gaze are parallel.",
     lights: &["directional", "spot"],

@@ -1,19 +1,19 @@
 //! What the window's charts have in common: a technique's colour and marker, logarithmic axes, labels.
 
-use crate::chart::{COLORS, place};
+use crate::chart::{COLORS, mark};
 use egui::{Align2, Color32, FontId, Rect, Ui, pos2, vec2};
 use egui_plot::{GridMark, MarkerShape};
 
 /// A technique's colour, lightened for the dark ground.
 pub fn color(technique: &str) -> Color32 {
-    let [r, g, b] = COLORS[place(technique) % COLORS.len()];
+    let [r, g, b] = COLORS[mark(technique) % COLORS.len()];
     Color32::from_rgb(r, g, b).lerp_to_gamma(Color32::WHITE, 0.22)
 }
 
 /// A technique's marker.
 pub fn marker(technique: &str) -> MarkerShape {
     use MarkerShape::{Circle, Diamond, Down, Left, Plus, Right, Square, Up};
-    [Circle, Square, Up, Diamond, Down, Plus, Left, Right][place(technique) % 8]
+    [Circle, Square, Up, Diamond, Down, Plus, Left, Right][mark(technique) % 8]
 }
 
 /// A logarithmic axis on which zero has a place of its own, below the decade of the smallest value.

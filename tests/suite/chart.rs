@@ -315,7 +315,7 @@ fn the_same_rows_give_the_same_picture_in_any_order() {
     assert!(pixels.height() > 400 && pixels.height() < 1200, "{}", pixels.height());
     let colors: HashSet<[u8; 3]> = pixels.pixels().map(|p| p.0).collect();
     for id in rows.iter().map(|r| &r.technique) {
-        let color = chart::COLORS[chart::place(id) % chart::COLORS.len()];
+        let color = chart::COLORS[chart::mark(id) % chart::COLORS.len()];
         assert!(colors.contains(&color), "the colour of {id} is missing");
     }
     assert!(colors.len() > 100 && *pixels.get_pixel(1, 1) == image::Rgb([255; 3]));

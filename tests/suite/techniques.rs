@@ -1034,3 +1034,12 @@ fn no_technique_needs_more_than_is_guaranteed() {
     }
     assert!(seen > 2 * techniques::ALL.len(), "{seen}");
 }
+
+/// Charts tell techniques apart, and one that comes changes no other's colour or marker.
+#[test]
+fn each_technique_has_a_mark_of_its_own() {
+    let mut marks: Vec<usize> = techniques::ALL.iter().map(|i| i.mark).collect();
+    marks.sort_unstable();
+    marks.dedup();
+    assert_eq!(marks.len(), techniques::ALL.len());
+}
