@@ -254,9 +254,7 @@ fn linear_ticks(low: f64, high: f64, count: u32) -> Vec<(f32, String)> {
     if !(span > 0.0 && span.is_finite()) {
         return Vec::new();
     }
-    let wanted = span / f64::from(count);
-    let power = 10f64.powf(wanted.log10().floor());
-    let step = [1.0, 2.0, 5.0, 10.0].map(|m| m * power).into_iter().find(|s| *s >= wanted * 0.999).unwrap_or(wanted);
+    let step = chart::round_step(low, high, count);
     let first = (low / step - 1e-6).ceil() as i64;
     let last = (high / step + 1e-6).floor() as i64;
     (first..=last).map(|i| ((((i as f64) * step - low) / span) as f32, chart::short(i as f64 * step))).collect()

@@ -354,6 +354,9 @@ fn about(ui: &mut Ui, r: &Record, pictures: &mut Pictures, busy: bool, out: &mut
             });
         }
     }
+    // Each multiple has a base of its own.
+    let same = r.ratio_resolution.map_or("× shadow-map".into(), |side| format!("× shadow-map of {side}²"));
+    let multiple = |x: Option<f64>, base: Option<f64>| Some(format!("{} (1: {} ms)", short(x?), short(base?)));
     let rows = [
         ("wrong pixels", Some(percent(r.error_share))),
         ("RMSE", Some(format!("{:.5}", r.rmse))),
@@ -362,7 +365,8 @@ fn about(ui: &mut Ui, r: &Record, pictures: &mut Pictures, busy: bool, out: &mut
         ("edge error, 95 %", r.boundary_p95_px.map(|px| format!("{px:.1} px"))),
         ("flicker", r.flicker.map(percent)),
         ("time", Some(format!("{} ms ({} to {})", short(r.gpu_ms), short(r.gpu_ms_q1), short(r.gpu_ms_q3)))),
-        ("ratio", r.ratio.map(|x| format!("{x:.2} × shadow-map"))),
+        ("× the set-up's shadow-map", multiple(r.cost, r.cost_base_ms())),
+        (same.as_str(), multiple(r.ratio, r.ratio_base_ms())),
         ("memory", Some(mebibytes(r.gpu_bytes))),
         ("rays", (r.rays > 0).then(|| r.rays.to_string())),
     ];

@@ -1,5 +1,6 @@
 //! What the window's charts have in common: a technique's colour and marker, logarithmic axes, labels.
 
+pub use crate::chart::short;
 use crate::chart::{COLORS, place};
 use egui::{Align2, Color32, FontId, Rect, Ui, pos2, vec2};
 use egui_plot::{GridMark, MarkerShape};
@@ -67,24 +68,6 @@ impl LogAxis {
     pub fn text(self, mark: GridMark) -> String {
         if self.zero == Some(mark.value) { "0".into() } else { short(10f64.powf(mark.value)) }
     }
-}
-
-/// A number of few digits, with letters for thousands and more.
-pub fn short(value: f64) -> String {
-    let letters = [(1e9, "G"), (1e6, "M"), (1e3, "k")];
-    match letters.iter().find(|(unit, _)| value >= *unit * 0.9995 && value >= 9999.0) {
-        Some((unit, letter)) => format!("{}{letter}", digits(value / unit)),
-        None => digits(value),
-    }
-}
-
-fn digits(value: f64) -> String {
-    if value == 0.0 {
-        return "0".into();
-    }
-    let places = (2.0 - value.abs().log10().floor()).clamp(0.0, 9.0) as usize;
-    let text = format!("{value:.places$}");
-    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').into() } else { text }
 }
 
 /// Labels that keep out of each other's way.

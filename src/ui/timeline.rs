@@ -267,7 +267,7 @@ fn path(ui: &mut Ui, m: &mut Model, _: &mut Vec<Action>) {
             |mark, _| if mark.value < -1e-9 { String::new() } else { format!("{} %", short(mark.value * 100.0)) },
         )
         .x_axis_formatter(move |mark, _| match case {
-            Some(case) if (0.0..=1.0).contains(&mark.value) => short_signed((case.value)(mark.value as f32) as f64),
+            Some(case) if (0.0..=1.0).contains(&mark.value) => short((case.value)(mark.value as f32) as f64),
             _ => String::new(),
         });
     let shown = plot.show(ui, |plot| {
@@ -336,12 +336,8 @@ fn transport(ui: &mut Ui, m: &mut Model, case: Option<&'static Case>) {
             m.timeline.playing = false;
             m.scrub(t);
         }
-        let value = short_signed((case.value)(m.timeline.t) as f64);
+        let value = short((case.value)(m.timeline.t) as f64);
         let text = RichText::new(format!("{name} {value} {unit}").replace(" °", "°")).small();
         ui.add(Label::new(text).truncate());
     });
-}
-
-fn short_signed(value: f64) -> String {
-    if value < 0.0 { format!("−{}", short(-value)) } else { short(value) }
 }
