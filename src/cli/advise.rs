@@ -93,8 +93,7 @@ fn text(advice: &Advice, budget: Budget) -> String {
     let by = budget.by;
     let error = |r: &Record| by.of(r).map_or("-".into(), |x| by.value(x));
     let figures = |r: &Record| {
-        let base = r.cost.zip(r.cost_base_ms());
-        let ratio = base.map_or(String::new(), |(x, ms)| format!(" ({x:.2} × the set-up's shadow-map, {ms:.3} ms)"));
+        let ratio = r.cost.map_or(String::new(), |x| format!(" ({x:.2} × the set-up's shadow-map)"));
         format!("{} {}, {:.3} ms{ratio}, {:.2} MiB", by.title, error(r), r.gpu_ms, r.gpu_bytes as f64 / 1048576.0)
     };
     let mut asked = format!("{} at most {}", by.title, by.value(budget.max_error));

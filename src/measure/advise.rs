@@ -365,6 +365,30 @@ mod tests {
         assert_eq!(alike(&rows[..1], 0, |_| true), [0; 0]);
     }
 
+    /// What the multiples are of, where the machine got busier between rows; and why the cheapest is not on the frontier.
+    #[test]
+    fn the_base_of_the_multiples_is_told() {
+        let row = |ms: f64, base: f64, rmse: f64| Record {
+            gpu_ms: ms,
+            gpu_ms_q1: ms - 0.2 * ms,
+            gpu_ms_q3: ms + 0.2 * ms,
+            cost: Some(ms / base),
+            rmse,
+            ..Record::default()
+        };
+        let tried = vec![row(20.0, 20.0, 0.09), row(25.0, 20.0, 0.08), row(60.0, 20.0, 0.07), row(240.0, 40.0, 0.06)];
+        let by = Figure::find("rmse").unwrap();
+        let spots: Vec<chart::Spot> = tried.iter().map(|r| Advice::spot(r, r.rmse)).collect();
+        let advice = Advice { frontier: chart::pareto(&spots), tried, ..Advice::default() };
+        assert_eq!(advice.base_ms(), Some([20.0, 40.0]));
+        assert_eq!(advice.frontier, [1, 2, 3]);
+        assert_eq!(advice.cheapest_beaten(by), Some((0, 1)));
+        let all = Advice { frontier: vec![0, 2, 3], ..advice };
+        assert_eq!(all.cheapest_beaten(by), None);
+        let (setup, _) = Setup::open("cubes").unwrap();
+        assert_eq!(base(&setup).as_deref(), Some("resolution=1024"));
+    }
+
     /// Numbers with the unit that a figure has, and none other.
     #[test]
     fn budgets_are_read_in_their_figures_unit() {

@@ -2,7 +2,7 @@
 
 use super::drawer::{beside, export, pick_techniques, progress, size};
 use super::model::{Action, Model, Tab};
-use super::needs::{main_values, percent, title};
+use super::needs::{listed, main_values, percent, title};
 use super::plotting::{color, short};
 use crate::chart::{self, Axis, COSTS, ERRORS};
 use crate::measure::Record;
@@ -203,7 +203,7 @@ fn answer(ui: &mut Ui, by: &Figure, head: &str, i: usize, r: &Record, apply: &mu
     });
     let main = main_values(r);
     if !main.is_empty() {
-        ui.label(main).on_hover_text(r.params.replace(';', "\n"));
+        ui.label(main).on_hover_text(listed(r));
     }
     let time = match r.cost.zip(r.cost_base_ms()) {
         Some((x, base)) => format!("{} × the set-up's shadow-map ({:.3} ms against {base:.3} ms)", short(x), r.gpu_ms),
@@ -253,7 +253,7 @@ fn told(by: &Figure, advice: &Advice) -> Vec<String> {
     let rest = advice.tried.len() - advice.frontier.len();
     if rest > 0 {
         out.push(format!(
-            "The other {rest} measured are beaten: one of these is as exact or more, and no slower for sure, as quartiles of times overlap or are below."
+            "The other {rest} are beaten: one of these is at least as exact, and not slower beyond the spread of the times."
         ));
     }
     let name = |i: usize| {
@@ -285,7 +285,7 @@ fn told(by: &Figure, advice: &Advice) -> Vec<String> {
 
 /// Parameters as they stand in a sentence.
 fn spaced(brief: &str) -> String {
-    brief.replace('=', " ").replace('_', " ")
+    brief.replace(['=', '_'], " ")
 }
 
 fn frontier(ui: &mut Ui, by: &Figure, advice: &Advice, apply: &mut Option<usize>) {
@@ -304,10 +304,7 @@ fn frontier_table(ui: &mut Ui, by: &Figure, advice: &Advice, apply: &mut Option<
             "Time as a multiple of that of the set-up's own shadow-map, in the same turns: what rows are compared by.",
         ),
         ("time, ms", "Median of the technique's time. A machine that gets busy lengthens it; the multiple stays."),
-        (
-            "shadow-map, ms",
-            "What the set-up's own shadow-map took in turn with this row: 1 in the column of multiples.",
-        ),
+        ("1 ×, ms", "What the set-up's own shadow-map took in turn with this row: 1 in the column of multiples."),
     ];
     Grid::new("frontier").num_columns(heads.len() + 1).striped(true).spacing([12.0, 3.0]).show(ui, |ui| {
         for (head, tip) in heads {
@@ -317,7 +314,7 @@ fn frontier_table(ui: &mut Ui, by: &Figure, advice: &Advice, apply: &mut Option<
         for i in &advice.frontier {
             let Some(r) = advice.tried.get(*i) else { continue };
             ui.label(RichText::new(&r.technique).color(color(&r.technique)));
-            ui.add(Label::new(main_values(r)).extend()).on_hover_text(r.params.replace(';', "\n"));
+            ui.add(Label::new(main_values(r)).extend()).on_hover_text(listed(r));
             let number = |text: String| RichText::new(text).monospace().size(11.5);
             ui.label(number(error(by, r)));
             ui.label(number(r.cost.map_or("-".into(), short)));

@@ -179,7 +179,7 @@ fn slider_and_field(ui: &mut Ui, value: &mut f64, scale: Scale, tip: &str, label
 }
 
 /// A unit as it follows a number.
-fn suffix(unit: &str) -> String {
+pub fn suffix(unit: &str) -> String {
     if unit.is_empty() { String::new() } else { format!(" {unit}").replace(" °", "°") }
 }
 

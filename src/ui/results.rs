@@ -3,14 +3,15 @@
 use super::controls::Tip;
 use super::drawer::{self, line, progress};
 use super::model::{Action, Model, ShotSeen};
-use super::needs::{self, main_values, percent, table, title};
+use super::needs::{self, listed, main_values, percent, table, title};
 use super::pictures::Picture;
 use super::plotting::short;
+use crate::chart::round_step;
 use crate::frame::SHARED_PASSES;
 use crate::measure::Record;
 use crate::measure::causes::CAUSES;
 use egui::{Button, Grid, RichText, Ui};
-use egui_plot::{GridMark, Line, Plot, PlotPoints};
+use egui_plot::{AxisHints, GridMark, Line, Plot, PlotPoints};
 
 pub fn timings(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
     let passes = m.facts.passes.clone();
@@ -42,15 +43,20 @@ pub fn timings(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
     };
     ui.label(RichText::new(how).small().weak()).tip("How these times are taken.");
     let points: PlotPoints = facts.recent.iter().enumerate().map(|(i, ms)| [i as f64, *ms]).collect();
+    // A wider row above makes no wider plot, whose newest frames would be cut off.
+    let width = (ui.clip_rect().right() - ui.cursor().left() - 6.0).min(ui.available_width());
     let plot = Plot::new("technique time")
         .height(76.0)
+        .width(width)
         .include_y(0.0)
         .show_x(false)
         .show_axes([false, true])
         .show_grid([false, true])
-        .y_axis_min_width(36.0)
+        .custom_y_axes(vec![
+            // Every line of the grid has its number.
+            AxisHints::new_y().label_spacing(1.0..=2.0).min_thickness(36.0).formatter(|mark, _| short(mark.value)),
+        ])
         .y_grid_spacer(|g| marks(g.bounds.1))
-        .y_axis_formatter(|mark, _| short(mark.value))
         .set_margin_fraction(egui::vec2(0.0, 0.1))
         .allow_drag(false)
         .allow_zoom(false)
@@ -64,11 +70,10 @@ pub fn timings(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
         .tip("The technique's time in milliseconds over the last frames at full resolution, the newest at the right.");
 }
 
-/// Zero and one to three round numbers up to a largest one.
+/// Zero and one to three round numbers up to a largest one: there is room for no more.
 fn marks(most: f64) -> Vec<GridMark> {
-    let power = 10f64.powf((most / 2.0).max(1e-6).log10().floor());
-    let step = [5.0, 2.0, 1.0].map(|m| m * power).into_iter().find(|s| *s <= most / 1.5).unwrap_or(power);
-    let count = (most / step).floor().clamp(0.0, 4.0) as usize;
+    let step = round_step(0.0, most.max(1e-6), 2);
+    let count = (most / step).floor().clamp(0.0, 3.0) as usize;
     (0..=count).map(|i| GridMark { value: i as f64 * step, step_size: step }).collect()
 }
 
@@ -165,7 +170,7 @@ pub fn measure(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
 const SHOWN: usize = 6;
 
 fn measured(ui: &mut Ui, i: usize, r: &Record) {
-    ui.label(RichText::new(title(&r.technique)).strong()).tip(r.params.replace(';', "\n"));
+    ui.label(RichText::new(title(&r.technique)).strong()).tip(listed(r));
     let main = main_values(r);
     if !main.is_empty() {
         ui.label(RichText::new(main).small().weak());
@@ -192,7 +197,9 @@ fn measured(ui: &mut Ui, i: usize, r: &Record) {
             "Wrong pixels as a share of those that can be wrong, against one sample per pixel: for hard techniques.",
         ),
     ];
-    let mut rows = counts.to_vec();
+    let tip = "Pixels that were counted. The status bar counts those of the window, against as many samples as the view takes: its figures differ.";
+    let mut rows = vec![("picture", format!("{} × {}", r.width, r.height), tip)];
+    rows.extend(counts);
     let causes = [r.acne_share, r.detachment_share, r.leak_share, r.missing_caster_share, r.stairs_share];
     let caused = CAUSES.iter().zip(causes).filter(|(_, share)| *share > 0.0);
     rows.extend(caused.map(|(cause, share)| (cause.title, percent(share), cause.doc)));
