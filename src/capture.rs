@@ -31,12 +31,8 @@ pub fn capture(renderer: &mut Renderer, setup: &Setup, path: &Path) -> Result<Ve
     } else {
         setup
     };
-    for side in (0..setup.sides()).filter(|side| !setup.is_truth(*side)) {
-        techniques::find_or_say(&setup.side(side).technique)?.serve(&setup.light)?;
-    }
-    let truth = if setup.needs_truth() { Truth::All } else { Truth::Off };
-    let analysis = is_exr(path);
-    renderer.draw(setup, Ask { size: setup.size, truth, analysis, timed: false, picture: true, fresh: false })?;
+    serve(setup)?;
+    draw(renderer, setup, setup.size, is_exr(path))?;
     if is_exr(path) {
         write_exr(renderer, setup, path)?;
     } else {
@@ -48,6 +44,55 @@ pub fn capture(renderer: &mut Renderer, setup: &Setup, path: &Path) -> Result<Ve
         write_png(path, size, &picture, Some(&setup.to_toml(path)?))?;
     }
     renderer.notes()
+}
+
+/// As [`capture`], as a .png of exactly this size with the legend in it: the picture is as much lower as the strip is high.
+/// The set-up inside has that picture's size, so that it gives the same file again.
+///
+/// # Errors
+/// As [`capture`]; another file ending, or a size without room for the legend.
+pub fn figure(renderer: &mut Renderer, setup: &Setup, whole: [u32; 2], path: &Path) -> Result<Vec<String>> {
+    ensure!(!is_exr(path), "{}: raw values have no legend; a figure's file name ends in .png", path.display());
+    check(&setup.view, path)?;
+    serve(setup)?;
+    let [width, full] = whole;
+    let no_room = || format!("{width} × {full} pixels leave no room for the legend");
+    let mut setup = Setup { legend: true, size: whole, ..setup.clone() };
+    // How high the strip is depends on the picture's figures, and those of a small one are much the same.
+    draw(renderer, &setup, whole.map(|side| side.div_ceil(4)), false)?;
+    let first = key(renderer, &setup)?;
+    setup.size[1] = legend::picture_height(&first, whole).with_context(no_room)?;
+    for again in 0.. {
+        draw(renderer, &setup, setup.size, false)?;
+        let key = key(renderer, &setup)?;
+        let strip = legend::strip_height(&key, setup.size);
+        let ends = setup.size[1] + strip;
+        // Where a strip of one height asks for a picture that asks for another, the lower picture leaves some paper over.
+        if ends == full || ends < full && again > 1 {
+            let (_, mut picture) = legend::below(&key, setup.size, &renderer.read_picture()?)?;
+            picture.resize(4 * width as usize * full as usize, 255);
+            create_folder(path)?;
+            write_png(path, whole, &picture, Some(&setup.to_toml(path)?))?;
+            break;
+        }
+        setup.size[1] = full.checked_sub(strip).filter(|height| *height > 0 && again < 8).with_context(no_room)?;
+    }
+    renderer.notes()
+}
+
+/// Refuses a light that one of the sides does not serve.
+fn serve(setup: &Setup) -> Result<()> {
+    for side in (0..setup.sides()).filter(|side| !setup.is_truth(*side)) {
+        techniques::find_or_say(&setup.side(side).technique)?.serve(&setup.light)?;
+    }
+    Ok(())
+}
+
+/// Renders a set-up's picture in so many pixels.
+fn draw(renderer: &mut Renderer, setup: &Setup, size: [u32; 2], analysis: bool) -> Result<()> {
+    let truth = if setup.needs_truth() { Truth::All } else { Truth::Off };
+    renderer.draw(setup, Ask { size, truth, analysis, timed: false, picture: true, fresh: false })?;
+    Ok(())
 }
 
 /// The legend of the picture just drawn, with its errors where they are shown.

@@ -265,9 +265,7 @@ fn linear_ticks(low: f64, high: f64, count: u32) -> Vec<(f32, String)> {
     if !(span > 0.0 && span.is_finite()) {
         return Vec::new();
     }
-    let wanted = span / f64::from(count);
-    let power = 10f64.powf(wanted.log10().floor());
-    let step = [1.0, 2.0, 5.0, 10.0].map(|m| m * power).into_iter().find(|s| *s >= wanted * 0.999).unwrap_or(wanted);
+    let step = chart::round_step(low, high, count);
     let first = (low / step - 1e-6).ceil() as i64;
     let last = (high / step + 1e-6).floor() as i64;
     (first..=last).map(|i| ((((i as f64) * step - low) / span) as f32, chart::short(i as f64 * step))).collect()
@@ -469,14 +467,33 @@ fn plot(marks: &mut Vec<Mark>, [left, top, right, bottom]: [f32; 4], x: &Ticks, 
     marks.push(text([left + 0.8 * size, top + size], Anchor::Start, &y.what));
 }
 
+/// Size of the text in a picture of so many pixels: as large as in a window of this size, and readable in a small figure.
+fn text_size([w, h]: [u32; 2]) -> f32 {
+    (w as f32).min(1.6 * h as f32).max(720.0) / 80.0
+}
+
+/// Height of the strip that goes below a picture of so many pixels.
+pub fn strip_height(key: &Key, size: [u32; 2]) -> u32 {
+    strip(key, size[0] as f32, text_size(size)).0.ceil() as u32
+}
+
+/// How high a picture is with which its strip adds up to a height; None where there is no room for one.
+pub fn picture_height(key: &Key, [width, whole]: [u32; 2]) -> Option<u32> {
+    let mut height = whole;
+    // The text, and so the strip, shrinks a little with the picture.
+    for _ in 0..4 {
+        height = whole.checked_sub(strip_height(key, [width, height])).filter(|height| *height > 0)?;
+    }
+    Some(height)
+}
+
 /// The picture of a capture, four bytes a pixel, with its axes drawn in and the strip below it; the new size.
 ///
 /// # Errors
 /// The drawing cannot be made into a picture.
 pub fn below(key: &Key, size: [u32; 2], rgba: &[u8]) -> Result<([u32; 2], Vec<u8>)> {
     let [w, h] = size.map(|s| s as f32);
-    // As large as in a window of this size, and readable in a small figure.
-    let text = (w.min(1.6 * h) / 80.0).max(9.0);
+    let text = text_size(size);
     let (strip_height, strip) = strip(key, w, text);
     let strip_height = strip_height.ceil() as u32;
     let over = draw(&svg(&axes(key, [w, h], h, text), size, false))?;

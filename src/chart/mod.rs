@@ -12,7 +12,7 @@ pub use error_cost::svg;
 pub use labels::inside;
 pub use lines::{Line, Lines, lines_svg};
 pub use raster::{pixels, png};
-pub use scale::short;
+pub use scale::{digits, round_step, short};
 
 use crate::measure::Record;
 use crate::techniques;
@@ -143,13 +143,13 @@ pub const COSTS: &[Axis] = &[
     Axis {
         id: "ratio",
         title: "time, shadow-map of the same resolution = 1",
-        doc: "Time as a multiple of the standard shadow map's, measured in the same run.",
+        doc: "Time as a multiple of that of the standard shadow map of the same resolution, in the same run: each resolution has a base of its own.",
         get: |r| r.ratio,
     },
     Axis {
         id: "cost",
         title: "time, the set-up's own shadow-map = 1",
-        doc: "Time as a multiple of that of the shadow map that the set-up describes: comparable across all rows.",
+        doc: "Time as a multiple of that of the shadow map that the set-up describes, in the same turns: one base for all rows.",
         get: |r| r.cost,
     },
     Axis {
@@ -319,24 +319,31 @@ impl Spot {
     }
 }
 
-/// Indices of what no other beats, by ascending cost: none is at least as good in both and better in one, where costs whose
-/// spreads overlap are as good as each other. Of equal points the first stands for all; those that are no numbers are left
-/// out.
+/// Indices of the front, by ascending cost: nothing on it is at least as good in both as another there and better in one,
+/// where costs whose spreads overlap are as good as each other, and whatever is not on it is beaten so by something that
+/// is. (Not by anything at all: spreads overlap in chains, along which the cheap would give way to the dear.) Of equal
+/// points the first stands for all; those that are no numbers are left out.
 pub fn pareto<P: Copy + Into<Spot>>(points: &[P]) -> Vec<usize> {
     let spots: Vec<Spot> = points.iter().map(|p| (*p).into()).collect();
     let mut order: Vec<usize> =
         (0..spots.len()).filter(|i| !spots[*i].cost.is_nan() && !spots[*i].error.is_nan()).collect();
-    order.sort_by(|a, b| {
-        spots[*a].cost.total_cmp(&spots[*b].cost).then(spots[*a].error.total_cmp(&spots[*b].error)).then(a.cmp(b))
-    });
+    let by_cost = |a: &usize, b: &usize| spots[*a].cost.total_cmp(&spots[*b].cost);
+    let by_error = |a: &usize, b: &usize| spots[*a].error.total_cmp(&spots[*b].error);
+    // What beats another stands before it.
+    order.sort_by(|a, b| by_error(a, b).then(by_cost(a, b)).then(a.cmp(b)));
     let beats = |i: usize, j: usize| {
         let (a, b) = (&spots[i], &spots[j]);
         let same = a.cost == b.cost && a.error == b.error && i < j;
         a.error <= b.error && !b.cheaper(a) && (a.error < b.error || a.cheaper(b) || same)
     };
-    let all = order.clone();
-    order.retain(|j| !all.iter().any(|i| beats(*i, *j)));
-    order
+    let mut front: Vec<usize> = Vec::new();
+    for j in order {
+        if !front.iter().any(|i| beats(*i, j)) {
+            front.push(j);
+        }
+    }
+    front.sort_by(|a, b| by_cost(a, b).then(by_error(a, b)));
+    front
 }
 
 /// What is said where the times scatter so much that they rank nothing; None where they do not.

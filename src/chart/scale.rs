@@ -47,7 +47,7 @@ impl Scale {
             // A little room, so that no marker stands on an end.
             (low, high) = (round_down(low / 1.08).log10(), -round_down(1.0 / (high * 1.08)).log10());
         } else {
-            let step = linear_step(low, high);
+            let step = round_step(low, high, 5);
             (low, high) = ((low / step + 1e-9).floor() * step, (high / step - 1e-9).ceil() * step);
             if low == high {
                 high += step;
@@ -105,7 +105,7 @@ impl Scale {
             ticks.windows(2).all(|t| (t[1].at - t[0].at).abs() > (room(&t[0]) + room(&t[1])) / 2.0 + 2.0)
         };
         if !self.log {
-            let step = linear_step(self.low, self.high);
+            let step = round_step(self.low, self.high, 5);
             let digits = (-step.log10().floor()).max(0.0) as usize;
             let ticks = |every: i64| -> Vec<Tick> {
                 let (from, to) = ((self.low / step - 1e-9).ceil() as i64, (self.high / step + 1e-9).floor() as i64);
@@ -175,10 +175,10 @@ fn round_down(value: f64) -> f64 {
         }
 }
 
-/// Distance of the values written on a linear axis: about five of them.
-fn linear_step(low: f64, high: f64) -> f64 {
+/// Distance of the round values on a linear axis that has about `count` of them.
+pub fn round_step(low: f64, high: f64, count: u32) -> f64 {
     let span = if high > low { high - low } else { low.abs().max(1.0) };
-    let wanted = span / 5.0;
+    let wanted = span / f64::from(count);
     let decade = 10f64.powf(wanted.log10().floor());
     decade * [1.0, 2.0, 5.0, 10.0].into_iter().find(|m| m * decade >= wanted * 0.85).unwrap_or(10.0)
 }
@@ -198,12 +198,13 @@ pub fn short(value: f64) -> String {
     minus(text)
 }
 
-/// Three digits that count, without zeros at the end.
-fn digits(value: f64) -> String {
+/// A number in the digits that a reader takes in: three that count, without zeros at the end, and none behind the ninth
+/// place.
+pub fn digits(value: f64) -> String {
     if value == 0.0 {
         return "0".into();
     }
-    let places = (2 - value.abs().log10().floor() as i32).max(0) as usize;
+    let places = (2.0 - value.abs().log10().floor()).clamp(0.0, 9.0) as usize;
     let text = format!("{value:.places$}");
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').into() } else { text }
 }

@@ -98,7 +98,7 @@ fn text(advice: &Advice, budget: Budget) -> String {
     };
     let mut asked = format!("{} at most {}", by.title, by.value(budget.max_error));
     if let Some(ratio) = budget.max_ratio {
-        asked += &format!(", time at most {ratio} × shadow-map");
+        asked += &format!(", time at most {ratio} × the set-up's shadow-map");
     }
     let mut out = format!("asked for: {asked}\n");
     match (advice.answer.map(row), advice.closest.map(row)) {
@@ -140,19 +140,29 @@ fn text(advice: &Advice, budget: Budget) -> String {
     }
     out += &format!("\nmeasured {} of {} configurations (at most {})", advice.tried.len(), advice.space, advice.limit);
     out += "; those marked * are beaten by no other (times whose quartiles overlap count as equal):\n";
-    let mut lines =
-        vec![["configuration", "", by.title, "GPU ms", "× set-up's shadow-map", "MiB"].map(String::from).to_vec()];
+    let heads = ["configuration", "", by.title, "× set-up's shadow-map", "GPU ms", "shadow-map, ms", "MiB"];
+    let mut lines = vec![heads.map(String::from).to_vec()];
     for (i, r) in advice.tried.iter().enumerate() {
         lines.push(vec![
             name(r),
             if advice.frontier.contains(&i) { "*" } else { "" }.into(),
             error(r),
-            format!("{:.3}", r.gpu_ms),
             r.cost.map_or("-".into(), |x| format!("{x:.2}")),
+            format!("{:.3}", r.gpu_ms),
+            r.cost_base_ms().map_or("-".into(), |ms| format!("{ms:.3}")),
             format!("{:.2}", r.gpu_bytes as f64 / 1048576.0),
         ]);
     }
     out += &table::aligned(&lines);
+    if let (Some(base), Some([least, most])) = (&advice.base, advice.base_ms()) {
+        out += &format!("The set-up's shadow-map ({base}) took {least:.3} to {most:.3} ms in turn with the rows");
+        out += if most > 1.1 * least { ": compare multiples of it, not ms.\n" } else { ".\n" };
+    }
+    if let Some((cheapest, winner)) = advice.cheapest_beaten(by) {
+        let [cheapest, winner] = [cheapest, winner].map(|i| name(row(i)));
+        out +=
+            &format!("The least median time has {cheapest}; {winner} beats it: more exact, and their times overlap.\n");
+    }
     if let Some(busy) = chart::busy(&advice.tried) {
         out += &format!("{busy}\n");
     }

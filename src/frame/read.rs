@@ -1,6 +1,7 @@
 //! Reading the last frame back: whole buffers, and the value at one pixel.
 
 use super::{Analysis, NO_FRAME, Renderer};
+use crate::chart::digits;
 use crate::gpu::Slot;
 use crate::legend::{Known, letter};
 use crate::light::LightView;
@@ -224,9 +225,7 @@ impl Renderer {
     }
 }
 
-/// Three significant digits.
+/// Three digits that count; what is less than a millionth is what 32 bits leave of nothing.
 fn short(x: f32) -> String {
-    let digits = if x == 0.0 { 0 } else { (2 - x.abs().log10().floor() as i32).clamp(0, 6) as usize };
-    let text = format!("{x:.digits$}");
-    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').into() } else { text }
+    digits((f64::from(x) * 1e6).round() * 1e-6)
 }

@@ -115,7 +115,7 @@ pub struct Budget {
     pub by: &'static Figure,
     /// The largest error, a share 0 to 1.
     pub max_error: f64,
-    /// Time as a multiple of that of the set-up's `shadow-map`.
+    /// Time as a multiple of that of the set-up's own `shadow-map` ([`base`]).
     pub max_ratio: Option<f64>,
 }
 
@@ -132,10 +132,13 @@ pub struct Advice {
     pub halved: Option<usize>,
     /// The cheapest `shadow-map` within the same error, at any cost, where the answer is another technique.
     pub plain: Option<usize>,
-    /// Those that no other beats, by ascending time; times whose quartiles overlap count as equal. Indices into `tried`.
+    /// What no other there beats, by ascending time; times whose quartiles overlap count as equal ([`chart::pareto`]).
+    /// Indices into `tried`.
     pub frontier: Vec<usize>,
     /// All that was measured, in its order.
     pub tried: Vec<Record>,
+    /// The main parameters of the `shadow-map` that times are multiples of; None where it does not serve the light.
+    pub base: Option<String>,
     /// Configurations there were to choose from, and how many of them could be measured at most.
     pub space: usize,
     pub limit: usize,
@@ -161,6 +164,26 @@ impl Advice {
     pub fn as_fast(a: &Record, b: &Record) -> bool {
         let [a, b] = [a, b].map(Advice::quartiles);
         a[0] <= b[1] && b[0] <= a[1]
+    }
+
+    /// The least and the greatest time, ms, that the `shadow-map` took which times are multiples of: it takes turns with
+    /// each row anew, so that a machine which gets busy slows both alike. None where there is none.
+    pub fn base_ms(&self) -> Option<[f64; 2]> {
+        let all = || self.tried.iter().filter_map(Record::cost_base_ms);
+        let ends = [all().fold(f64::INFINITY, f64::min), all().fold(f64::NEG_INFINITY, f64::max)];
+        (ends[0] <= ends[1]).then_some(ends)
+    }
+
+    /// The cheapest measured by its median where it is not on the frontier, and what there beats it: as fast, within the
+    /// spread, and no less exact.
+    pub fn cheapest_beaten(&self, by: &Figure) -> Option<(usize, usize)> {
+        let error = |i: usize| by.of(&self.tried[i]).unwrap_or(UNKNOWN);
+        let cost = |i: &usize| Advice::cost(&self.tried[*i]);
+        let cheapest = (0..self.tried.len()).min_by(|a, b| cost(a).total_cmp(&cost(b)))?;
+        let beats =
+            |i: &&usize| error(**i) <= error(cheapest) && Advice::as_fast(&self.tried[**i], &self.tried[cheapest]);
+        let winner = self.frontier.iter().filter(|_| !self.frontier.contains(&cheapest)).find(beats)?;
+        Some((cheapest, *winner))
     }
 
     /// How many times as much as the answer the plain shadow map costs.
@@ -270,6 +293,7 @@ pub fn advise(
         plain: plain.and_then(place),
         frontier: chart::pareto(&spots),
         tried: rows,
+        base: anchor.as_ref().map(brief),
         space: all.len(),
         limit: most.get(),
     })
@@ -281,6 +305,12 @@ fn alike(rows: &[Record], answer: usize, meets: impl Fn(usize) -> bool) -> Vec<u
     let mut found: Vec<usize> = (0..rows.len()).filter(overlaps).collect();
     found.sort_by(|a, b| Advice::cost(&rows[*a]).total_cmp(&Advice::cost(&rows[*b])));
     found
+}
+
+/// The main parameters of the set-up's own `shadow-map`, which times are multiples of; None where it does not serve the
+/// light.
+pub fn base(setup: &Setup) -> Option<String> {
+    sweep::baseline(setup, None).ok().flatten().map(|(base, _)| brief(&base))
 }
 
 /// The values of the technique's main parameters, `resolution=1024 kernel=3`.
@@ -333,6 +363,30 @@ mod tests {
             [row(20.0, 1.0, 0.1), row(4.3, 0.2, 0.5), row(4.3, 0.2, 0.5), row(2.3, 0.1, 1.0), row(2.1, 0.3, 1.0)];
         assert_eq!(alike(&rows, 0, |i| i != 2), [4, 1]);
         assert_eq!(alike(&rows[..1], 0, |_| true), [0; 0]);
+    }
+
+    /// What the multiples are of, where the machine got busier between rows; and why the cheapest is not on the frontier.
+    #[test]
+    fn the_base_of_the_multiples_is_told() {
+        let row = |ms: f64, base: f64, rmse: f64| Record {
+            gpu_ms: ms,
+            gpu_ms_q1: ms - 0.2 * ms,
+            gpu_ms_q3: ms + 0.2 * ms,
+            cost: Some(ms / base),
+            rmse,
+            ..Record::default()
+        };
+        let tried = vec![row(20.0, 20.0, 0.09), row(25.0, 20.0, 0.08), row(60.0, 20.0, 0.07), row(240.0, 40.0, 0.06)];
+        let by = Figure::find("rmse").unwrap();
+        let spots: Vec<chart::Spot> = tried.iter().map(|r| Advice::spot(r, r.rmse)).collect();
+        let advice = Advice { frontier: chart::pareto(&spots), tried, ..Advice::default() };
+        assert_eq!(advice.base_ms(), Some([20.0, 40.0]));
+        assert_eq!(advice.frontier, [1, 2, 3]);
+        assert_eq!(advice.cheapest_beaten(by), Some((0, 1)));
+        let all = Advice { frontier: vec![0, 2, 3], ..advice };
+        assert_eq!(all.cheapest_beaten(by), None);
+        let (setup, _) = Setup::open("cubes").unwrap();
+        assert_eq!(base(&setup).as_deref(), Some("resolution=1024"));
     }
 
     /// Numbers with the unit that a figure has, and none other.

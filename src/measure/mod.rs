@@ -21,4 +21,4 @@ pub use metrics::Errors;
 pub use record::{Record, params_text, read, read_csv, read_json, tied, write, write_csv, write_json};
 pub use space::{Axis, expand};
 pub use sweep::{Shard, Step, run};
-pub use timing::{Quartiles, STOPPED, Times};
+pub use timing::{Quartiles, STOPPED, Times, seconds_for};

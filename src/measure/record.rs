@@ -164,6 +164,16 @@ impl Record {
         serde_json::from_str(&self.setup).with_context(|| format!("row {}: its set-up cannot be read", self.index))
     }
 
+    /// What the baseline of [`Record::cost`] took in the same turns, ms.
+    pub fn cost_base_ms(&self) -> Option<f64> {
+        self.cost.filter(|cost| *cost > 0.0).map(|cost| self.gpu_ms / cost)
+    }
+
+    /// What the baseline of [`Record::ratio`] took in the same turns, ms.
+    pub fn ratio_base_ms(&self) -> Option<f64> {
+        self.ratio.filter(|ratio| *ratio > 0.0).map(|ratio| self.gpu_ms / ratio)
+    }
+
     /// The technique's parameters.
     pub fn values(&self) -> Vec<(&str, &str)> {
         self.params.split(';').filter_map(|p| p.split_once('=')).collect()

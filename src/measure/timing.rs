@@ -58,6 +58,14 @@ const WARM_UP: usize = 10;
 const BUDGET: Duration = Duration::from_secs(3);
 const FEWEST: usize = 11;
 
+/// How long a configuration is timed at least whose frames take so many seconds.
+pub fn seconds_for(frame: f64, software: bool) -> f64 {
+    match software {
+        true => BUDGET.as_secs_f64().max(FEWEST as f64 * frame) + frame,
+        false => (WARM_UP + FRAMES) as f64 * frame,
+    }
+}
+
 /// The frames of one configuration so far.
 struct Lane<'a> {
     setup: &'a Setup,

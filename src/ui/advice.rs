@@ -2,11 +2,11 @@
 
 use super::drawer::{beside, export, pick_techniques, progress, size};
 use super::model::{Action, Model, Tab};
-use super::needs::{main_values, percent, title};
+use super::needs::{listed, main_values, percent, title};
 use super::plotting::{color, short};
 use crate::chart::{self, Axis, COSTS, ERRORS};
 use crate::measure::Record;
-use crate::measure::advise::{Advice, Budget, FIGURES, Figure, Unit};
+use crate::measure::advise::{self, Advice, Budget, FIGURES, Figure, Unit};
 use egui::{Button, Checkbox, ComboBox, Grid, Label, RichText, Role, ScrollArea, Slider, Ui, WidgetInfo};
 
 /// The advice tab's state.
@@ -83,8 +83,13 @@ fn controls(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
     };
     let slider = Slider::new(&mut a.max_errors[place(by)], range).logarithmic(true).max_decimals(decimals);
     ui.add(slider.suffix(suffix)).on_hover_text(doc(by));
-    let tip = "Time as a multiple of that of the shadow map as this set-up has it: no more than this.";
-    ui.add(Checkbox::new(&mut a.limited, RichText::new("time at most, shadow-map = 1").small())).on_hover_text(tip);
+    let base = advise::base(&m.setup);
+    let tip = format!(
+        "Time as a multiple of that of the set-up's own shadow-map ({}), which takes turns with what is measured: no more than this.",
+        base.as_deref().map_or("it does not serve this light".into(), spaced)
+    );
+    let text = RichText::new("time at most, the set-up's shadow-map = 1").small();
+    ui.add(Checkbox::new(&mut a.limited, text)).on_hover_text(&tip);
     let slider = Slider::new(&mut a.max_ratio, 1.0..=100.0).logarithmic(true).max_decimals(1).prefix("× ");
     ui.add_enabled(a.limited, slider).on_hover_text(tip);
     pick_techniques(ui, m);
@@ -116,7 +121,7 @@ fn found(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
         let by = budget.by;
         let mut wanted = format!("{} at most {}", by.title, value(by, budget.max_error));
         if let Some(ratio) = budget.max_ratio {
-            wanted += &format!(", time at most {} × shadow-map", short(ratio));
+            wanted += &format!(", time at most {} × the set-up's shadow-map", short(ratio));
         }
         let tried = format!("Measured {} of {} configurations.", advice.tried.len(), advice.space);
         match (advice.answer, advice.closest) {
@@ -160,20 +165,24 @@ fn found(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
         ui.horizontal_wrapped(|ui| {
             ui.label(RichText::new(tried).small().weak());
             let send = ui.small_button("To the chart");
-            to_chart = send.on_hover_text("Add all that was measured to the chart, and open it.").clicked();
+            let tip = "Add all that was measured to the chart, and open it with this error against this time.";
+            to_chart = send.on_hover_text(tip).clicked();
             export(ui, Tab::Advice, "advice", !advice.tried.is_empty(), out);
         });
         if let Some(busy) = chart::busy(&advice.tried) {
             ui.label(RichText::new(busy).color(ui.visuals().warn_fg_color));
         }
         ui.add_space(4.0);
-        let tip = "Those that nothing measured beats both in error and in time; times whose quartiles overlap count as equal.";
-        ui.label(RichText::new("frontier").strong()).on_hover_text(tip);
+        ui.label(RichText::new("frontier").strong()).on_hover_text(FRONTIER);
         frontier(ui, by, advice, &mut apply);
+        for text in told(by, advice) {
+            ui.label(RichText::new(text).small().weak());
+        }
     });
     let row = apply.and_then(|i| advice.tried.get(i)).cloned();
-    if to_chart {
-        let tried = advice.tried.clone();
+    if to_chart && let Some((tried, [cost, error])) = m.advice.exported() {
+        let place = |all: &[Axis], id: &str| all.iter().position(|a| a.id == id).unwrap_or(0);
+        (m.chart.cost, m.chart.error) = (place(COSTS, cost.id), place(ERRORS, error.id));
         m.adopt(tried);
         m.drawer = Some(Tab::Chart);
     }
@@ -194,10 +203,13 @@ fn answer(ui: &mut Ui, by: &Figure, head: &str, i: usize, r: &Record, apply: &mu
     });
     let main = main_values(r);
     if !main.is_empty() {
-        ui.label(main).on_hover_text(r.params.replace(';', "\n"));
+        ui.label(main).on_hover_text(listed(r));
     }
-    let ratio = r.cost.map_or(String::new(), |x| format!(", {} × shadow-map", short(x)));
-    ui.label(format!("{} {}, {:.3} ms{ratio}", by.title, error(by, r), r.gpu_ms));
+    let time = match r.cost.zip(r.cost_base_ms()) {
+        Some((x, base)) => format!("{} × the set-up's shadow-map ({:.3} ms against {base:.3} ms)", short(x), r.gpu_ms),
+        None => format!("{:.3} ms", r.gpu_ms),
+    };
+    ui.label(format!("{} {}, {time}", by.title, error(by, r)));
 }
 
 /// A row's error, in words.
@@ -232,25 +244,82 @@ fn halved(by: &Figure, r: &Record, half: &Record) -> String {
     format!("Half the error or less: {} × its time, with {} ({}).", short(times), what.trim(), error(by, half))
 }
 
+/// What the frontier is.
+const FRONTIER: &str = "What nothing measured beats: nothing there is as fast and more exact, or faster and as exact. Of times whose quartiles overlap none is faster.";
+
+/// What must be known to read the frontier: where the rest is, and what times are multiples of.
+fn told(by: &Figure, advice: &Advice) -> Vec<String> {
+    let mut out = Vec::new();
+    let rest = advice.tried.len() - advice.frontier.len();
+    if rest > 0 {
+        out.push(format!(
+            "The other {rest} are beaten: one of these is at least as exact, and not slower beyond the spread of the times."
+        ));
+    }
+    let name = |i: usize| {
+        let r = &advice.tried[i];
+        format!("{} {}", r.technique, main_values(r)).trim().to_string()
+    };
+    if let Some((cheapest, winner)) = advice.cheapest_beaten(by) {
+        out.push(format!(
+            "The least median time has {} ({} {}), but {} is more exact, and their times overlap.",
+            name(cheapest),
+            by.title,
+            error(by, &advice.tried[cheapest]),
+            name(winner)
+        ));
+    }
+    if let (Some(base), Some([least, most])) = (&advice.base, advice.base_ms()) {
+        let took = match most > 1.1 * least {
+            true => format!(
+                "took {} to {} ms in turn with the rows, as the machine was more or less busy: compare multiples, not ms.",
+                short(least),
+                short(most)
+            ),
+            false => format!("took {} ms.", short(least)),
+        };
+        out.push(format!("1 × is the set-up's own shadow-map ({}); it {took}", spaced(base)));
+    }
+    out
+}
+
+/// Parameters as they stand in a sentence.
+fn spaced(brief: &str) -> String {
+    brief.replace(['=', '_'], " ")
+}
+
 fn frontier(ui: &mut Ui, by: &Figure, advice: &Advice, apply: &mut Option<usize>) {
     let table = ScrollArea::horizontal().id_salt("frontier").auto_shrink([false, true]);
     table.show(ui, |ui| frontier_table(ui, by, advice, apply));
 }
 
 fn frontier_table(ui: &mut Ui, by: &Figure, advice: &Advice, apply: &mut Option<usize>) {
-    Grid::new("frontier").num_columns(5).striped(true).spacing([12.0, 3.0]).show(ui, |ui| {
-        for head in ["technique", "main parameters", by.title, "time, ms", "× shadow-map"] {
-            ui.label(RichText::new(head).small().weak());
+    let error_doc = ERRORS.iter().find(|a| a.id == by.field).map_or("", |a| a.doc);
+    let heads = [
+        ("technique", FRONTIER),
+        ("main parameters", "Point at them for all parameters."),
+        (by.title, error_doc),
+        (
+            "× shadow-map",
+            "Time as a multiple of that of the set-up's own shadow-map, in the same turns: what rows are compared by.",
+        ),
+        ("time, ms", "Median of the technique's time. A machine that gets busy lengthens it; the multiple stays."),
+        ("1 ×, ms", "What the set-up's own shadow-map took in turn with this row: 1 in the column of multiples."),
+    ];
+    Grid::new("frontier").num_columns(heads.len() + 1).striped(true).spacing([12.0, 3.0]).show(ui, |ui| {
+        for (head, tip) in heads {
+            ui.label(RichText::new(head).small().weak()).on_hover_text(tip);
         }
         ui.end_row();
         for i in &advice.frontier {
             let Some(r) = advice.tried.get(*i) else { continue };
             ui.label(RichText::new(&r.technique).color(color(&r.technique)));
-            ui.add(Label::new(main_values(r)).extend()).on_hover_text(r.params.replace(';', "\n"));
+            ui.add(Label::new(main_values(r)).extend()).on_hover_text(listed(r));
             let number = |text: String| RichText::new(text).monospace().size(11.5);
             ui.label(number(error(by, r)));
-            ui.label(number(format!("{:.3}", r.gpu_ms)));
             ui.label(number(r.cost.map_or("-".into(), short)));
+            ui.label(number(format!("{:.3}", r.gpu_ms)));
+            ui.label(number(r.cost_base_ms().map_or("-".into(), |ms| format!("{ms:.3}"))));
             let button = ui.small_button("Apply");
             button.widget_info(|| {
                 let name = format!("Apply {} {}", r.technique, main_values(r));

@@ -1,9 +1,9 @@
 //! The chart tab: error against cost, a point a configuration.
 
 use super::model::{Action, Model};
-use super::needs::{main_values, mebibytes, percent, title};
+use super::needs::{listed, main_values, mebibytes, percent, title};
 use super::pictures::{Picture, Pictures, Subject};
-use super::plotting::{Labels, LogAxis, color, marker, short};
+use super::plotting::{Labels, LogAxis, color, marker, say, short};
 use super::sweep::Range;
 use crate::chart::{self, Axis, COSTS, ERRORS, Series, Spot};
 use crate::measure::Record;
@@ -104,7 +104,9 @@ pub fn show(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
     let known = LIVE.contains(&cost.id);
     let trail: Vec<(f64, f64)> =
         trail(m, error).into_iter().filter(|_| known).filter_map(|r| chart::point(r, cost, error)).collect();
-    let all = || points.iter().flatten().chain(&trail);
+    let ends = |s: &Spot| s.spread.map(|cost| (cost, s.error));
+    let whiskers: Vec<(f64, f64)> = spots.iter().flatten().flat_map(ends).collect();
+    let all = || points.iter().flatten().chain(&trail).chain(&whiskers);
     let (x, y) = (LogAxis::of(all().map(|p| p.0)), LogAxis::of(all().map(|p| p.1)));
     let at = |(cost, error): (f64, f64)| [x.at(cost), y.at(error)];
 
@@ -146,7 +148,10 @@ pub fn show(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
         }
         // Part of the bounds; drawn below.
         plot.points(
-            Points::new("", trail.iter().copied().map(at).collect::<PlotPoints>()).radius(0.1).allow_hover(false),
+            Points::new("", trail.iter().chain(&whiskers).copied().map(at).collect::<PlotPoints>())
+                .radius(0.1)
+                .color(Color32::TRANSPARENT)
+                .allow_hover(false),
         );
         let wheel = plot.response().ctx.input(|i| i.smooth_scroll_delta.y);
         if plot.response().contains_pointer() && wheel != 0.0 {
@@ -160,10 +165,11 @@ pub fn show(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
     };
     let screens: Vec<Option<Pos2>> = points.iter().map(|p| p.map(screen).filter(|s| frame.contains(*s))).collect();
     let mut labels = Labels::new(frame);
+    labels.keep_clear(screens.iter().flatten().copied());
     for line in &m.chart.lines {
         let at: Vec<Pos2> = line.points.iter().filter_map(|i| screens[*i]).collect();
         labels.keep_off(at.windows(2).map(|p| [p[0], p[1]]));
-        whiskers(ui, frame, line, &spots, |cost, error| screen((cost, error)));
+        labels.keep_off(draw_whiskers(ui, frame, line, &spots, |cost, error| screen((cost, error))).into_iter());
     }
     for stair in &stairs {
         let at: Vec<Pos2> = stair.iter().copied().map(screen).collect();
@@ -171,31 +177,28 @@ pub fn show(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
     }
     live(ui, m, error, frame, &mut labels, &trail.iter().copied().map(screen).collect::<Vec<_>>());
     for line in &m.chart.lines {
-        if let Some(end) = line.points.iter().rev().find_map(|i| screens[*i]) {
-            labels.write(ui, end, &line.label, color(&line.technique), false);
-        }
+        let ends: Vec<Pos2> = line.points.iter().rev().filter_map(|i| screens[*i]).collect();
+        labels.write(ui, &ends, &line.label, color(&line.technique), false);
     }
     let samples = m.setup.truth_samples.shown(m.info());
-    if let Some(axis) = [error, cost].into_iter().find(|a| !told(m, a, samples)) {
-        let text = format!("The picture now is not shown: its {} is not known without a measurement.", axis.id);
-        let galley = ui.painter().layout_no_wrap(text, FontId::proportional(11.5), weak);
-        let place = Align2::RIGHT_TOP.anchor_size(frame.right_top() + vec2(-8.0, 6.0), galley.size());
-        ui.painter().with_clip_rect(frame).galley(place.min, galley, weak);
-    }
+    let aside = match [error, cost].into_iter().find(|a| !told(m, a, samples)) {
+        Some(axis) => format!("The picture now is not shown: only a measurement tells its {}.", axis.title),
+        None if trail.len() > 1 => "Ring: the picture now. Faint dots: where it was before.".into(),
+        None => String::new(),
+    };
+    let small = FontId::proportional(11.5);
+    say(ui, frame, (Align2::RIGHT_TOP, frame.right_top() + vec2(-8.0, 6.0)), aside, small, weak);
     if let Some(busy) = chart::busy(&m.rows).filter(|_| ["gpu_ms", "cost", "ratio"].contains(&cost.id)) {
         let ink = ui.visuals().warn_fg_color;
-        let galley = ui.painter().layout(busy, FontId::proportional(11.5), ink, frame.width() - 16.0);
-        let place = Align2::LEFT_BOTTOM.anchor_size(frame.left_bottom() + vec2(8.0, -6.0), galley.size());
-        ui.painter().with_clip_rect(frame).galley(place.min, galley, ink);
+        let small = FontId::proportional(11.5);
+        say(ui, frame, (Align2::LEFT_BOTTOM, frame.left_bottom() + vec2(8.0, -6.0)), busy, small, ink);
     }
     if points.iter().all(Option::is_none) {
         let text = match m.rows.is_empty() {
             true => "Sweep, measure or open a file: every configuration becomes a point here.",
             false => "None of the rows has both of these figures.",
         };
-        let galley = ui.painter().layout(text.into(), FontId::proportional(13.0), weak, frame.width() - 40.0);
-        let place = Align2::CENTER_CENTER.anchor_size(frame.center(), galley.size());
-        ui.painter().galley(place.min, galley, weak);
+        say(ui, frame, (Align2::CENTER_CENTER, frame.center()), text.into(), FontId::proportional(13.0), weak);
     }
     let mut chosen = None;
     for (i, place) in screens.iter().enumerate() {
@@ -223,9 +226,16 @@ pub fn show(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
     }
 }
 
-/// The quartiles of a line's times.
-fn whiskers(ui: &Ui, frame: Rect, line: &Series, spots: &[Option<Spot>], at: impl Fn(f64, f64) -> Pos2) {
+/// Draws the quartiles of a line's times; where they lie.
+fn draw_whiskers(
+    ui: &Ui,
+    frame: Rect,
+    line: &Series,
+    spots: &[Option<Spot>],
+    at: impl Fn(f64, f64) -> Pos2,
+) -> Vec<[Pos2; 2]> {
     let painter = ui.painter().with_clip_rect(frame);
+    let mut drawn = Vec::new();
     let stroke = Stroke::new(1.0, color(&line.technique).gamma_multiply(0.8));
     for spot in line.points.iter().filter_map(|i| spots[*i]).filter(|s| s.spread[0] < s.spread[1]) {
         let ends = spot.spread.map(|cost| at(cost, spot.error));
@@ -233,7 +243,9 @@ fn whiskers(ui: &Ui, frame: Rect, line: &Series, spots: &[Option<Spot>], at: imp
         for end in ends {
             painter.line_segment([end - vec2(0.0, 3.0), end + vec2(0.0, 3.0)], stroke);
         }
+        drawn.push(ends);
     }
+    drawn
 }
 
 /// The points that no other beats, for each picture that was measured: another scene, camera or light is another matter.
@@ -260,14 +272,19 @@ fn staircase(front: &[(f64, f64)]) -> Vec<(f64, f64)> {
 /// The boxes that choose the axes.
 fn axes(ui: &mut Ui, m: &mut Model) {
     let choose = |ui: &mut Ui, id: &str, all: &'static [Axis], chosen: &mut usize, width: f32| {
-        let combo = ComboBox::from_id_salt(id).selected_text(all[*chosen].title).width(width).truncate();
-        let shown = combo.show_ui(ui, |ui| {
-            for (i, axis) in all.iter().enumerate() {
-                if ui.selectable_label(i == *chosen, axis.title).on_hover_text(axis.doc).clicked() {
-                    *chosen = i;
+        // A box is as wide as its text, if there is room.
+        let size = vec2(width, ui.spacing().interact_size.y);
+        let shown = ui.allocate_ui(size, |ui| {
+            let combo = ComboBox::from_id_salt(id).selected_text(all[*chosen].title).width(width).truncate();
+            combo.show_ui(ui, |ui| {
+                for (i, axis) in all.iter().enumerate() {
+                    if ui.selectable_label(i == *chosen, axis.title).on_hover_text(axis.doc).clicked() {
+                        *chosen = i;
+                    }
                 }
-            }
+            })
         });
+        let shown = shown.inner;
         shown.response.on_hover_text(all[*chosen].doc).widget_info(|| WidgetInfo::labeled(Role::ComboBox, true, id));
     };
     ui.horizontal(|ui| {
@@ -321,7 +338,7 @@ fn live(ui: &Ui, m: &Model, error: &Axis, frame: Rect, labels: &mut Labels, plac
     }
     labels.write(
         ui,
-        *place,
+        &[*place],
         &text,
         if now { ui.visuals().strong_text_color() } else { ui.visuals().weak_text_color() },
         false,
@@ -354,6 +371,9 @@ fn about(ui: &mut Ui, r: &Record, pictures: &mut Pictures, busy: bool, out: &mut
             });
         }
     }
+    // Each multiple has a base of its own.
+    let same = r.ratio_resolution.map_or("× shadow-map".into(), |side| format!("× shadow-map of {side}²"));
+    let multiple = |x: Option<f64>, base: Option<f64>| Some(format!("{} (1: {} ms)", short(x?), short(base?)));
     let rows = [
         ("wrong pixels", Some(percent(r.error_share))),
         ("RMSE", Some(format!("{:.5}", r.rmse))),
@@ -362,7 +382,8 @@ fn about(ui: &mut Ui, r: &Record, pictures: &mut Pictures, busy: bool, out: &mut
         ("edge error, 95 %", r.boundary_p95_px.map(|px| format!("{px:.1} px"))),
         ("flicker", r.flicker.map(percent)),
         ("time", Some(format!("{} ms ({} to {})", short(r.gpu_ms), short(r.gpu_ms_q1), short(r.gpu_ms_q3)))),
-        ("ratio", r.ratio.map(|x| format!("{x:.2} × shadow-map"))),
+        ("× the set-up's shadow-map", multiple(r.cost, r.cost_base_ms())),
+        (same.as_str(), multiple(r.ratio, r.ratio_base_ms())),
         ("memory", Some(mebibytes(r.gpu_bytes))),
         ("rays", (r.rays > 0).then(|| r.rays.to_string())),
     ];
@@ -373,8 +394,7 @@ fn about(ui: &mut Ui, r: &Record, pictures: &mut Pictures, busy: bool, out: &mut
             ui.end_row();
         }
     });
-    let rest = r.params.replace(';', ", ").replace('=', " ");
-    ui.label(RichText::new(rest).small().weak());
+    ui.label(RichText::new(listed(r).replace('\n', ", ")).small().weak());
     let place = format!("{}, {} × {} pixels. Click to apply.", r.scene, r.width, r.height);
     ui.label(RichText::new(place).small().weak());
 }

@@ -1,5 +1,6 @@
 //! Rows of the panel in fixed columns: name, slider, value with its unit, reset.
 
+use crate::chart::digits;
 use crate::params::{Kind, Spec, Value};
 use egui::{
     Align, Align2, Button, ComboBox, DragValue, FontId, Id, Label, Layout, Rect, Response, Sense, Shape, Slider,
@@ -193,8 +194,8 @@ fn slider_and_field(ui: &mut Ui, value: &mut f64, scale: Scale, tip: &str, label
     slider.tip(tip);
     let speed = if scale.step > 0.0 { scale.step * 0.1 } else { (value.abs() * 0.01).max((high - low) * 1e-4) };
     let beyond = std::cell::Cell::new(None);
-    let (now, text_now) = (*value, short(*value));
-    let drag = DragValue::new(value).range(scale.range.clone()).speed(speed).custom_formatter(|v, _| short(v));
+    let (now, text_now) = (*value, digits(*value));
+    let drag = DragValue::new(value).range(scale.range.clone()).speed(speed).custom_formatter(|v, _| digits(v));
     let drag = drag.suffix(&suffix).update_while_editing(false).custom_parser(|text| {
         // Text that nobody changed is no reason to round the value.
         if text == text_now {
@@ -221,22 +222,14 @@ fn slider_and_field(ui: &mut Ui, value: &mut f64, scale: Scale, tip: &str, label
 }
 
 /// A unit as it follows a number.
-fn suffix(unit: &str) -> String {
+pub fn suffix(unit: &str) -> String {
     if unit.is_empty() { String::new() } else { format!(" {unit}").replace(" °", "°") }
-}
-
-/// A number in about three figures.
-fn short(value: f64) -> String {
-    let size = value.abs();
-    let decimals = if size == 0.0 { 0 } else { (2.0 - size.log10().floor()).clamp(0.0, 6.0) as usize };
-    let text = format!("{value:.decimals$}");
-    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').into() } else { text }
 }
 
 /// A value in words.
 pub fn shown_value(value: &Value) -> String {
     match value {
-        Value::Float(v) => short(*v),
+        Value::Float(v) => digits(*v),
         Value::Bool(v) => if *v { "on" } else { "off" }.into(),
         other => other.to_string(),
     }

@@ -20,7 +20,7 @@ use crate::view;
 use anyhow::Context;
 use glam::Vec3;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -47,7 +47,7 @@ pub enum Action {
     /// Render a small picture.
     Thumbnail(Subject),
     Capture(PathBuf),
-    /// As Capture, at 1920 × 1080 with the legend.
+    /// A file of 1920 × 1080 pixels with the legend in it.
     Figure(PathBuf),
     /// Ask where to capture to.
     PickCapture,
@@ -167,12 +167,14 @@ pub struct Job {
     pub what: String,
     /// Share done, 0 to 1.
     pub done: f32,
+    /// Rows measured so far.
+    pub rows: usize,
     pub since: Instant,
 }
 
 impl Job {
     pub fn new(title: &'static str) -> Job {
-        Job { title, what: String::new(), done: 0.0, since: Instant::now() }
+        Job { title, what: String::new(), done: 0.0, rows: 0, since: Instant::now() }
     }
 
     /// How far it is and how long it will still take, in words.
@@ -261,6 +263,8 @@ pub struct Model {
     pub pinned: BTreeSet<&'static str>,
     /// The picture has the capture's shape.
     pub framed: bool,
+    /// A capture with a legend has the capture's size as a whole; else its picture has.
+    pub whole: bool,
     /// The file dialog, where the system has none.
     pub picker: Option<Picker>,
     /// What these tabs show is in no file yet.
@@ -317,6 +321,7 @@ impl Model {
             places: BTreeMap::new(),
             pinned: BTreeSet::new(),
             framed: false,
+            whole: false,
             picker: None,
             unsaved: Vec::new(),
             flying: Vec::new(),
@@ -525,6 +530,12 @@ impl Model {
     /// The picture has fewer pixels than the viewport.
     pub fn draft(&self) -> bool {
         self.facts.size != self.facts.full
+    }
+
+    /// The size that a capture into this file has as a whole, where its picture is to make room for the legend.
+    pub fn whole_file(&self, path: &Path) -> Option<[u32; 2]> {
+        let raw = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"));
+        (self.whole && self.setup.legend && !raw).then_some(self.setup.size)
     }
 
     /// Since when a picture of the set-up at full resolution is awaited.

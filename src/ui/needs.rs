@@ -1,10 +1,11 @@
 //! What a technique uses of what it holds and renders, and numbers in words.
 
-use super::controls::Tip;
+use super::controls::{Tip, shown_name, shown_value, suffix};
 use super::model::{Action, Model};
 use super::panel::grouped;
 pub use crate::legend::percent;
 use crate::measure::{Record, params_text};
+use crate::params::Value;
 use crate::setup::Setup;
 use crate::techniques;
 use egui::{Grid, RichText, Ui};
@@ -91,6 +92,28 @@ pub fn main_values(r: &Record) -> String {
     main.iter().filter_map(one).collect::<Vec<_>>().join(", ")
 }
 
+/// A row's parameters as the panel shows them, `slope bias 0.75 × texel`, each with whether it differs from its default.
+pub fn shown_params(technique: &str, params: &str) -> Vec<(String, bool)> {
+    let info = techniques::find(technique);
+    let one = |(name, value): (&str, &str)| {
+        let spec = info.and_then(|i| i.specs().find(|s| s.name == name));
+        match spec.and_then(|s| Some((s, s.parse(name, value).ok()?))) {
+            Some((spec, v)) => {
+                let unit = if matches!(v, Value::Int(_) | Value::Float(_)) { suffix(spec.unit) } else { String::new() };
+                (format!("{} {}{unit}", shown_name(spec), shown_value(&v)), v != spec.default())
+            }
+            None => (format!("{} {value}", name.replace('_', " ")), false),
+        }
+    };
+    params.split(';').filter_map(|p| p.split_once('=')).map(one).collect()
+}
+
+/// All parameters of a row, a line each.
+pub fn listed(r: &Record) -> String {
+    let all: Vec<String> = shown_params(&r.technique, &r.params).into_iter().map(|p| p.0).collect();
+    all.join("\n")
+}
+
 /// A technique's title; the id of one that is unknown.
 pub fn title(technique: &str) -> &str {
     techniques::find(technique).map_or(technique, |i| i.title)
@@ -129,10 +152,12 @@ pub fn show(ui: &mut Ui, m: &Model, out: &mut Vec<Action>) {
 
 /// Two columns: names and values.
 pub fn table(ui: &mut Ui, id: impl std::hash::Hash + std::fmt::Debug, rows: &[Row]) {
-    Grid::new(id).num_columns(2).min_col_width(110.0).spacing([8.0, 1.0]).show(ui, |ui| {
+    Grid::new(id).num_columns(2).min_col_width(98.0).spacing([8.0, 1.0]).show(ui, |ui| {
         for (name, value, tip) in rows {
             ui.label(RichText::new(*name).small()).tip(*tip);
-            ui.label(RichText::new(value).monospace().size(11.5)).tip(*tip);
+            // The longest, such as `67 108 864 of 67 108 864 (100.0 %)`, fit beside the names.
+            let size = if value.chars().count() > 29 { 10.0 } else { 11.5 };
+            ui.label(RichText::new(value).monospace().size(size)).tip(*tip);
             ui.end_row();
         }
     });

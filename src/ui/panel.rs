@@ -5,7 +5,7 @@ use super::lighting;
 use super::model::{Action, Model};
 use super::style::TEXT;
 use super::{compare, freeze, needs, pictures, results, views};
-use crate::legend::letter;
+use crate::legend::{Key as Legend, letter, picture_height, strip_height};
 use crate::measure::stability;
 use crate::params::Spec;
 use crate::scene::builtin;
@@ -542,10 +542,20 @@ fn capture(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
     );
     m.framed = framed;
     let tip = ".png: the view, with the set-up inside, so that it opens here again. .exr: the raw values of the views visibility, truth, depth, position, normals, aliasing and counts.";
-    let legend = "The view's legend, and the axes of charts, go into the picture.";
+    let legend = "The view's legend goes below the picture, and the axes of charts into it. The file is higher by the legend, unless the size is the whole file's.";
+    let file = m.setup.legend.then(|| file_size(m));
     row(ui, "legend", legend, |ui, label| {
         ui.checkbox(&mut m.setup.legend, "").labelled_by(label.id).tip(legend);
+        if let Some(text) = file {
+            ui.label(RichText::new(text).small().weak()).tip(legend);
+        }
     });
+    if m.setup.legend {
+        let tip = "The file with its legend has the size above: the picture is that much lower. A set-up's size is the picture's.";
+        row(ui, "whole file", tip, |ui, label| {
+            ui.checkbox(&mut m.whole, "").labelled_by(label.id).tip(tip);
+        });
+    }
     path_row(ui, "picture", tip, &mut m.picture_path);
     ui.horizontal(|ui| {
         let path = PathBuf::from(m.picture_path.trim());
@@ -573,6 +583,20 @@ fn capture(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
     let save = ui.add_enabled(!m.setup_path.trim().is_empty(), Button::new("Save set-up"));
     if save.tip("Write all settings into this file (Ctrl+S).").clicked() {
         out.push(Action::SaveSetup(PathBuf::from(m.setup_path.trim())));
+    }
+}
+
+/// The size of a captured file with its legend, and of the picture in it where that is another than the one set.
+fn file_size(m: &Model) -> String {
+    let mut known = m.facts.known.clone();
+    if !m.setup.needs_truth() {
+        known.errors.clear();
+    }
+    let (key, [w, h]) = (Legend::new(&m.setup, m.bounds, &known), m.setup.size);
+    match (m.whole, picture_height(&key, [w, h])) {
+        (true, Some(picture)) => format!("picture {w} × {picture}"),
+        (true, None) => "no room for the legend".into(),
+        (false, _) => format!("file {w} × {}", h + strip_height(&key, [w, h])),
     }
 }
 

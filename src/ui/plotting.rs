@@ -1,7 +1,8 @@
 //! What the window's charts have in common: a technique's colour and marker, logarithmic axes, labels.
 
-use crate::chart::{COLORS, mark};
-use egui::{Align2, Color32, FontId, Rect, Ui, pos2, vec2};
+pub use crate::chart::short;
+use crate::chart::{COLORS, mark, round_step};
+use egui::{Align2, Color32, FontId, Pos2, Rect, Ui, Vec2, pos2, vec2};
 use egui_plot::{GridMark, MarkerShape};
 
 /// A technique's colour, lightened for the dark ground.
@@ -59,6 +60,14 @@ impl LogAxis {
                 }
             }
         }
+        if out.len() < 2 && high > least {
+            // So narrow that only a linear scale has two round numbers there.
+            let [from, to] = [least, high].map(|v| 10f64.powf(v));
+            let step = round_step(from, to, 4);
+            let values = (from / step).ceil() as i64..=(to / step).floor() as i64;
+            let mark = |i: i64| GridMark { value: (i as f64 * step).log10(), step_size: (high - least) / 4.0 };
+            out = values.filter(|i| *i > 0).map(mark).collect();
+        }
         out.extend(self.zero.map(|value| GridMark { value, step_size: 1.0 }));
         out
     }
@@ -69,43 +78,44 @@ impl LogAxis {
     }
 }
 
-/// A number of few digits, with letters for thousands and more.
-pub fn short(value: f64) -> String {
-    let letters = [(1e9, "G"), (1e6, "M"), (1e3, "k")];
-    match letters.iter().find(|(unit, _)| value >= *unit * 0.9995 && value >= 9999.0) {
-        Some((unit, letter)) => format!("{}{letter}", digits(value / unit)),
-        None => digits(value),
+/// Writes into a chart's frame, on a ground that keeps it readable over what is drawn there.
+pub fn say(ui: &Ui, frame: Rect, (align, at): (Align2, Pos2), text: String, font: FontId, color: Color32) {
+    if text.is_empty() {
+        return;
     }
-}
-
-fn digits(value: f64) -> String {
-    if value == 0.0 {
-        return "0".into();
-    }
-    let places = (2.0 - value.abs().log10().floor()).clamp(0.0, 9.0) as usize;
-    let text = format!("{value:.places$}");
-    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').into() } else { text }
+    let galley = ui.painter().layout(text, font, color, frame.width() - 16.0);
+    let place = align.anchor_size(at, galley.size());
+    let painter = ui.painter().with_clip_rect(frame);
+    painter.rect_filled(place.expand2(vec2(4.0, 2.0)), 3.0, ui.visuals().extreme_bg_color.gamma_multiply(0.85));
+    painter.galley(place.min, galley, color);
 }
 
 /// Labels that keep out of each other's way.
 pub struct Labels {
     inside: Rect,
     placed: Vec<Rect>,
-    lines: Vec<[egui::Pos2; 2]>,
+    markers: Vec<Rect>,
+    lines: Vec<[Pos2; 2]>,
 }
 
 impl Labels {
     pub fn new(inside: Rect) -> Labels {
-        Labels { inside, placed: Vec::new(), lines: Vec::new() }
+        Labels { inside, placed: Vec::new(), markers: Vec::new(), lines: Vec::new() }
+    }
+
+    /// Markers that labels keep off where there is other room.
+    pub fn keep_clear(&mut self, markers: impl Iterator<Item = Pos2>) {
+        self.markers.extend(markers.map(|at| Rect::from_center_size(at, Vec2::splat(10.0))));
     }
 
     /// Lines that labels keep off where there is other room.
-    pub fn keep_off(&mut self, lines: impl Iterator<Item = [egui::Pos2; 2]>) {
+    pub fn keep_off(&mut self, lines: impl Iterator<Item = [Pos2; 2]>) {
         self.lines.extend(lines);
     }
 
-    /// Writes beside a point, or above it, or on the next side that is free; not at all where none is.
-    pub fn write(&mut self, ui: &Ui, at: egui::Pos2, text: &str, color: Color32, above: bool) {
+    /// Writes beside the first of some points, or above it, or on the next side that is free there or at another of them;
+    /// not at all where none is.
+    pub fn write(&mut self, ui: &Ui, points: &[Pos2], text: &str, color: Color32, above: bool) {
         let painter = ui.painter().with_clip_rect(self.inside);
         let galley = painter.layout_no_wrap(text.into(), FontId::proportional(11.5), color);
         let mut sides = [
@@ -119,13 +129,20 @@ impl Labels {
         if above {
             sides.swap(0, 2);
         }
-        // First beside all lines, if a little farther away, then over them.
-        for (over, reach) in [(false, 1.0), (false, 1.7), (false, 2.6), (true, 1.0)] {
-            for (align, offset) in sides {
+        // First beside all lines, if a little farther away, then over them, and over markers only at last.
+        for (over, reach) in [(0, 1.0), (0, 1.7), (0, 2.6), (1, 1.0), (1, 1.7), (1, 2.6), (2, 1.0)] {
+            for (at, (align, offset)) in points.iter().flat_map(|at| sides.map(|side| (*at, side))) {
                 let rect = align.anchor_size(at + offset * reach, galley.size());
                 let free = |r: &Rect| !r.expand2(vec2(3.0, 0.0)).intersects(rect);
-                let crossed = !over && self.lines.iter().any(|line| crosses(rect, *line));
-                if !crossed && self.inside.contains_rect(rect) && self.placed.iter().all(free) {
+                let crossed = match self.markers.iter().all(free) {
+                    true => self.lines.iter().any(|line| crosses(rect, *line)) as u32,
+                    false => 2,
+                };
+                if crossed <= over && self.inside.contains_rect(rect) && self.placed.iter().all(free) {
+                    if crossed > 0 {
+                        let ground = ui.visuals().extreme_bg_color.gamma_multiply(0.7);
+                        painter.rect_filled(rect.expand2(vec2(2.0, 0.0)), 2.0, ground);
+                    }
                     painter.galley(pos2(rect.left(), rect.top()), galley, color);
                     self.placed.push(rect);
                     return;
@@ -136,10 +153,10 @@ impl Labels {
 }
 
 /// Whether a line passes through a rectangle.
-fn crosses(rect: Rect, [a, b]: [egui::Pos2; 2]) -> bool {
+fn crosses(rect: Rect, [a, b]: [Pos2; 2]) -> bool {
     crate::chart::inside(&[rect.left(), rect.top(), rect.right(), rect.bottom()].map(f64::from), pair(a), pair(b)) > 0.0
 }
 
-fn pair(p: egui::Pos2) -> (f64, f64) {
+fn pair(p: Pos2) -> (f64, f64) {
     (p.x.into(), p.y.into())
 }

@@ -4,14 +4,15 @@ use super::compare::short_name;
 use super::controls::{Tip, steady};
 use super::drawer::{self, line, progress};
 use super::model::{Action, Model, ShotSeen};
-use super::needs::{self, main_values, percent, table, title};
+use super::needs::{self, listed, main_values, percent, table, title};
 use super::pictures::Picture;
 use super::plotting::short;
+use crate::chart::round_step;
 use crate::frame::SHARED_PASSES;
 use crate::measure::Record;
 use crate::measure::causes::CAUSES;
 use egui::{Button, Grid, RichText, Ui};
-use egui_plot::{GridMark, Line, Plot, PlotPoints};
+use egui_plot::{AxisHints, GridMark, Line, Plot, PlotPoints};
 
 pub fn timings(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
     let side = m.side();
@@ -56,15 +57,20 @@ pub fn timings(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
     };
     ui.label(RichText::new(format!("{how}{of}")).small().weak()).tip("How these times are taken.");
     let points: PlotPoints = facts.recent.iter().enumerate().map(|(i, ms)| [i as f64, *ms]).collect();
+    // A wider row above makes no wider plot, whose newest frames would be cut off.
+    let width = (ui.clip_rect().right() - ui.cursor().left() - 6.0).min(ui.available_width());
     let plot = Plot::new("technique time")
         .height(76.0)
+        .width(width)
         .include_y(0.0)
         .show_x(false)
         .show_axes([false, true])
         .show_grid([false, true])
-        .y_axis_min_width(36.0)
+        .custom_y_axes(vec![
+            // Every line of the grid has its number.
+            AxisHints::new_y().label_spacing(1.0..=2.0).min_thickness(36.0).formatter(|mark, _| short(mark.value)),
+        ])
         .y_grid_spacer(|g| marks(g.bounds.1))
-        .y_axis_formatter(|mark, _| short(mark.value))
         .set_margin_fraction(egui::vec2(0.0, 0.1))
         .allow_drag(false)
         .allow_zoom(false)
@@ -78,11 +84,10 @@ pub fn timings(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
         .tip("The technique's time in milliseconds over the last frames at full resolution, the newest at the right.");
 }
 
-/// Zero and one to three round numbers up to a largest one.
+/// Zero and one to three round numbers up to a largest one: there is room for no more.
 fn marks(most: f64) -> Vec<GridMark> {
-    let power = 10f64.powf((most / 2.0).max(1e-6).log10().floor());
-    let step = [5.0, 2.0, 1.0].map(|m| m * power).into_iter().find(|s| *s <= most / 1.5).unwrap_or(power);
-    let count = (most / step).floor().clamp(0.0, 4.0) as usize;
+    let step = round_step(0.0, most.max(1e-6), 2);
+    let count = (most / step).floor().clamp(0.0, 3.0) as usize;
     (0..=count).map(|i| GridMark { value: i as f64 * step, step_size: step }).collect()
 }
 
@@ -185,7 +190,7 @@ pub fn measure(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
 const SHOWN: usize = 6;
 
 fn measured(ui: &mut Ui, i: usize, r: &Record) {
-    ui.label(RichText::new(title(&r.technique)).strong()).tip(r.params.replace(';', "\n"));
+    ui.label(RichText::new(title(&r.technique)).strong()).tip(listed(r));
     let main = main_values(r);
     if !main.is_empty() {
         ui.label(RichText::new(main).small().weak());
@@ -210,7 +215,9 @@ fn measured(ui: &mut Ui, i: usize, r: &Record) {
             "Wrong pixels as a share of those that can be wrong, against one sample per pixel: for hard techniques.",
         ),
     ];
-    let mut rows = counts.to_vec();
+    let tip = "Pixels that were counted. The status bar counts those of the window, against as many samples as the view takes: its figures differ.";
+    let mut rows = vec![("picture", format!("{} × {}", r.width, r.height), tip)];
+    rows.extend(counts);
     let causes = [r.acne_share, r.detachment_share, r.leak_share, r.missing_caster_share, r.stairs_share];
     let caused = CAUSES.iter().zip(causes).filter(|(_, share)| *share > 0.0);
     rows.extend(caused.map(|(cause, share)| (cause.title, percent(share), cause.doc)));
@@ -258,10 +265,11 @@ fn measured(ui: &mut Ui, i: usize, r: &Record) {
     rows.push((name, format!("{:.3} ms", r.gpu_ms), tip));
     let quartiles = format!("{:.3} to {:.3} ms", r.gpu_ms_q1, r.gpu_ms_q3);
     rows.push(("quartiles", quartiles, "The middle half of the frames lies between these."));
-    let tip = "Time as a multiple of the standard shadow map's of the same resolution, measured in the same run.";
-    rows.extend(r.ratio.map(|x| ("ratio", format!("{x:.2} × shadow-map"), tip)));
-    let tip = "Time as a multiple of that of the shadow map as the set-up has it: comparable across all rows.";
-    rows.extend(r.cost.map(|x| ("cost", format!("{x:.2} × the set-up's"), tip)));
+    let tip = "Time as a multiple of the standard shadow map's of the same resolution, measured in the same run, and what that took.";
+    let base = |ms: Option<f64>| ms.map_or(String::new(), |ms| format!(" (1: {} ms)", short(ms)));
+    rows.extend(r.ratio.map(|x| ("× same resolution", format!("{x:.2}{}", base(r.ratio_base_ms())), tip)));
+    let tip = "Time as a multiple of that of the shadow map as the set-up has it, and what that took: comparable across all rows.";
+    rows.extend(r.cost.map(|x| ("× set-up's map", format!("{x:.2}{}", base(r.cost_base_ms())), tip)));
     rows.push(("frames", r.frames.to_string(), "Frames that were timed, after some to warm up."));
     rows.push(("CPU time", format!("{:.3} ms", r.cpu_ms), "Recording the technique's passes."));
     table(ui, ("measured", i), &rows);

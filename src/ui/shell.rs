@@ -172,9 +172,13 @@ const SHORTCUTS: &[Shortcut] = &[
     always(&[(CTRL, Key::S)], "save the set-up", |m, out| {
         out.push(Action::SaveSetup(PathBuf::from(m.setup_path.trim())));
     }),
-    always(&[(SHIFT, Key::F12)], "capture at 1920 × 1080 with the legend, into figure-001.png and so on", |_, out| {
-        out.push(Action::Figure(numbered("figure", "png")));
-    }),
+    always(
+        &[(SHIFT, Key::F12)],
+        "capture 1920 × 1080 pixels, legend and all, into figure-001.png and so on",
+        |_, out| {
+            out.push(Action::Figure(numbered("figure", "png")));
+        },
+    ),
     always(&[(NONE, Key::F12)], "capture into capture-001.png and so on", |_, out| {
         out.push(Action::Capture(numbered("capture", "png")));
     }),
@@ -307,9 +311,13 @@ fn status(ui: &mut Ui, m: &Model) {
             RichText::new(format!("{of}error {:.3} %, RMSE {rmse:.4}", share * 100.0))
         }
     };
+    let [width, height] = m.setup.size;
     let tip = format!(
-        "Against the truth, which is traced while the picture rests. Error: wrong pixels as a share of those that face the light within its cone and range, judged by one sample per pixel, which suits hard techniques. RMSE: against the truth of {}; with more than one it is fair to filters.",
-        samples(m.setup.shown_samples())
+        "Against the truth, which is traced while the picture rests. Error: wrong pixels as a share of those that face the light within its cone and range, judged by one sample per pixel, which suits hard techniques. RMSE: against the truth of {}; with more than one it is fair to filters.\nBoth are of the picture here, {} × {} pixels. What is measured differs: there it is {width} × {height} pixels, and the RMSE is against {}.",
+        samples(m.setup.shown_samples()),
+        f.size[0],
+        f.size[1],
+        samples(m.setup.truth_samples.measured())
     );
     let how = if f.wall_clock { "Wall clock." } else { "GPU time." };
     let [w, h] = f.size;

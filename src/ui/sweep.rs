@@ -2,8 +2,8 @@
 
 use super::chart;
 use super::controls::chips;
-use super::drawer::{beside, export, pick_techniques, progress, size};
-use super::model::{Action, Model, Tab};
+use super::drawer::{beside, export, line, pick_techniques, progress, size};
+use super::model::{Action, Job, Model, Tab};
 use crate::measure::{self, Axis};
 use crate::setup::Setup;
 use crate::techniques;
@@ -17,9 +17,26 @@ pub struct Range {
     /// Over all main parameters, not over the first alone.
     pub all: bool,
     techniques: Vec<String>,
-    /// Configurations, counted for these techniques.
-    count: Option<usize>,
+    /// The technique of each configuration that these have; None: not counted yet.
+    each: Option<Vec<String>>,
+    /// What a configuration of the last sweep took, seconds, and of what scene and size it was.
+    pace: Option<(f64, String, [u32; 2])>,
 }
+
+impl Range {
+    /// Keeps how fast a sweep was that has ended.
+    pub fn learn(&mut self, setup: &Setup, job: &Job) {
+        if job.title == SWEEP && job.rows > 0 {
+            let seconds = job.since.elapsed().as_secs_f64() / job.rows as f64;
+            self.pace = Some((seconds, setup.scene.clone(), setup.size));
+        }
+    }
+}
+
+/// What counting a configuration's errors takes at least, seconds for a million pixels.
+const ERRORS_SECONDS: f64 = 3.0;
+/// What a sweep is called while it runs.
+pub const SWEEP: &str = "Sweep";
 
 pub fn show(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
     beside(ui, m, out, chart::show, controls);
@@ -34,7 +51,7 @@ fn controls(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
     let items = [("main parameter", !all, first.to_string()), ("all main parameters", all, every.to_string())];
     if let Some(i) = chips(ui, items.into_iter()) {
         m.chart.range.all = i == 1;
-        m.chart.range.count = None;
+        m.chart.range.each = None;
     }
     ui.add_space(2.0);
     start(ui, m, out);
@@ -49,11 +66,12 @@ fn start(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
         return;
     }
     let chosen = m.techniques();
-    if m.chart.range.count.is_none() || m.chart.range.techniques != chosen {
-        m.chart.range.count = Some(configurations(&m.setup, &chosen, m.chart.range.all).map_or(0, |c| c.len()));
+    if m.chart.range.each.is_none() || m.chart.range.techniques != chosen {
+        let all = configurations(&m.setup, &chosen, m.chart.range.all).unwrap_or_default();
+        m.chart.range.each = Some(all.into_iter().map(|c| c.technique).collect());
         m.chart.range.techniques = chosen;
     }
-    let count = m.chart.range.count.unwrap_or(0);
+    let count = m.chart.range.each.as_ref().map_or(0, Vec::len);
     let text = if count == 1 { "Sweep 1 configuration".into() } else { format!("Sweep {count} configurations") };
     ui.horizontal(|ui| {
         let start = ui.add_enabled(count > 0, Button::new(text));
@@ -70,6 +88,40 @@ fn start(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
         }
     });
     size(ui, m);
+    line(ui, &estimate(m).unwrap_or_default());
+}
+
+/// How long the sweep will take, as far as that is known: by what the last one took of this scene at this size, else by the
+/// frames of the picture.
+fn estimate(m: &Model) -> Option<String> {
+    let each = m.chart.range.each.as_ref().filter(|e| !e.is_empty())?;
+    let of = |pace: &&(f64, String, [u32; 2])| (&pace.1, pace.2) == (&m.setup.scene, m.setup.size);
+    if let Some((seconds, ..)) = m.chart.range.pace.as_ref().filter(of) {
+        return Some(format!("about {}, as fast as the last sweep", lasting(seconds * each.len() as f64)));
+    }
+    let f = &m.facts;
+    if f.seconds.is_empty() || m.draft() || m.setup.sides() > 1 {
+        return None;
+    }
+    // One that was not shown yet is taken for a middling one.
+    let mean = f.seconds.values().sum::<f64>() / f.seconds.len() as f64;
+    let pixels = |[w, h]: [u32; 2]| w as f64 * h as f64;
+    let more = pixels(m.setup.size) / pixels(f.full).max(1.0);
+    let errors = ERRORS_SECONDS * pixels(m.setup.size) * 1e-6;
+    let frame = |technique: &String| f.seconds.get(technique.as_str()).unwrap_or(&mean) * more;
+    let one = |technique: &String| measure::seconds_for(frame(technique), f.software) + errors;
+    let all: f64 = each.iter().map(one).sum();
+    Some(format!("at least {}, by what frames take here", lasting(all)))
+}
+
+/// A time in words, rounded as guesses are.
+fn lasting(seconds: f64) -> String {
+    match seconds {
+        s if s < 5.0 => "a few seconds".into(),
+        s if s < 90.0 => format!("{:.0} s", (s / 5.0).round() * 5.0),
+        s if s < 5400.0 => format!("{:.0} min", s / 60.0),
+        s => format!("{:.1} h", s / 3600.0),
+    }
 }
 
 /// The set-ups of a sweep over the techniques' main parameters, or over the first of them.

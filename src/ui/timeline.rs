@@ -1,12 +1,13 @@
 //! The stability tab: a case's path, and error and flicker along it.
 
-use super::controls::chips;
+use super::controls::{chips, suffix};
 use super::drawer::{beside, export, pick_techniques, progress, size};
 use super::model::{Action, Model, Tab};
-use super::needs::percent;
+use super::needs::{percent, shown_params};
 use super::pictures;
-use super::plotting::{Labels, color, short};
-use crate::measure::stability::{self, Case, Point, Stability};
+use super::plotting::{Labels, color, say, short};
+use crate::chart::round_step;
+use crate::measure::stability::{self, Case, Point, Stability, Track};
 use crate::params::Values;
 use crate::scene::Scene;
 use crate::setup::Setup;
@@ -16,6 +17,8 @@ use egui::{Button, ComboBox, DragValue, FontId, Grid, Label, RichText, Role, Sli
 use egui_plot::{GridMark, HLine, Line, Plot, PlotPoint, PlotPoints, VLine};
 use std::collections::BTreeMap;
 
+/// Width from which nine numbers stand beside each other under the chart, points.
+const ALL_WRITTEN: f32 = 440.0;
 /// Seconds that a path takes when it plays.
 pub const SECONDS: f32 = 8.0;
 
@@ -200,7 +203,7 @@ fn found(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
     ui.add_space(4.0);
     Grid::new("tracks").num_columns(4).spacing([8.0, 2.0]).show(ui, |ui| {
         for (head, tip) in [
-            ("technique", "Its parameters were those set when the run began."),
+            ("technique", "Its parameters were those set when the run began: point at a name for all of them."),
             ("worst error", "Largest share of wrong pixels along the path. Click to go there."),
             (
                 "flicker",
@@ -212,10 +215,15 @@ fn found(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
         ui.end_row();
         for track in &found.tracks {
             ui.label(RichText::new(&track.technique).small().color(color(&track.technique)))
-                .on_hover_text(track.params.replace(';', "\n"));
+                .on_hover_text(shown_params(&track.technique, &track.params).into_iter().map(|p| p.0).collect::<Vec<_>>().join("\n"));
             if let Some(worst) = track.worst() {
                 let text = RichText::new(percent(worst.error_share)).monospace().size(11.5);
-                if ui.add(Button::new(text).small()).on_hover_text(format!("Go to t = {:.3}.", worst.t)).clicked() {
+                let [w, h] = [found.width, found.height];
+                let tip = format!(
+                    "Go to t = {:.3}. Counted in {w} × {h} pixels; the status bar counts the picture in the window, whose size is another, so that its figure is too.",
+                    worst.t
+                );
+                if ui.add(Button::new(text).small()).on_hover_text(tip).clicked() {
                     to = Some(worst.t);
                 }
             }
@@ -224,6 +232,7 @@ fn found(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
             ui.end_row();
         }
     });
+    ui.label(RichText::new(changed(found)).small().weak());
     for (id, why) in &found.left_out {
         ui.label(RichText::new(format!("{id}: {why}")).small().weak());
     }
@@ -231,6 +240,21 @@ fn found(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
     if let Some(t) = to {
         m.timeline.playing = false;
         m.scrub(t);
+    }
+}
+
+/// Which parameters the tracks had that differ from their defaults.
+fn changed(found: &Stability) -> String {
+    let own = |track: &Track| {
+        let all = shown_params(&track.technique, &track.params);
+        let changed: Vec<String> = all.into_iter().filter(|p| p.1).map(|p| p.0).collect();
+        (!changed.is_empty()).then(|| format!("{} {}", track.technique, changed.join(", ")))
+    };
+    let told: Vec<String> = found.tracks.iter().filter_map(own).collect();
+    match told.len() {
+        0 => "All with default parameters.".into(),
+        n if n == found.tracks.len() => format!("With {}.", told.join("; ")),
+        _ => format!("With {}; the others with default parameters.", told.join("; ")),
     }
 }
 
@@ -244,6 +268,8 @@ fn path(ui: &mut Ui, m: &mut Model, _: &mut Vec<Action>) {
     let found = m.timeline.found.as_ref();
     let most = found.iter().flat_map(|f| &f.tracks).flat_map(|t| &t.points).filter_map(value).fold(0.0, f64::max);
     let (weak, accent) = (ui.visuals().weak_text_color(), ui.visuals().hyperlink_color);
+    // Where there is room every line of the grid has its number.
+    let all_written = ui.available_width() > ALL_WRITTEN;
     let plot = Plot::new(("stability", flicker))
         .show_x(false)
         .show_y(false)
@@ -258,18 +284,24 @@ fn path(ui: &mut Ui, m: &mut Model, _: &mut Vec<Action>) {
         .allow_zoom(false)
         .allow_scroll(false)
         .allow_boxed_zoom(false)
-        .x_grid_spacer(|_| {
-            (0..=8)
-                .map(|i| GridMark { value: i as f64 / 8.0, step_size: if i % 2 == 0 { 0.25 } else { 0.125 } })
-                .collect()
+        .x_grid_spacer(move |_| {
+            let step = |i: i32| if i % 2 == 0 || all_written { 0.25 } else { 0.125 };
+            (0..=8).map(|i| GridMark { value: i as f64 / 8.0, step_size: step(i) }).collect()
+        })
+        .y_grid_spacer(|g| {
+            let step_size = round_step(0.0, g.bounds.1, 5);
+            (0..=(g.bounds.1 / step_size) as u32).map(|i| GridMark { value: i as f64 * step_size, step_size }).collect()
         })
         .y_axis_formatter(
             |mark, _| if mark.value < -1e-9 { String::new() } else { format!("{} %", short(mark.value * 100.0)) },
         )
         .x_axis_formatter(move |mark, _| match case {
-            Some(case) if (0.0..=1.0).contains(&mark.value) => short_signed((case.value)(mark.value as f32) as f64),
+            Some(case) if (0.0..=1.0).contains(&mark.value) => {
+                short((case.value)(mark.value as f32) as f64) + &suffix(named(case).1)
+            }
             _ => String::new(),
-        });
+        })
+        .x_axis_label(case.map_or("", |c| named(c).0));
     let shown = plot.show(ui, |plot| {
         plot.hline(HLine::new("", 0.0).color(weak.gamma_multiply(0.5)).width(1.0).allow_hover(false));
         for track in found.iter().flat_map(|f| &f.tracks) {
@@ -284,10 +316,15 @@ fn path(ui: &mut Ui, m: &mut Model, _: &mut Vec<Action>) {
     let frame = *shown.transform.frame();
     let mut labels = Labels::new(frame);
     for track in found.iter().flat_map(|f| &f.tracks) {
+        let points = track.points.iter().filter_map(|p| Some(PlotPoint::new(p.t, value(p)?)));
+        let points: Vec<_> = points.map(|p| shown.transform.position_from_point(&p)).collect();
+        labels.keep_off(points.windows(2).map(|p| [p[0], p[1]]));
+    }
+    for track in found.iter().flat_map(|f| &f.tracks) {
         let top = track.points.iter().filter_map(|p| Some((p.t, value(p)?)));
         if let Some((t, v)) = top.max_by(|a, b| a.1.total_cmp(&b.1)) {
             let place = shown.transform.position_from_point(&PlotPoint::new(t, v));
-            labels.write(ui, place, &track.technique, color(&track.technique), true);
+            labels.write(ui, &[place], &track.technique, color(&track.technique), true);
         }
     }
     if found.is_none_or(|f| f.tracks.is_empty()) {
@@ -295,9 +332,7 @@ fn path(ui: &mut Ui, m: &mut Model, _: &mut Vec<Action>) {
             Some(_) => "Run: error and flicker along the path appear here.",
             None => "Choose a case: its scene opens, and its path can be played.",
         };
-        let galley = ui.painter().layout(text.into(), FontId::proportional(13.0), weak, frame.width() - 40.0);
-        let place = egui::Align2::CENTER_CENTER.anchor_size(frame.center(), galley.size());
-        ui.painter().galley(place.min, galley, weak);
+        say(ui, frame, (egui::Align2::CENTER_CENTER, frame.center()), text.into(), FontId::proportional(13.0), weak);
     }
     let r = shown.response.interact(egui::Sense::click_and_drag());
     if case.is_some()
@@ -327,21 +362,22 @@ fn transport(ui: &mut Ui, m: &mut Model, case: Option<&'static Case>) {
             m.timeline.flicker = i == 1;
         }
         let Some(case) = case else { return };
-        let (name, unit) = case.axis.rsplit_once(", ").unwrap_or((case.axis, ""));
+        let (name, unit) = named(case);
         let mut t = m.timeline.t;
-        ui.spacing_mut().slider_width = (ui.available_width() - 180.0).clamp(60.0, 400.0);
+        ui.spacing_mut().slider_width = (ui.available_width() - 80.0).clamp(60.0, 400.0);
         let slider = ui.add(Slider::new(&mut t, 0.0..=1.0).show_value(false));
         slider.widget_info(|| WidgetInfo::slider(true, t as f64, "t"));
         if slider.on_hover_text("Where on the path. Drag to scrub; in the chart, click or drag.").changed() {
             m.timeline.playing = false;
             m.scrub(t);
         }
-        let value = short_signed((case.value)(m.timeline.t) as f64);
-        let text = RichText::new(format!("{name} {value} {unit}").replace(" °", "°")).small();
-        ui.add(Label::new(text).truncate());
+        let value = short((case.value)(m.timeline.t) as f64);
+        let text = RichText::new(format!("{value}{}", suffix(unit))).small();
+        ui.add(Label::new(text).truncate()).on_hover_text(format!("{name}: where on the path the picture is."));
     });
 }
 
-fn short_signed(value: f64) -> String {
-    if value < 0.0 { format!("−{}", short(-value)) } else { short(value) }
+/// What runs along a case's path, and its unit.
+fn named(case: &Case) -> (&'static str, &'static str) {
+    case.axis.rsplit_once(", ").unwrap_or((case.axis, ""))
 }

@@ -309,9 +309,16 @@ impl Open {
                     }
                 }
                 // What is measured stays, also of work that was cancelled.
-                Done::Row(row) => m.adopt([*row]),
+                Done::Row(row) => {
+                    if let Some(running) = &mut m.measuring {
+                        running.rows += 1;
+                    }
+                    m.adopt([*row]);
+                }
                 Done::Measured(job, result) if job == self.measuring => {
-                    m.measuring = None;
+                    if let (Some(ended), Ok(())) = (m.measuring.take(), &result) {
+                        m.chart.range.learn(&m.setup, &ended);
+                    }
                     if let Err(e) = result {
                         m.fail(&e.context("measuring failed"));
                     }
@@ -522,10 +529,10 @@ impl Open {
     }
 
     /// Captures a set-up to a file, unless a capture is under way.
-    fn capture(&mut self, setup: Setup, path: PathBuf) {
+    fn capture(&mut self, setup: Setup, whole: Option<[u32; 2]>, path: PathBuf) {
         let Some(m) = self.model.as_mut().filter(|m| !m.capturing) else { return };
         m.capturing = true;
-        self.desk.capture(self.gpu.info.name.clone(), m.scene.clone(), setup, path);
+        self.desk.capture(self.gpu.info.name.clone(), m.scene.clone(), setup, whole, path);
     }
 
     fn act(&mut self, action: Action) {
@@ -590,12 +597,12 @@ impl Open {
                 m.measuring = None;
             }
             Action::Capture(path) => {
-                let setup = m.setup.clone();
-                self.capture(setup, path);
+                let (setup, whole) = (m.setup.clone(), m.whole_file(&path));
+                self.capture(setup, whole, path);
             }
             Action::Figure(path) => {
-                let setup = Setup { size: [1920, 1080], legend: true, ..m.setup.clone() };
-                self.capture(setup, path);
+                let setup = m.setup.clone();
+                self.capture(setup, Some(FIGURE), path);
             }
             Action::SaveSetup(path) => match save(m, &path) {
                 Ok(()) => m.say(saved(&path)),
@@ -608,6 +615,9 @@ impl Open {
         }
     }
 }
+
+/// Size of a figure's file, pixels.
+const FIGURE: [u32; 2] = [1920, 1080];
 
 /// Cuts what has come in behind each press and release: egui tests all that a pass is given at the last place of the
 /// pointer. Behind a click or a key comes a part without events: what it has changed shows only in the next pass.

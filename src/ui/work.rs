@@ -273,12 +273,22 @@ impl Desk {
         self.measuring.store(0, Ordering::Relaxed);
     }
 
-    /// Captures a set-up into a file, likewise.
-    pub fn capture(&mut self, adapter: String, scene: Arc<Scene>, setup: Setup, path: PathBuf) {
+    /// Captures a set-up into a file, likewise; `whole`: as a figure of this size, legend and all.
+    pub fn capture(
+        &mut self,
+        adapter: String,
+        scene: Arc<Scene>,
+        setup: Setup,
+        whole: Option<[u32; 2]>,
+        path: PathBuf,
+    ) {
         let closed = self.closed();
         let thread = self.start(move |post| {
             let folder = path.parent().filter(|f| !f.as_os_str().is_empty() && !f.exists()).map(Path::to_path_buf);
-            let captured = renderer(&adapter, scene, closed).and_then(|mut r| capture::capture(&mut r, &setup, &path));
+            let captured = renderer(&adapter, scene, closed).and_then(|mut r| match whole {
+                Some(size) => capture::figure(&mut r, &setup, size, &path),
+                None => capture::capture(&mut r, &setup, &path),
+            });
             let made = folder.map(|f| format!("The folder {} did not exist; it was made.", f.display()));
             post.send(Done::Captured(captured.map(|notes| (path, made.into_iter().chain(notes).collect()))));
         });

@@ -128,6 +128,9 @@ fn overlapping_times_rank_nothing() {
     // The first two cannot be told apart in time, the third is faster for sure, the fourth slower and worse.
     let spots = [spot(10.0, 1.0, 0.02), spot(11.0, 1.0, 0.01), spot(5.0, 1.0, 0.05), spot(20.0, 2.0, 0.03)];
     assert_eq!(chart::pareto(&spots), [2, 1]);
+    // Overlaps make chains: what is faster than the front for sure stays there, though what lies between beats it.
+    let chain = [spot(1.0, 0.3, 0.09), spot(1.5, 0.3, 0.07), spot(2.0, 0.3, 0.06)];
+    assert_eq!(chart::pareto(&chain), [0, 2]);
     // As wrong and as fast as each other, both are on the front.
     assert_eq!(chart::pareto(&[spot(10.0, 1.0, 0.01), spot(9.5, 1.0, 0.01)]), [1, 0]);
     // With narrow quartiles the faster one is back.

@@ -2,6 +2,7 @@
 
 use crate::common::*;
 use glam::{Vec2, Vec3};
+use shadowscope::capture;
 use shadowscope::frame::{Ask, Renderer, Truth, panes};
 use shadowscope::legend::{self, Key, Known, Part};
 use shadowscope::light::LightView;
@@ -382,6 +383,30 @@ fn a_legend_lies_below_the_picture() {
         let found = with[plain.len()..].chunks_exact(4).filter(|p| p[..3] == color).count();
         assert!(found > 20, "{color:?}: {found}");
     }
+}
+
+/// A figure's file has exactly the size asked for, legend and all, and its set-up captures the same file again.
+#[test]
+fn a_figure_with_its_legend_has_the_size_asked_for() {
+    let (mut r, s) = yard_setup();
+    let folder = std::env::temp_dir().join(format!("shadowscope-figure-{}", std::process::id()));
+    for (view, sides, size) in
+        [("error", &[][..], [320, 180]), ("shaded", &["pcf", "truth"][..], [321, 203]), ("depth", &[][..], [480, 270])]
+    {
+        let s = Setup { view: view.into(), scene: "cubes".into(), ..against(&s, sides) };
+        let [first, again] = ["first.png", "again.png"].map(|name| folder.join(name));
+        capture::figure(&mut r, &s, size, &first).unwrap();
+        let read = |path: &std::path::Path| image::open(path).unwrap().into_rgba8();
+        assert_eq!(read(&first).dimensions(), (size[0], size[1]), "{view}");
+        let (inside, _) = Setup::from_toml(&capture::read_setup(&first).unwrap(), &first).unwrap();
+        assert!(inside.legend && inside.size[0] == size[0] && inside.size[1] < size[1], "{:?}", inside.size);
+        capture::capture(&mut r, &inside, &again).unwrap();
+        assert!(read(&first) == read(&again), "{view}: the set-up inside draws another figure");
+    }
+    let none = capture::figure(&mut r, &s, [320, 8], &folder.join("none.png")).unwrap_err().to_string();
+    assert!(none.contains("no room for the legend"), "{none}");
+    assert!(capture::figure(&mut r, &s, [320, 180], &folder.join("raw.exr")).is_err());
+    std::fs::remove_dir_all(&folder).unwrap();
 }
 
 /// A set-up's comparison and overlay survive being written and read; an older file's split view is one with the truth.

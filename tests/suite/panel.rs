@@ -393,7 +393,7 @@ fn the_drawer_opens_under_the_picture_and_closes() {
 fn nothing_in_the_drawer_is_clipped() {
     use egui::accesskit::Role;
     // The room that is left of the panel, with the harness's margin; in the smallest window the drawer scrolls.
-    for (size, bottom) in [([1280.0, 800.0], true), ([640.0, 384.0], false)] {
+    for (size, bottom) in [([1280.0, 800.0], true), ([1182.0, 800.0], true), ([640.0, 384.0], false)] {
         let mut harness = harness("st-jitter", 800.0);
         harness.set_size(egui::vec2(size[0] + 16.0, size[1] + 16.0));
         let rows = rows(&setup(&harness));
@@ -419,6 +419,11 @@ fn nothing_in_the_drawer_is_clipped() {
                 }
             }
             assert!(seen > 2, "{tab} shows {seen} controls at {size:?}");
+            if tab == "Chart" && bottom {
+                let end = harness.get_by_label("cost axis").rect().right();
+                let controls = harness.get_by_label("techniques").rect().left();
+                assert!(end < controls, "the boxes of the axes reach to {end}, under what begins at {controls}");
+            }
         }
     }
 }
@@ -502,6 +507,134 @@ fn a_sweep_is_asked_for_with_the_techniques_chosen() {
     assert_eq!(harness.state().actions.last(), Some(&Action::CancelMeasuring));
 }
 
+/// Under the stability chart stand what runs along the path and its unit, beside it what the tracks were made with.
+#[test]
+fn a_paths_chart_says_its_units_and_parameters() {
+    let mut harness = harness("st-duel", 800.0);
+    click(&mut harness, "Stability");
+    let mut base = setup(&harness);
+    base.set("resolution=4096", &["shadow-map".into()]).unwrap();
+    let track = |technique: &str| {
+        let mut own = base.clone();
+        own.select(technique).unwrap();
+        let points = (0..3).map(|i| stability::Point {
+            t: i as f32 / 2.0,
+            error_share: 0.00557 * (1 + i % 2) as f64,
+            ..Default::default()
+        });
+        stability::Track { technique: technique.into(), params: params_text(&own), points: points.collect() }
+    };
+    harness.state_mut().model.timeline.found = Some(stability::Stability {
+        case: "st-duel".into(),
+        width: 320,
+        height: 180,
+        tracks: vec![track("shadow-map"), track("pssm")],
+        ..Default::default()
+    });
+    harness.run_steps(4);
+    harness.get_by_label("With shadow-map resolution 4096 texels; the others with default parameters.");
+    let painted: Vec<String> = texts(&harness).into_iter().map(|t| t.0).collect();
+    for text in ["sun's azimuth from the view direction", "80°", "40°", "0.5 %", "1 %"] {
+        assert!(painted.iter().any(|p| p == text), "{text} is not among {painted:?}");
+    }
+    harness.get_all_by_label("1.11 %").next().unwrap().hover();
+    harness.run_steps(60);
+    harness.get_by_label_contains("Counted in 320 × 180 pixels; the status bar counts the picture in the window");
+}
+
+/// How long a sweep will take is said where something is known of it.
+#[test]
+fn a_sweep_says_how_long_it_takes() {
+    let mut harness = charted();
+    for other in techniques::ALL.iter().filter(|i| i.id != "shadow-map") {
+        click(&mut harness, other.id);
+    }
+    assert!(harness.query_by_label_contains("by what frames take").is_none(), "nothing is known yet");
+    let model = &mut harness.state_mut().model;
+    (model.facts.software, model.facts.size, model.facts.full) = (true, model.setup.size, model.setup.size);
+    model.facts.seconds.insert("shadow-map", 0.01);
+    harness.run_steps(2);
+    // Six resolutions, each for three seconds, and errors of a million pixels.
+    assert_eq!(setup(&harness).size, [1280, 720]);
+    harness.get_by_label("at least 35 s, by what frames take here");
+    harness.state_mut().model.facts.seconds.insert("shadow-map", 2.0);
+    harness.run_steps(2);
+    harness.get_by_label("at least 3 min, by what frames take here");
+    let model = &mut harness.state_mut().model;
+    let job =
+        Job { rows: 2, since: std::time::Instant::now() - std::time::Duration::from_secs(60), ..Job::new("Sweep") };
+    model.chart.range.learn(&model.setup, &job);
+    harness.run_steps(2);
+    harness.get_by_label("about 3 min, as fast as the last sweep");
+    harness.state_mut().model.setup.size = [64, 64];
+    harness.run_steps(2);
+    assert!(harness.query_by_label_contains("as the last sweep").is_none(), "that was of another size");
+}
+
+/// With a legend the file is higher than the picture, unless it is to have the size as a whole.
+#[test]
+fn the_captures_file_size_is_said() {
+    let mut harness = harness("cubes", 2400.0);
+    open(&mut harness, "Capture");
+    harness.state_mut().model.setup.size = [1920, 1080];
+    harness.run_steps(2);
+    assert!(harness.query_by_label_contains("file 1920").is_none());
+    harness.state_mut().model.setup.legend = true;
+    harness.run_steps(2);
+    let told = |h: &Harness<'static, State>, start: &str| {
+        let text = h.get_by_label_contains(start).accesskit_node().value().unwrap_or_default();
+        text.trim_start_matches(start).parse::<u32>().unwrap()
+    };
+    let file = told(&harness, "file 1920 × ");
+    assert!(file > 1100 && file < 1160, "{file}");
+    let png = std::path::Path::new("a.png");
+    assert_eq!(harness.state().model.whole_file(png), None);
+    harness.state_mut().model.whole = true;
+    harness.run_steps(2);
+    let picture = told(&harness, "picture 1920 × ");
+    assert!((1080 - picture).abs_diff(file - 1080) <= 3, "{picture} in 1080, 1080 in {file}");
+    assert_eq!(harness.state().model.whole_file(png), Some([1920, 1080]));
+    assert_eq!(harness.state().model.whole_file(std::path::Path::new("a.exr")), None);
+}
+
+/// The graph of times ends inside the panel, however wide the rows above are, and each of its lines has a number.
+#[test]
+fn the_newest_time_is_in_sight() {
+    let mut harness = harness("cubes", 2400.0);
+    let now = setup(&harness);
+    let most = 8192 * 8192;
+    let used =
+        Record { texels: Some(most), texels_covered: Some(most), ..row(&now, "shadow-map", Some(1024), 0.01, 1.0) };
+    harness.state_mut().model.adopt([used]);
+    harness.run_steps(3);
+    let used = texts(&harness).into_iter().find(|t| t.0 == "67 108 864 of 67 108 864 (100.0 %)").unwrap();
+    assert!(used.1.right() <= used.2.right(), "what is used reaches to {} of {}", used.1.right(), used.2.right());
+    for times in
+        [[230.0, 110.0, 120.0, 180.0, 207.0], [0.2, 0.21, 0.25, 0.3, 0.18], [148.0, 150.0, 168.0, 149.0, 160.0]]
+    {
+        harness.state_mut().model.facts.recent = times.into();
+        harness.run_steps(4);
+        let mut ends = Vec::new();
+        for s in &harness.output().shapes {
+            fn collect(clip: egui::Rect, shape: &egui::Shape, out: &mut Vec<(f32, f32)>) {
+                match shape {
+                    egui::Shape::Vec(all) => all.iter().for_each(|s| collect(clip, s, out)),
+                    egui::Shape::Path(p) if p.points.len() == 5 && !p.closed => {
+                        out.extend(p.points.last().map(|last| (last.x, clip.right())));
+                    }
+                    _ => {}
+                }
+            }
+            collect(s.clip_rect, &s.shape, &mut ends);
+        }
+        assert!(!ends.is_empty() && ends.iter().all(|(x, right)| x <= right), "{ends:?}");
+        let graph = harness.get_by_label_contains("GPU timestamps").rect().bottom();
+        let rows = texts(&harness).into_iter().filter(|t| (graph..graph + 90.0).contains(&t.1.center().y));
+        let numbers = rows.filter(|t| t.0.parse::<f64>().is_ok()).count();
+        assert!(numbers >= 2, "{numbers} numbers beside the graph of {times:?}");
+    }
+}
+
 #[test]
 fn a_point_tells_what_it_is_and_asks_for_its_picture() {
     let mut harness = charted();
@@ -509,6 +642,9 @@ fn a_point_tells_what_it_is_and_asks_for_its_picture() {
     harness.hover_at(place);
     harness.run_steps(40);
     harness.get_by_label("0.200 %");
+    // Parameters as the panel calls them, with their units.
+    harness.get_by_label_contains("slope limit 10");
+    harness.get_by_label_contains("bias 0.002 m, ");
     let row = harness.state().model.rows.iter().find(|r| r.params.contains("resolution=2048")).unwrap().setup.clone();
     assert!(harness.state().actions.contains(&Action::Thumbnail(Subject::Row(row))));
 }
@@ -750,6 +886,21 @@ fn advice_is_asked_for_and_applied() {
     harness.state_mut().model.advice.found = Some(advice(&rows, Some(3)));
     harness.run_steps(3);
     harness.get_by_label("Measured 5 of 19 configurations.");
+    let (budget, told) = harness.state_mut().model.advice.found.as_mut().unwrap();
+    budget.by = Figure::find("rmse").unwrap();
+    told.base = Some("resolution=1024".into());
+    for (row, base) in told.tried.iter_mut().zip([0.2, 0.2, 0.2, 0.4, 0.4]) {
+        row.cost = Some(row.gpu_ms / base);
+    }
+    harness.run_steps(2);
+    harness.get_by_label_contains("RMSE 0, 5 × the set-up's shadow-map (2.000 ms against 0.400 ms)");
+    harness.get_by_label_contains("the set-up's own shadow-map (resolution 1024); it took 0.2 to 0.4 ms in turn");
+    click(&mut harness, "To the chart");
+    let chart = &harness.state().model.chart;
+    assert_eq!((chart::ERRORS[chart.error].id, chart::COSTS[chart.cost].id), ("rmse", "cost"));
+    harness.state_mut().model.clear_rows();
+    harness.state_mut().model.advice.found = Some(advice(&rows, Some(3)));
+    click(&mut harness, "Advice");
     harness.get_by_label("Margin: 60 % of the error allowed is to spare.");
     harness.state_mut().model.advice.found.as_mut().unwrap().1.alike = vec![1];
     harness.run_steps(2);
