@@ -206,8 +206,8 @@ impl Canvas {
         let mut damage = Damage::default();
         let kept = self.screen.texture().is_some_and(|t| [t.width(), t.height()] == size) && self.shapes.1 == scale;
         let usage = wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC;
-        let screen = self.screen.get(gpu, "window", size, self.config.format, usage);
-        let (Some(texture), Some((_, group, full))) = (self.screen.texture(), &self.picture) else { return true };
+        self.screen.get(gpu, "window", size, self.config.format, usage);
+        let Some((_, _, full)) = &self.picture else { return true };
         // A picture made for another viewport keeps its scale and its place until the next one is there.
         let picture = Rect::from_min_size(viewport.min, egui::vec2(full[0] as f32, full[1] as f32));
         let corners = |r: Rect| [r.left(), r.top(), r.right(), r.bottom()];
@@ -228,8 +228,32 @@ impl Canvas {
         } else {
             damage.rects = vec![whole];
         }
+        self.shapes = (shapes, scale);
+        let mut parts = vec![damage.rects];
+        // Where the window is drawn by the CPU, what lies at the pointer is shown before the rest of a large change.
+        if let (true, Some(at)) = (gpu.software(), ctx.pointer_latest_pos()) {
+            let row = (Rect::from_center_size(at, egui::vec2(700.0, 44.0)) * scale).round();
+            let area: f32 = parts[0].iter().map(Rect::area).sum();
+            if area > LARGE {
+                let first = parts[0].iter().map(|r| r.intersect(row)).filter(Rect::is_positive).collect();
+                let rest = parts[0].iter().flat_map(|r| beside(*r, row)).collect();
+                parts = vec![first, rest];
+            }
+        }
+        // Each is presented.
+        parts.iter().fold(true, |shown, rects| self.paint(gpu, ctx, rects) && shown)
+    }
+
+    /// Draws parts of the window again, none of which overlaps another, and presents it. False: the window could not take it.
+    fn paint(&mut self, gpu: &Gpu, ctx: &egui::Context, rects: &[Rect]) -> bool {
+        let (shapes, scale) = (&self.shapes.0, self.shapes.1);
+        let (Some(texture), Some(screen), Some((_, group, _))) =
+            (self.screen.texture(), self.screen.view(), &self.picture)
+        else {
+            return true;
+        };
         let mut jobs = Vec::new();
-        for rect in &damage.rects {
+        for rect in rects {
             let points = *rect / scale;
             let touched = shapes.iter().filter(|s| bounds(s).expand(1.5).intersects(points)).cloned().collect();
             jobs.extend(ctx.tessellate(touched, scale).into_iter().filter_map(|job: ClippedPrimitive| {
@@ -237,17 +261,17 @@ impl Canvas {
                 clip_rect.is_positive().then_some(ClippedPrimitive { clip_rect, ..job })
             }));
         }
-        self.shapes = (shapes, scale);
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
         let mut commands = Vec::new();
-        if !damage.rects.is_empty() {
+        if !rects.is_empty() {
             self.owed = true;
-            let descriptor = ScreenDescriptor { size_in_pixels: size, pixels_per_point: scale };
+            let descriptor =
+                ScreenDescriptor { size_in_pixels: [texture.width(), texture.height()], pixels_per_point: scale };
             commands = self.egui.update_buffers(&gpu.device, &gpu.queue, &mut encoder, &jobs, &descriptor);
             let pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
                 label: Some("window"),
                 color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-                    view: &screen,
+                    view: screen,
                     depth_slice: None,
                     resolve_target: None,
                     ops: wgpu::Operations { load: wgpu::LoadOp::Load, store: wgpu::StoreOp::Store },
@@ -257,7 +281,7 @@ impl Canvas {
             let mut pass = pass.forget_lifetime();
             pass.set_pipeline(&self.blit);
             pass.set_bind_group(0, group, &[]);
-            for rect in &damage.rects {
+            for rect in rects {
                 let [x, y, w, h] = [rect.left(), rect.top(), rect.width(), rect.height()].map(|v| v as u32);
                 pass.set_scissor_rect(x, y, w, h);
                 pass.draw(0..3, 0..1);
@@ -306,11 +330,42 @@ impl Damage {
         if !rect.is_positive() {
             return;
         }
-        while let Some(i) = self.rects.iter().position(|r| r.intersects(rect)) {
+        // What lies over one another is joined where that takes hardly more of the window; or where there are many.
+        let many = self.rects.len() >= MOST_PARTS;
+        let joins = |a: Rect, b: Rect| {
+            let both = a.area() + b.area() - a.intersect(b).area();
+            a.intersects(b) && (many || (a | b).area() < 1.25 * both)
+        };
+        while let Some(i) = self.rects.iter().position(|r| joins(*r, rect)) {
             rect |= self.rects.swap_remove(i);
         }
-        self.rects.push(rect);
+        let mut parts = vec![rect];
+        for other in &self.rects {
+            parts = parts.into_iter().flat_map(|part| beside(part, *other)).collect();
+        }
+        self.rects.extend(parts);
     }
+}
+
+/// Pixels from which on a change is shown in two steps on software: what takes it some 10 ms to draw.
+const LARGE: f32 = 60_000.0;
+/// Most parts that are drawn one by one, as far as it can be helped.
+const MOST_PARTS: usize = 24;
+
+/// What of a rectangle lies outside another.
+fn beside(rect: Rect, other: Rect) -> Vec<Rect> {
+    let inner = rect.intersect(other);
+    if !inner.is_positive() {
+        return vec![rect];
+    }
+    let row = rect.with_min_y(inner.top()).with_max_y(inner.bottom());
+    let parts = [
+        rect.with_max_y(inner.top()),
+        rect.with_min_y(inner.bottom()),
+        row.with_max_x(inner.left()),
+        row.with_min_x(inner.right()),
+    ];
+    parts.into_iter().filter(Rect::is_positive).collect()
 }
 
 /// Where a shape can be seen, points.
@@ -402,5 +457,26 @@ mod tests {
         }
         damage.rects.sort_by(|a, b| a.left().total_cmp(&b.left()));
         assert_eq!(damage.rects, [at(0.0, 25.0), at(40.0, 5.0)]);
+
+        // A tooltip that reaches into a panel takes no more of the window than the two.
+        let at = |x: f32, y: f32, w: f32, h: f32| Rect::from_min_size(pos2(x, y), egui::vec2(w, h));
+        let mut damage = Damage::default();
+        damage.add(at(60.0, 0.0, 40.0, 100.0));
+        damage.add(at(10.0, 30.0, 80.0, 20.0));
+        assert_eq!(damage.rects.iter().map(Rect::area).sum::<f32>(), 4000.0 + 50.0 * 20.0);
+        // However many there are, they cover each place once.
+        let mut seed = 7u32;
+        let mut random = |most: u32| {
+            seed = seed.wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
+            ((seed >> 16) % most) as f32
+        };
+        let mut damage = Damage::default();
+        let all: Vec<Rect> = (0..80).map(|_| at(random(90), random(90), random(30), random(30))).collect();
+        all.iter().for_each(|rect| damage.add(*rect));
+        for i in 0..120 * 120 {
+            let place = pos2((i % 120) as f32 + 0.5, (i / 120) as f32 + 0.5);
+            let covers = damage.rects.iter().filter(|r| r.contains(place)).count();
+            assert!(covers <= 1 && (covers == 1 || !all.iter().any(|r| r.contains(place))), "{place:?}: {covers}");
+        }
     }
 }

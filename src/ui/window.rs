@@ -449,8 +449,9 @@ impl Open {
         let viewport = if rect.is_positive() { (rect * scale).round() } else { Rect::ZERO };
         // Behind a map that takes its place the picture goes on, at the size it had.
         let full = [viewport.width() as u32, viewport.height() as u32];
-        self.order(if full.contains(&0) { self.full } else { full });
+        // The answer first: on software the scene's thread takes the same cores.
         let presented = self.canvas.show(&self.gpu, &ctx, output.shapes, delta, viewport, scale);
+        self.order(if full.contains(&0) { self.full } else { full });
         if let (Err(e), Some(m)) = (self.gpu.check(), &mut self.model) {
             m.fail(&e);
         }
