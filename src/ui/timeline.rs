@@ -277,7 +277,7 @@ fn path(ui: &mut Ui, m: &mut Model, _: &mut Vec<Action>) {
         .include_x(1.0)
         .include_y(0.0)
         .include_y(if most > 0.0 { most } else { 0.01 })
-        .set_margin_fraction(vec2(0.02, 0.08))
+        .set_margin_fraction(vec2(0.045, 0.08))
         .y_axis_min_width(44.0)
         .grid_color(ui.visuals().window_stroke.color)
         .allow_drag(false)
