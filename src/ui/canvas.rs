@@ -240,8 +240,12 @@ impl Canvas {
                 parts = vec![first, rest];
             }
         }
-        // Each is presented.
-        parts.iter().fold(true, |shown, rects| self.paint(gpu, ctx, rects) && shown)
+        // Each is drawn, whether or not the one before could be presented.
+        let mut shown = true;
+        for rects in &parts {
+            shown = self.paint(gpu, ctx, rects);
+        }
+        shown
     }
 
     /// Draws parts of the window again, none of which overlaps another, and presents it. False: the window could not take it.
