@@ -4,7 +4,8 @@ use glam::{DMat4, Vec2, Vec3};
 use shadowscope::frame::{Ask, Renderer, Truth};
 use shadowscope::gpu::Gpu;
 use shadowscope::light::Light;
-use shadowscope::measure::metrics::FACING;
+use shadowscope::measure;
+use shadowscope::measure::metrics::{Errors, FACING};
 use shadowscope::scene::{Camera, Local, Material, Mesh, NamedCamera, NamedLight, Node, Scene};
 use shadowscope::setup::Setup;
 use std::sync::{Arc, OnceLock};
@@ -140,6 +141,28 @@ pub fn start(scene: Scene, size: [u32; 2]) -> (Renderer, Setup) {
     let mut setup = Setup::new("test", &scene).expect("a set-up");
     setup.size = size;
     (Renderer::new(gpu(), Arc::new(scene)).expect("a renderer"), setup)
+}
+
+/// A built-in scene as it opens, at a size.
+pub fn built_in(name: &str, size: [u32; 2]) -> (Renderer, Setup) {
+    let (mut setup, scene) = Setup::open(name).unwrap();
+    setup.size = size;
+    (Renderer::new(gpu(), Arc::new(scene)).unwrap(), setup)
+}
+
+/// Chooses a technique with these parameters and defaults for the rest.
+pub fn select(s: &mut Setup, technique: &str, sets: &[&str]) {
+    s.params.clear();
+    s.select(technique).unwrap();
+    for set in sets {
+        s.set(set, &[technique.into()]).unwrap();
+    }
+}
+
+/// Errors of a technique with these parameters.
+pub fn errors(r: &mut Renderer, s: &mut Setup, technique: &str, sets: &[&str]) -> Errors {
+    select(s, technique, sets);
+    measure::errors(r, s).unwrap()
 }
 
 pub fn ask(setup: &Setup) -> Ask {

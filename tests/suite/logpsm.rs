@@ -4,30 +4,10 @@ use crate::common::*;
 use glam::{DVec2, Vec2, Vec3};
 use shadowscope::fit::{Scope, lispsm, logpsm, warped};
 use shadowscope::frame::{Ask, Renderer};
-use shadowscope::measure::metrics::{Errors, FACING};
-use shadowscope::measure::{self, stability};
+use shadowscope::measure::metrics::FACING;
+use shadowscope::measure::stability;
 use shadowscope::scene::Camera;
 use shadowscope::setup::Setup;
-use std::sync::Arc;
-
-fn select(s: &mut Setup, technique: &str, sets: &[&str]) {
-    s.params.clear();
-    s.select(technique).unwrap();
-    for set in sets {
-        s.set(set, &[technique.into()]).unwrap();
-    }
-}
-
-fn errors(r: &mut Renderer, s: &mut Setup, technique: &str, sets: &[&str]) -> Errors {
-    select(s, technique, sets);
-    measure::errors(r, s).unwrap()
-}
-
-fn built_in(name: &str, size: [u32; 2]) -> (Renderer, Setup) {
-    let (mut setup, scene) = Setup::open(name).unwrap();
-    setup.size = size;
-    (Renderer::new(gpu(), Arc::new(scene)).unwrap(), setup)
-}
 
 /// A level view between two depths under a sun straight above, whose body is that part of the frustum.
 fn level(near: f32, far: f32) -> Scope {

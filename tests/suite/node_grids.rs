@@ -2,37 +2,16 @@
 
 use crate::common::*;
 use glam::{DMat2, DVec2, UVec2, Vec2, Vec3};
-use shadowscope::frame::{Ask, Renderer};
+use shadowscope::frame::Ask;
 use shadowscope::gpu::{Gpu, Pass, Recorder, Resource, Shaders, Timer, shader_files};
-use shadowscope::measure::metrics::{Errors, FACING};
+use shadowscope::measure::metrics::FACING;
 use shadowscope::measure::{self, stability};
 use shadowscope::params::{Value, Values};
 use shadowscope::scene::builtin;
-use shadowscope::setup::Setup;
 use shadowscope::techniques;
 use shadowscope::warp::storage;
-use std::sync::Arc;
 
 const GRIDS: [&str; 2] = ["dsm", "fem-grid"];
-
-fn errors(r: &mut Renderer, s: &mut Setup, technique: &str, sets: &[&str]) -> Errors {
-    select(s, technique, sets);
-    measure::errors(r, s).unwrap()
-}
-
-fn select(s: &mut Setup, technique: &str, sets: &[&str]) {
-    s.params.clear();
-    s.select(technique).unwrap();
-    for set in sets {
-        s.set(set, &[technique.into()]).unwrap();
-    }
-}
-
-fn built_in(name: &str, size: [u32; 2]) -> (Renderer, Setup) {
-    let (mut setup, scene) = Setup::open(name).unwrap();
-    setup.size = size;
-    (Renderer::new(gpu(), Arc::new(scene)).unwrap(), setup)
-}
 
 /// The solver of `lib/relax.wgsl` in f64, on a grid of `side`² cells.
 struct Twin {

@@ -6,30 +6,11 @@ use shadowscope::capture;
 use shadowscope::frame::{Ask, PieceCount, Renderer};
 use shadowscope::gpu::{self, Gpu};
 use shadowscope::light::{Light, LightView};
-use shadowscope::measure::metrics::{Errors, FACING};
+use shadowscope::measure::metrics::FACING;
 use shadowscope::measure::{self, stability};
 use shadowscope::scene::Mesh;
 use shadowscope::setup::{Setup, parse_camera, parse_light};
 use std::sync::Arc;
-
-fn built_in(name: &str, size: [u32; 2]) -> (Renderer, Setup) {
-    let (mut setup, scene) = Setup::open(name).unwrap();
-    setup.size = size;
-    (Renderer::new(gpu(), Arc::new(scene)).unwrap(), setup)
-}
-
-fn select(s: &mut Setup, technique: &str, sets: &[&str]) {
-    s.params.clear();
-    s.select(technique).unwrap();
-    for set in sets {
-        s.set(set, &[technique.into()]).unwrap();
-    }
-}
-
-fn errors(r: &mut Renderer, s: &mut Setup, technique: &str, sets: &[&str]) -> Errors {
-    select(s, technique, sets);
-    measure::errors(r, s).unwrap()
-}
 
 /// Renders with the analysis; what the casters became.
 fn analysed(r: &mut Renderer, s: &Setup) -> PieceCount {

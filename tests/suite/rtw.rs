@@ -4,30 +4,10 @@ use crate::common::*;
 use glam::{DVec2, DVec3, Mat4, Vec2, Vec3, Vec4};
 use shadowscope::frame::{Ask, Renderer};
 use shadowscope::light::{Light, LightView};
-use shadowscope::measure::metrics::{BACKGROUND, Errors, FACING};
+use shadowscope::measure::metrics::{BACKGROUND, FACING};
 use shadowscope::measure::{self, stability};
 use shadowscope::scene::Camera;
 use shadowscope::setup::Setup;
-use std::sync::Arc;
-
-fn select(s: &mut Setup, technique: &str, sets: &[&str]) {
-    s.params.clear();
-    s.select(technique).unwrap();
-    for set in sets {
-        s.set(set, &[technique.into()]).unwrap();
-    }
-}
-
-fn errors(r: &mut Renderer, s: &mut Setup, technique: &str, sets: &[&str]) -> Errors {
-    select(s, technique, sets);
-    measure::errors(r, s).unwrap()
-}
-
-fn built_in(name: &str, size: [u32; 2]) -> (Renderer, Setup) {
-    let (mut setup, scene) = Setup::open(name).unwrap();
-    setup.size = size;
-    (Renderer::new(gpu(), Arc::new(scene)).unwrap(), setup)
-}
 
 /// View samples in each column and in each row of the map, and the texels that have any.
 struct Counts {

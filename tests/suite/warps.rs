@@ -5,8 +5,8 @@ use glam::{DMat3, DVec2, DVec3, Vec2, Vec3, Vec4};
 use shadowscope::fit::{Scope, hull, lispsm, msf, psm, tsm, warped};
 use shadowscope::frame::{Ask, Renderer};
 use shadowscope::light::{Light, LightView};
-use shadowscope::measure::metrics::{Errors, FACING};
-use shadowscope::measure::{self, stability};
+use shadowscope::measure::metrics::FACING;
+use shadowscope::measure::stability;
 use shadowscope::scene::{Camera, builtin};
 use shadowscope::setup::Setup;
 use std::sync::Arc;
@@ -25,25 +25,6 @@ fn random(r: &mut Random) -> Scope {
     view.fov = 30.0 + 60.0 * r.next();
     let l = r.point();
     scope(view, Vec3::new(l.x, l.y.abs() + 0.1, l.z))
-}
-
-fn select(s: &mut Setup, technique: &str, sets: &[&str]) {
-    s.params.clear();
-    s.select(technique).unwrap();
-    for set in sets {
-        s.set(set, &[technique.into()]).unwrap();
-    }
-}
-
-fn errors(r: &mut Renderer, s: &mut Setup, technique: &str, sets: &[&str]) -> Errors {
-    select(s, technique, sets);
-    measure::errors(r, s).unwrap()
-}
-
-fn built_in(name: &str, size: [u32; 2]) -> (Renderer, Setup) {
-    let (mut setup, scene) = Setup::open(name).unwrap();
-    setup.size = size;
-    (Renderer::new(gpu(), Arc::new(scene)).unwrap(), setup)
 }
 
 /// The eight matrices take the trapezoid's corners to the square's, and the point in focus to the 80 % line.
