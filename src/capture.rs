@@ -16,13 +16,14 @@ const KEYWORD: &str = "shadowscope-setup";
 
 /// Renders a set-up at its size and writes it: .png the view with the set-up inside, .exr the raw 32-bit
 /// floats of the views visibility, truth, depth (one channel), position, normals (shading normals) and aliasing (three),
-/// and of counts the map itself (several below each other), a number per texel. Returns what the picture shows wrong, as
-/// [`Renderer::notes`].
+/// and of counts the map itself (several below each other), a number per texel. Returns what is to be said: that a
+/// folder had to be made, and what the picture shows wrong ([`Renderer::notes`]).
 ///
 /// # Errors
 /// A light that the technique does not serve, another file ending, or what the file system says.
 pub fn capture(renderer: &mut Renderer, setup: &Setup, path: &Path) -> Result<Vec<String>> {
     check(&setup.view, path)?;
+    let made = missing_folder(path);
     // Raw values are of one technique.
     let alone;
     let setup = if is_exr(path) {
@@ -43,7 +44,7 @@ pub fn capture(renderer: &mut Renderer, setup: &Setup, path: &Path) -> Result<Ve
         }
         write_png(path, size, &picture, Some(&setup.to_toml(path)?))?;
     }
-    renderer.notes()
+    Ok(made.into_iter().chain(renderer.notes()?).collect())
 }
 
 /// As [`capture`], as a .png of exactly this size with the legend in it: the picture is as much lower as the strip is high.
@@ -55,6 +56,7 @@ pub fn figure(renderer: &mut Renderer, setup: &Setup, whole: [u32; 2], path: &Pa
     ensure!(!is_exr(path), "{}: raw values have no legend; a figure's file name ends in .png", path.display());
     check(&setup.view, path)?;
     serve(setup)?;
+    let made = missing_folder(path);
     let [width, full] = whole;
     let no_room = || format!("{width} × {full} pixels leave no room for the legend");
     let mut setup = Setup { legend: true, size: whole, ..setup.clone() };
@@ -77,7 +79,7 @@ pub fn figure(renderer: &mut Renderer, setup: &Setup, whole: [u32; 2], path: &Pa
         }
         setup.size[1] = full.checked_sub(strip).filter(|height| *height > 0 && again < 8).with_context(no_room)?;
     }
-    renderer.notes()
+    Ok(made.into_iter().chain(renderer.notes()?).collect())
 }
 
 /// Refuses a light that one of the sides does not serve.
@@ -127,6 +129,12 @@ pub fn check(view: &str, path: &Path) -> Result<()> {
 
 fn is_exr(path: &Path) -> bool {
     path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"))
+}
+
+/// What is said of a file whose folder has to be made first.
+fn missing_folder(file: &Path) -> Option<String> {
+    let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty() && !folder.exists())?;
+    Some(format!("The folder {} was not there and has been made.", folder.display()))
 }
 
 /// Makes the folder that a file is to lie in.

@@ -4,6 +4,7 @@
 //! picture needs. Both give marks that the window paints and captures draw as SVG.
 
 use crate::chart::{self, escape, text_width};
+use crate::frame;
 use crate::light::Light;
 use crate::measure::metrics::Errors;
 use crate::palette::{GREY, LABELS, OCTAVES, Palette, Rgb, bytes};
@@ -30,7 +31,9 @@ pub struct Key {
     pub title: String,
     pub parts: Vec<Part>,
     chart: Option<Chart>,
-    /// The chart lies small in a corner.
+    /// The part of the picture that belongs to the side which draws the chart: left, top, width and height, shares.
+    part: [f32; 4],
+    /// The chart lies small in a corner of it.
     inset: bool,
 }
 
@@ -110,7 +113,7 @@ impl Key {
         let id = setup.overlay.as_ref().map_or(&setup.view, |o| &o.view);
         let Some(view) = setup.find_view(id) else { return Key::default() };
         let inset = setup.overlay.as_ref().is_some_and(|o| o.inset);
-        let mut key = Key { title: view.title.into(), inset, ..Key::default() };
+        let mut key = Key { title: view.title.into(), part: part(setup, id), inset, ..Key::default() };
         key.sides(setup, known);
         let errors = known.errors.first().copied().flatten().filter(|_| setup.sides() == 1);
         let class = |c: &Class| {
@@ -373,14 +376,25 @@ pub fn strip(key: &Key, width: f32, size: f32) -> (f32, Vec<Mark>) {
 /// What a chart in a picture of this size needs: axes with marks and units, titles; from the picture's upper left corner.
 /// `free`: as far down as nothing lies over the picture.
 pub fn axes(key: &Key, [w, h]: [f32; 2], free: f32, size: f32) -> Vec<Mark> {
-    if !key.inset {
-        return chart_axes(key, [w, h], free, size);
-    }
-    // As in shaders/lib/inset.wgsl.
-    let gap = h / 90.0;
-    let by = [w - w / 3.0 - gap, gap];
+    let [left, top, width, height] = [0, 1, 2, 3].map(|i| key.part[i] * [w, h][i % 2]);
+    let mut by = [left, top];
+    let mut marks = if key.inset {
+        // As in shaders/lib/inset.wgsl.
+        let gap = height / 90.0;
+        let [w, h] = [width / 3.0, height / 3.0];
+        by = [left + width - w - gap, top + gap];
+        let mut marks = chart_axes(key, [w, h], h, 0.7 * size);
+        // What is too wide for it would lie over the picture.
+        let inside = |[l, t, r, b]: [f32; 4]| l >= 0.0 && t >= 0.0 && r <= w && b <= h;
+        marks.retain(|mark| match mark {
+            Mark::Text { at, anchor, size, text, .. } => inside(text_box(*at, *anchor, *size, text)),
+            _ => true,
+        });
+        marks
+    } else {
+        chart_axes(key, [width, height], height.min(free - top), size)
+    };
     let moved = |[x, y]: [f32; 2]| [x + by[0], y + by[1]];
-    let mut marks = chart_axes(key, [w / 3.0, h / 3.0], h / 3.0, 0.7 * size);
     for mark in &mut marks {
         match mark {
             Mark::Line(from, to) => (*from, *to) = (moved(*from), moved(*to)),
@@ -389,6 +403,17 @@ pub fn axes(key: &Key, [w, h]: [f32; 2], free: f32, size: f32) -> Vec<Mark> {
         }
     }
     marks
+}
+
+/// The part of a figure in which the first side that has this view draws it; all of it where the others are cut out of the
+/// same picture.
+fn part(setup: &Setup, view: &str) -> [f32; 4] {
+    let has = |side| setup.info(side).is_some_and(|info| view::find(view, info).is_some());
+    const WHOLE: u32 = 1 << 14;
+    let panes = frame::panes(setup, [WHOLE; 2]);
+    let Some(p) = panes.iter().find(|p| has(p.side)) else { return [0.0, 0.0, 1.0, 1.0] };
+    let [x, y] = [0, 1].map(|i| p.at[i] - p.part[i]);
+    [x, y, p.size[0], p.size[1]].map(|v| v as f32 / WHOLE as f32)
 }
 
 fn chart_axes(key: &Key, [w, h]: [f32; 2], free: f32, size: f32) -> Vec<Mark> {
@@ -587,6 +612,7 @@ pub fn text_box([x, y]: [f32; 2], anchor: Anchor, size: f32, text: &str) -> [f32
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::setup::{Overlay, Side};
 
     #[test]
     fn ticks_are_round_and_in_place() {
@@ -601,13 +627,54 @@ mod tests {
         assert!(linear_ticks(1.0, 1.0, 5).is_empty() && log_ticks(0.0, 1.0, 5).is_empty());
     }
 
+    /// Axes lie in the part of the side that draws the chart, and in its inset.
+    #[test]
+    fn axes_lie_where_the_chart_is() {
+        let (setup, _) = Setup::open("cubes").unwrap();
+        let side = |id: &str| Side { technique: id.into(), ..Side::new(Side::TRUTH).unwrap() };
+        let all = Setup { against: vec![side("pcf"), side("truth")], technique: "pssm".into(), ..setup.clone() };
+        let all = Setup { view: "side".into(), arrange: Arrange::SideBySide, ..all };
+        let alone = Setup { against: Vec::new(), ..all.clone() };
+        let second = Setup { technique: "pcf".into(), against: vec![side("pssm")], ..all.clone() };
+        let over = Overlay { view: "side".into(), opacity: 1.0, inset: true };
+        let inset = Setup { view: "shaded".into(), overlay: Some(over), ..alone.clone() };
+        let [w, h] = [800.0, 600.0];
+        for (setup, part) in [
+            (&alone, [0.0, 0.0, w, h]),
+            (&all, [0.0, 0.0, w / 2.0, h / 2.0]),
+            (&second, [w / 2.0, 0.0, w, h]),
+            (&inset, [2.0 / 3.0 * w - 10.0, 0.0, w, h / 3.0 + 10.0]),
+        ] {
+            let known = Known { splits: vec![1.0, 5.0, 20.0], ..Known::default() };
+            let bounds = [Vec3::splat(-10.0), Vec3::splat(10.0)];
+            let key = Key { inset: setup.overlay.is_some(), ..Key::new(setup, bounds, &known) };
+            let key = Key { chart: Some(Chart::Side(20.0, 0.4)), ..key };
+            let marks = axes(&key, [w, h], h, 12.0);
+            assert!(marks.len() > 5, "{marks:?}");
+            for mark in marks {
+                let [l, t, r, b] = match mark {
+                    Mark::Text { at, anchor, size, text, .. } => text_box(at, anchor, size, &text),
+                    Mark::Line(a, b) => [a[0].min(b[0]), a[1].min(b[1]), a[0].max(b[0]), a[1].max(b[1])],
+                    other => panic!("{other:?}"),
+                };
+                let inside = l >= part[0] - 4.0 && t >= part[1] - 0.1 && r <= part[2] + 0.1 && b <= part[3] + 0.1;
+                assert!(inside, "{:?} beyond {part:?}", [l, t, r, b]);
+            }
+        }
+    }
+
     /// Nothing reaches beyond the strip, and texts of a row do not touch, whatever the width.
     #[test]
     fn strips_stay_inside() {
         let class = |i: usize| Part::Class(LABELS[i], format!("a class with a long name {i}"));
         let scale = Part::Scale(GREY, "depth, m".into(), log_ticks(0.1, 300.0, 7));
-        let key =
-            Key { title: "View: technique".into(), parts: vec![class(1), scale, class(2)], chart: None, inset: false };
+        let key = Key {
+            title: "View: technique".into(),
+            parts: vec![class(1), scale, class(2)],
+            chart: None,
+            part: [0.0, 0.0, 1.0, 1.0],
+            inset: false,
+        };
         for width in [320.0, 640.0, 1280.0] {
             let (height, marks) = strip(&key, width, 13.0);
             let mut boxes: Vec<[f32; 4]> = Vec::new();

@@ -253,7 +253,7 @@ fn closing(ctx: &Context, m: &mut Model, out: &mut Vec<Action>) {
     }
     let mut wait = true;
     let answer = Modal::new(Id::unique("closing")).show(ctx, |ui| {
-        ui.set_max_width(340.0);
+        ui.set_max_width(ui.ctx().content_rect().width().clamp(160.0, 400.0) - 60.0);
         for tab in &m.unsaved {
             ui.label(match (tab, m.rows.len()) {
                 (Tab::Chart, 1) => "1 measured row is not saved.".into(),
