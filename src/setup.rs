@@ -519,6 +519,8 @@ impl Setup {
         has(&self.view)?;
         in_range("split", self.split, 0.0, 1.0, "")?;
         ensure!(self.against.len() < 4, "there are {} sides in against; at most 3 can be shown", self.against.len());
+        let truth = self.against.iter().find(|side| side.is_truth() && !side.params.is_empty());
+        ensure!(truth.is_none(), "against: the truth has no parameters, but some are given");
         ensure!(
             (self.front as usize) < self.sides(),
             "front = {} is not allowed; there are {} sides",

@@ -442,9 +442,12 @@ impl Model {
         }
     }
 
-    /// Shows the next side at the same pixels.
+    /// Shows the next side at the same pixels; what the sides show, where that was their difference.
     pub fn flicker(&mut self) {
         if self.setup.sides() > 1 {
+            if self.setup.view == "difference" {
+                self.toggle_difference();
+            }
             if self.setup.arrange == Arrange::Flicker {
                 self.setup.front = (self.setup.front + 1) % self.setup.sides() as u32;
             }

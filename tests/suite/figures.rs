@@ -430,6 +430,7 @@ fn comparisons_are_written_and_read() {
     for (bad, said) in [
         ("[[against]]\ntechnique = \"nothing\"\n", "nothing"),
         ("[[against]]\nparams = {}\n", "technique"),
+        ("[[against]]\ntechnique = \"truth\"\nparams = { lambda = 1.0 }\n", "no parameters"),
         ("arrange = \"around\"\n", "swipe"),
         ("[overlay]\nview = \"nothing\"\n", "nothing"),
         ("[overlay]\nview = \"error\"\nopacity = 2.0\n", "0 to 1"),

@@ -1537,6 +1537,13 @@ fn sides_of_a_comparison_are_edited_one_at_a_time() {
         harness.run_steps(2);
         assert_eq!((harness.state().model.setup.arrange, harness.state().model.setup.front), (Arrange::Flicker, front));
     }
+    // From the difference it goes to what the sides show.
+    for (key, view) in [(egui::Key::B, "difference"), (egui::Key::X, "shaded")] {
+        harness.key_press(key);
+        harness.run_steps(2);
+        assert_eq!(harness.state().model.setup.view, view);
+    }
+    assert_eq!(harness.state().model.setup.arrange, Arrange::Flicker);
     harness.state().model.setup.check().unwrap();
     click(&mut harness, "×");
     assert_eq!((harness.state().model.setup.sides(), harness.state().model.editing), (1, 0));
