@@ -127,7 +127,8 @@ pub fn check(view: &str, path: &Path) -> Result<()> {
     Ok(())
 }
 
-fn is_exr(path: &Path) -> bool {
+/// Whether a file is to hold raw values.
+pub fn is_exr(path: &Path) -> bool {
     path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"))
 }
 

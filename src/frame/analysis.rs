@@ -295,4 +295,9 @@ impl Frame<'_> {
             }
         }
     }
+
+    /// Draws counts of view samples, a number per texel, into the technique's map (`shaders/counts.wgsl`).
+    pub(crate) fn draw_counts(&mut self, counting: &wgpu::Buffer, counts: &wgpu::Buffer) {
+        self.recorder.run(self.draw_counts).bind("counting", counting).bind("counts", counts).per_pixel();
+    }
 }

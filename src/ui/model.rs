@@ -7,6 +7,7 @@ use super::maps::Maps;
 use super::picker::Picker;
 use super::pictures::{Picture, Pictures, Subject};
 use super::timeline::Timeline;
+use crate::capture;
 use crate::frame::{Told, technique_ms};
 use crate::legend::Known;
 use crate::measure::Record;
@@ -537,8 +538,7 @@ impl Model {
 
     /// The size that a capture into this file has as a whole, where its picture is to make room for the legend.
     pub fn whole_file(&self, path: &Path) -> Option<[u32; 2]> {
-        let raw = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"));
-        (self.whole && self.setup.legend && !raw).then_some(self.setup.size)
+        (self.whole && self.setup.legend && !capture::is_exr(path)).then_some(self.setup.size)
     }
 
     /// Since when a picture of the set-up at full resolution is awaited.

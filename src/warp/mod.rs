@@ -124,7 +124,6 @@ pub struct Warped {
     analyse: Pass,
     count: Pass,
     count_folds: Pass,
-    draw_counts: Pass,
     counting: wgpu::Buffer,
     counts: Option<wgpu::Buffer>,
     made: Option<Key>,
@@ -160,7 +159,6 @@ impl Warped {
             analyse: pass(ANALYSIS, "analyse")?,
             count: pass("count map", "count_before")?,
             count_folds: pass(ANALYSIS, "count_folds")?,
-            draw_counts: Pass::compute(gpu, "count map", "counts.wgsl", "draw_counts", &[])?,
             counting: zero("counting", size_of::<Counting>(), Use::UNIFORM),
             counts: None,
             made: None,
@@ -290,7 +288,7 @@ impl Warped {
             sides: [[0; 4]; 2],
         };
         f.gpu.queue.write_buffer(&self.counting, 0, bytemuck::bytes_of(&counting));
-        f.run(&self.draw_counts).bind("counting", &self.counting).bind("counts", counts).per_pixel();
+        f.draw_counts(&self.counting, counts);
     }
 
     /// A buffer for a count a texel, held while it is looked at.

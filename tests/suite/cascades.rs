@@ -311,11 +311,9 @@ fn four_cascades_beat_one_map() {
 }
 
 /// One cropped cascade is the fitted shadow map.
-#[test]
-fn one_cropped_cascade_is_a_fitted_map() {
-    let (mut r, s) = opened("bench", [160, 100]);
+fn cropped_as_fitted(r: &mut Renderer, s: &Setup) {
     let mut draw = |name: &str, sets: &[&str]| {
-        let set = with(&s, name, sets);
+        let set = with(s, name, sets);
         r.render(&set, ask(&set)).unwrap();
         r.read_visibility().unwrap()
     };
@@ -324,6 +322,12 @@ fn one_cropped_cascade_is_a_fitted_map() {
     let other = map.iter().zip(&cascade).filter(|(a, b)| a != b).count();
     assert!(other <= map.len() / 1000, "{other} of {} pixels differ", map.len());
     assert!(map.contains(&0.0) && map.contains(&1.0));
+}
+
+#[test]
+fn one_cropped_cascade_is_a_fitted_map() {
+    let (mut r, s) = opened("bench", [160, 100]);
+    cropped_as_fitted(&mut r, &s);
 }
 
 /// A caster behind the camera, nearer to the light than any map reaches, keeps its shadow.
@@ -759,16 +763,7 @@ fn a_spots_casters_are_kept() {
 fn one_cropped_cascade_of_a_spot_is_a_fitted_map() {
     let (mut r, mut s) = opened("blocks", [160, 100]);
     s.light = builtin::build("blocks").unwrap().lights.iter().find(|l| l.name == "spot").unwrap().light;
-    let mut draw = |name: &str, sets: &[&str]| {
-        let set = with(&s, name, sets);
-        r.render(&set, ask(&set)).unwrap();
-        r.read_visibility().unwrap()
-    };
-    let map = draw("shadow-map", &["resolution=512"]);
-    let cascade = draw("pssm", &["resolution=512", "cascades=1", "fit=samples"]);
-    let other = map.iter().zip(&cascade).filter(|(a, b)| a != b).count();
-    assert!(other <= map.len() / 1000, "{other} of {} pixels differ", map.len());
-    assert!(map.contains(&0.0) && map.contains(&1.0));
+    cropped_as_fitted(&mut r, &s);
 }
 
 /// Under a built-in spot cascades beat one fitted map, most of all where the camera is close.

@@ -165,6 +165,19 @@ pub fn errors(r: &mut Renderer, s: &mut Setup, technique: &str, sets: &[&str]) -
     measure::errors(r, s).unwrap()
 }
 
+/// View samples counted in the maps' texels, all together.
+pub fn counted(r: &mut Renderer, s: &Setup) -> u64 {
+    r.render(s, Ask { analysis: true, ..ask(s) }).unwrap();
+    let mut sum = 0;
+    r.analysis().counts(&r.gpu, |_, part| sum += part.iter().map(|c| *c as u64).sum::<u64>()).unwrap();
+    sum
+}
+
+/// Pixels of the last frame that face the light and are reached by it.
+pub fn facing(r: &mut Renderer) -> u64 {
+    r.read_mask().unwrap().iter().filter(|m| **m == FACING).count() as u64
+}
+
 pub fn ask(setup: &Setup) -> Ask {
     Ask { size: setup.size, truth: Truth::All, analysis: false, timed: false, picture: true, fresh: false }
 }

@@ -2,9 +2,7 @@
 
 use crate::common::*;
 use glam::{DMat2, DVec2, UVec2, Vec2, Vec3};
-use shadowscope::frame::Ask;
 use shadowscope::gpu::{Gpu, Pass, Recorder, Resource, Shaders, Timer, shader_files};
-use shadowscope::measure::metrics::FACING;
 use shadowscope::measure::{self, stability};
 use shadowscope::params::{Value, Values};
 use shadowscope::scene::builtin;
@@ -414,11 +412,7 @@ fn grids_hold_all_receivers_and_pay() {
         for technique in GRIDS {
             let e = errors(&mut r, &mut s, technique, &["resolution=256"]);
             assert!(e.share() < 0.95 * whole, "{name} {technique}: {} against {whole}", e.share());
-            r.render(&s, Ask { analysis: true, ..ask(&s) }).unwrap();
-            let mut counted = 0u64;
-            r.analysis().counts(&r.gpu, |_, part| counted += part.iter().map(|c| *c as u64).sum::<u64>()).unwrap();
-            let facing = r.read_mask().unwrap().iter().filter(|m| **m == FACING).count() as u64;
-            assert_eq!(counted, facing, "{name} {technique}");
+            assert_eq!(counted(&mut r, &s), facing(&mut r), "{name} {technique}");
         }
     }
 }
@@ -433,9 +427,7 @@ fn spots_work() {
     for technique in GRIDS {
         let e = errors(&mut r, &mut s, technique, &["resolution=256"]);
         assert!(e.share() < 1.1 * plain + 0.002, "{technique}: {} against {plain}", e.share());
-        r.render(&s, Ask { analysis: true, ..ask(&s) }).unwrap();
-        let mut counted = 0u64;
-        r.analysis().counts(&r.gpu, |_, part| counted += part.iter().map(|c| *c as u64).sum::<u64>()).unwrap();
+        let counted = counted(&mut r, &s);
         let [sure, most] = in_cone(&mut r, &light);
         assert!((sure..=most).contains(&counted), "{technique}: {counted} of {sure} to {most}");
     }

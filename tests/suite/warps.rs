@@ -235,11 +235,7 @@ fn warps_hold_all_receivers_and_pay() {
         ] {
             let e = errors(&mut r, &mut s, technique, &sets);
             assert!(e.share() < 0.9 * whole, "{name} {technique}: {} against {whole}", e.share());
-            r.render(&s, Ask { analysis: true, ..ask(&s) }).unwrap();
-            let mut counted = 0u64;
-            r.analysis().counts(&r.gpu, |_, part| counted += part.iter().map(|c| *c as u64).sum::<u64>()).unwrap();
-            let facing = r.read_mask().unwrap().iter().filter(|m| **m == FACING).count() as u64;
-            assert_eq!(counted, facing, "{name} {technique}");
+            assert_eq!(counted(&mut r, &s), facing(&mut r), "{name} {technique}");
         }
     }
 }
@@ -480,9 +476,7 @@ fn every_sample_in_a_cone_has_a_texel() {
             ("shadow-map", vec!["fit=msf"]),
         ] {
             let e = errors(&mut r, &mut s, technique, &[&sets[..], &["resolution=1024"]].concat());
-            r.render(&s, Ask { analysis: true, ..ask(&s) }).unwrap();
-            let mut counted = 0;
-            r.analysis().counts(&r.gpu, |_, part| counted += part.iter().map(|c| *c as u64).sum::<u64>()).unwrap();
+            let counted = counted(&mut r, &s);
             let [sure, possible] = in_cone(&mut r, &light);
             println!("{place}, {technique} {sets:?}: {:.4}, {counted} of {sure} to {possible}", e.share());
             assert!(
