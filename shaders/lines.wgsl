@@ -1,5 +1,5 @@
 //!include lib/frame.wgsl
-//!include lib/cascades.wgsl
+//!include map/splits.wgsl
 //!include lib/labels.wgsl
 //!include lib/inset.wgsl
 // What maps cover, as lines over the picture: an instance a line, drawn as a rectangle of the line's width.

@@ -1,6 +1,6 @@
 //!include lib/frame.wgsl
 //!include lib/gbuffer.wgsl
-//!include lib/light_view.wgsl
+//!include map/light_view.wgsl
 //!include lib/cells.wgsl
 //!include lib/labels.wgsl
 //!include lib/inset.wgsl

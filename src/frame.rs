@@ -11,7 +11,7 @@ mod maps;
 mod read;
 mod shot;
 
-pub use analysis::{Analysis, Counting, Maps, PieceCount};
+pub use analysis::{Analysis, Counting, MapSizes, PieceCount};
 pub use figure::{Pane, panes};
 pub use lines::{Segment, Style};
 pub use maps::{LightSpace, MapLayer, Place};
@@ -74,7 +74,7 @@ pub struct FrameUniform {
 }
 
 impl FrameUniform {
-    fn new(setup: &Setup, info: &Info, size: [u32; 2], bounds: [Vec3; 2]) -> FrameUniform {
+    fn new(setup: &Setup, size: [u32; 2], bounds: [Vec3; 2]) -> FrameUniform {
         let camera = setup.camera;
         let aspect = size[0] as f32 / size[1] as f32;
         let projection = camera.projection(aspect);
@@ -108,7 +108,7 @@ impl FrameUniform {
             // A technique's own map is drawn with the number behind the last common view.
             view: view::index(&setup.view).unwrap_or(view::VIEWS.len()) as u32,
             light_half_v: half_v,
-            map: info.maps().position(|m| m.id == setup.view).unwrap_or(0) as u32,
+            map: techniques::map_number(&setup.view),
             size,
             band: [0, size[1]],
             shadow_eye: shadow.position,
@@ -418,7 +418,7 @@ impl Made {
         match slot {
             Some(held) => Ok(held),
             None => {
-                let technique = (info.make)(gpu).with_context(|| format!("{} cannot be made", info.title))?;
+                let technique = (info.make)(gpu, info).with_context(|| format!("{} cannot be made", info.title))?;
                 Ok(slot.insert(Made { info, technique, params: HashMap::new() }))
             }
         }
@@ -596,7 +596,7 @@ impl Renderer {
         let map = t.map.get(gpu, "technique's map", ask.size, Format::R32Float, written);
         let output = t.output.get(gpu, "picture", ask.size, Format::Rgba8Unorm, STORED | DRAWN);
 
-        let uniform = FrameUniform::new(setup, info, ask.size, self.scene_gpu.bounds);
+        let uniform = FrameUniform::new(setup, ask.size, self.scene_gpu.bounds);
         gpu.queue.write_buffer(&self.frame_buffer, 0, bytemuck::bytes_of(&uniform));
         let values = setup.values();
         for group in info.params {
@@ -637,7 +637,7 @@ impl Renderer {
         // What techniques know of the camera is the frozen one's; what they look up is this picture's.
         let fitted_to = setup.frozen().map(|camera| Setup { camera, shadow_camera: None, ..setup.clone() });
         let frozen = if let Some(to) = &fitted_to {
-            let uniform = FrameUniform::new(to, info, ask.size, scene.bounds);
+            let uniform = FrameUniform::new(to, ask.size, scene.bounds);
             self.frozen.draw(&mut recorder, &self.gbuffer, &depth, count, self.revision, uniform)
         } else {
             self.frozen = Default::default();
@@ -693,7 +693,7 @@ impl Renderer {
 
         // The truth goes on from where it stood, while nothing that it depends on changes.
         let of = (self.revision, setup.camera, setup.light);
-        self.truth.start(of, setup.truth_samples.shown(info), gpu, &uniform);
+        self.truth.start(of, setup.truth_samples.shown(info, values), gpu, &uniform);
         let before = self.truth.progress();
         if ask.truth != Truth::Off && techniques::TRUTH.refuses(&setup.light).is_none() {
             let pixels = if let Truth::Some(pixels) = ask.truth { pixels } else { u32::MAX };
@@ -797,7 +797,7 @@ impl Renderer {
             return self.compose(setup);
         }
         let info = techniques::find_or_say(&setup.technique)?;
-        let uniform = FrameUniform::new(setup, info, self.targets.size()?, self.scene_gpu.bounds);
+        let uniform = FrameUniform::new(setup, self.targets.size()?, self.scene_gpu.bounds);
         self.gpu.queue.write_buffer(&self.frame_buffer, 0, bytemuck::bytes_of(&uniform));
         self.seen = view::find(&setup.view, info);
         let drawn = self.seen.map_or(Drawn::Common(Legend::None), |v| v.drawn);

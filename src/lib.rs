@@ -4,28 +4,25 @@
 //! [`setup`] (what to draw) → [`scene`] (glTF and built-in scenes, flattened) → [`frame`] (G-buffer,
 //! technique, truth, picture) → [`measure`] (errors and times) → [`cli`] and [`ui`].
 //! Underneath: [`gpu`] (device, passes bound by name), [`mod@params`] (declared once), [`light`],
-//! [`fit`] (warps and fits in f64), [`shadow_map`] (depth maps and fits), [`cascades`] (several of them along the view),
-//! [`warp`] (one of them, bent), [`node_grid`] (by a grid of nodes), [`techniques`] (a file each), [`truth`] (the exact shadow, band by band), [`view`] (ways to look, in colours of [`palette`], explained by a [`legend`]), [`capture`] (files).
+//! [`map`] (where shadow maps look × how they are looked up), [`flatland`] (the same in two dimensions),
+//! [`techniques`] (a file each), [`truth`] (the exact shadow, band by band), [`view`] (ways to look, in colours of [`palette`], explained by a [`legend`]), [`capture`] (files).
 
 pub mod capture;
-pub mod cascades;
 pub mod chart;
 pub mod cli;
-pub mod fit;
+pub mod flatland;
 pub mod frame;
 pub mod gpu;
 pub mod legend;
 pub mod light;
+pub mod map;
 pub mod measure;
-pub mod node_grid;
 pub mod palette;
 pub mod params;
 pub mod scene;
 pub mod setup;
-pub mod shadow_map;
 pub mod techniques;
 pub mod tour;
 pub mod truth;
 pub mod ui;
 pub mod view;
-pub mod warp;

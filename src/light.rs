@@ -154,7 +154,7 @@ impl Light {
     }
 }
 
-/// A light's view, as `LightView` in `shaders/lib/light_view.wgsl`.
+/// A light's view, as `LightView` in `shaders/map/light_view.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct LightView {
@@ -169,7 +169,9 @@ pub struct LightView {
     pub texel: f32,
     pub resolution: f32,
     pub margin: f32,
-    pub padding: [f32; 2],
+    /// Metres that a fit leaves free at each border, on top of `margin`.
+    pub reach: f32,
+    pub padding: f32,
 }
 
 impl LightView {

@@ -93,6 +93,49 @@ pub enum Test {
     Above(f64),
 }
 
+impl Group {
+    /// The group where a choice of the technique is one of these.
+    pub const fn when(self, of: &'static str, among: &'static [&'static str]) -> Group {
+        Group { when: Some(Condition { of, test: Test::Among(among) }), ..self }
+    }
+}
+
+/// How many groups some lists hold.
+pub const fn count(lists: &[&[Group]]) -> usize {
+    let (mut i, mut count) = (0, 0);
+    while i < lists.len() {
+        count += lists[i].len();
+        i += 1;
+    }
+    count
+}
+
+/// The lists' groups, one after the other; N of them.
+pub const fn join<const N: usize>(lists: &[&[Group]]) -> [Group; N] {
+    let mut all = [Group { name: "", specs: &[], when: None }; N];
+    let (mut i, mut at) = (0, 0);
+    while i < lists.len() {
+        let mut k = 0;
+        while k < lists[i].len() {
+            all[at] = lists[i][k];
+            k += 1;
+            at += 1;
+        }
+        i += 1;
+    }
+    all
+}
+
+/// Lists of groups as one: `groups!(&[A::GROUP], OTHERS)`.
+#[macro_export]
+macro_rules! groups {
+    ($($list:expr),+ $(,)?) => {{
+        const LISTS: &[&[$crate::params::Group]] = &[$($list),+];
+        const ALL: [$crate::params::Group; $crate::params::count(LISTS)] = $crate::params::join(LISTS);
+        &ALL
+    }};
+}
+
 impl Test {
     pub fn holds(&self, value: &Value) -> bool {
         match (self, value) {
@@ -110,6 +153,8 @@ impl Test {
 pub struct Group {
     pub name: &'static str,
     pub specs: &'static [Spec],
+    /// It means something where this holds; always, if there is nothing.
+    pub when: Option<Condition>,
 }
 
 /// Implemented by [`params!`](crate::params!).
@@ -204,7 +249,9 @@ impl Group {
         let mut constants = String::new();
         for s in self.specs {
             let ty = if matches!(s.kind, Kind::Float { .. }) { "f32" } else { "u32" };
-            fields += &format!("    {}: {ty},\n", s.name);
+            // A name that WGSL keeps for itself.
+            let kept = if s.name == "filter" { "_" } else { "" };
+            fields += &format!("    {}{kept}: {ty},\n", s.name);
             if let Kind::Choice { options, .. } = s.kind {
                 for (i, o) in options.iter().enumerate() {
                     constants += &format!("const {}_{} = {i}u;\n", s.name, o.replace('-', "_"));
@@ -264,6 +311,7 @@ macro_rules! params {
                     } ),+ ] ),+ )? ],
                     ..$crate::params!(@spec $kind $args)
                 } ),* ),+ ],
+                when: None,
             };
             fn read(values: &$crate::params::Values) -> Self {
                 let mut specs = Self::GROUP.specs.iter();

@@ -411,8 +411,10 @@ impl Setup {
 
     /// Samples per pixel of the truth that all sides are held against: the most that one of them asks for.
     pub fn shown_samples(&self) -> u32 {
-        let infos = (0..self.sides()).filter_map(|i| self.info(i).or_else(|| self.info(0)));
-        infos.map(|info| self.truth_samples.shown(info)).max().unwrap_or(1)
+        let own = (self.info(0), self.values());
+        let others = self.against.iter().filter(|side| !side.is_truth()).map(|side| (side.info(), &side.params));
+        let shown = |(info, values): (Option<_>, _)| Some(self.truth_samples.shown(info?, values));
+        std::iter::once(own).chain(others).filter_map(shown).max().unwrap_or(1)
     }
 
     /// Whether a side is the truth.

@@ -34,10 +34,10 @@ impl Samples {
     /// What a set-up's key takes, in words.
     pub const TAKES: &str = "\"auto\", 1, 4, 16 or 64";
 
-    /// Samples a pixel of the truth that is shown beside a technique.
-    pub fn shown(self, info: &Info) -> u32 {
+    /// Samples a pixel of the truth that is shown beside a technique with these values.
+    pub fn shown(self, info: &Info, values: &Values) -> u32 {
         match self {
-            Samples::Auto if !info.filters => 1,
+            Samples::Auto if !info.filters(values) => 1,
             _ => self.measured(),
         }
     }

@@ -359,6 +359,7 @@ pub const VIEWS: &[View] = &[
 pub const GROUP: params::Group = params::Group {
     name: "Views",
     specs: &[Spec { name: "view", ..Spec::blank("", Kind::Choice { default: "shaded", options: &IDS }) }],
+    when: None,
 };
 
 const IDS: [&str; VIEWS.len() + 1] = {

@@ -1,7 +1,7 @@
-//!include lib/warped.wgsl
-//!include lib/node_grid.wgsl
-//!include lib/relax.wgsl
-//!include lib/node_views.wgsl
+//!include map/warp/warped.wgsl
+//!include map/warp/node_grid.wgsl
+//!include map/warp/relax.wgsl
+//!include map/warp/node_views.wgsl
 // Jia, Luo, Zhang 2013, as far as Navratil 2015 (3.2.3, 4.2.2) tells of it: a plain map first; where its depth jumps lie
 // silhouettes, and the grid gives them room. The rest is our reading.
 
@@ -82,7 +82,7 @@ fn edges_view(pixel: vec2u) -> f32 {
 }
 
 fn inspect_warp(s: Surface) -> f32 {
-    if frame.map == 10u {
+    if frame.map == shows_edges {
         return edges_view(s.pixel);
     }
     return inspect_nodes(s);

@@ -1,7 +1,7 @@
-//!include lib/warped.wgsl
-//!include lib/node_grid.wgsl
-//!include lib/relax.wgsl
-//!include lib/node_views.wgsl
+//!include map/warp/warped.wgsl
+//!include map/warp/node_grid.wgsl
+//!include map/warp/relax.wgsl
+//!include map/warp/node_views.wgsl
 // Navratil 2015, section 5.4.3: view samples bring their aliasing errors into the cells of a grid, and a cell whose error is
 // K wants K times its area: e(A) = K A0/A shall be 1 (equation 5.2 as its text means it).
 
@@ -186,7 +186,7 @@ fn energy_view(pixel: vec2u) -> f32 {
 }
 
 fn inspect_warp(s: Surface) -> f32 {
-    if frame.map == 10u {
+    if frame.map == shows_energy {
         return energy_view(s.pixel);
     }
     return inspect_nodes(s);

@@ -1,4 +1,4 @@
-//!include lib/warped.wgsl
+//!include map/warp/warped.wgsl
 // Lloyd et al. 2008: after a perspective along y, whose near end is the map's lower side, a logarithm along y.
 //
 // Let 1 + k = f_w/n_w be the quotient of the distances s from the perspective's centre at the map's upper and lower side,
@@ -75,7 +75,7 @@ fn shape_of_view() {
     // At 1 - 2e-5 f_w/n_w is 1e5.
     let h = clamp(dot(v.row_w.xyz, along) / dot(v.row_y.xyz, along), 0.0, 1.0 - 2e-5);
     let tight = ln_1p(2.0 * h / (1.0 - h));
-    let margin = 1.0 + map.normal_offset;
+    let margin = 1.0 + biases.normal_offset;
     let share = margin / max(v.resolution - 2.0 * margin, 1.0);
     var low = -1.0 - 2.0 * share;
     var high = 1.0 + 2.0 * share;
@@ -103,7 +103,7 @@ fn gain(s: Surface) -> f32 {
 }
 
 fn inspect_warp(s: Surface) -> f32 {
-    if frame.map == 10u {
+    if frame.map == shows_gain {
         return gain(s);
     }
     return -1.0;

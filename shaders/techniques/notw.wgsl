@@ -1,4 +1,4 @@
-//!include lib/warped.wgsl
+//!include map/warp/warped.wgsl
 // Milet, Navratil, Zemcik 2015: every row, then every column of the map has a warp of its own, after the view samples in
 // it (Navratil 2015, algorithm 3). Lines are rows where x is warped, columns where y is.
 
@@ -419,14 +419,14 @@ fn histogram(pixel: vec2u) -> f32 {
 
 fn inspect_warp(s: Surface) -> f32 {
     switch frame.map {
-        case 13u: {
+        case shows_occupancy: {
             return histogram(s.pixel);
         }
-        case 10u: {
+        case shows_counts_between: {
             return between_counts(s.pixel);
         }
-        case 11u, 12u: {
-            return offsets(s.pixel, frame.map == 12u);
+        case shows_row_offsets, shows_column_offsets: {
+            return offsets(s.pixel, frame.map == shows_column_offsets);
         }
         default: {
             return -1.0;

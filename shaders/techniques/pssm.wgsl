@@ -1,5 +1,5 @@
-//!include lib/lookup_cascades.wgsl
-//!include lib/depth_range.wgsl
+//!include map/choose/cascades.wgsl
+//!include map/depth_range.wgsl
 // Zhang, Sun, Xu, Lun 2006: a shadow map for each part of the view frustum.
 
 var<uniform> pssm: PssmParams;

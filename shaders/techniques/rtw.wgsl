@@ -1,8 +1,9 @@
-//!include lib/warped.wgsl
+//!include map/warp/warped.wgsl
 // Rosen 2012: rows and columns of the map are as wide as the most important thing in them asks. The importance map covers
 // the light's image before the warp, with a number of bins per side of its own; axis 0 is x, axis 1 is y.
 
 var<uniform> rtw: RtwParams;
+var<uniform> map: MapParams;
 // Where the edges between bins go, shares of the map's side: bins + 1 for x, then for y.
 var<storage, read> warps: array<f32>;
 
@@ -473,13 +474,13 @@ fn profile_picture(pixel: vec2u) -> f32 {
 
 fn inspect_warp(s: Surface) -> f32 {
     switch frame.map {
-        case 10u: {
+        case shows_importance: {
             return importance_picture(s.pixel);
         }
-        case 11u: {
+        case shows_profiles: {
             return profile_picture(s.pixel);
         }
-        case 12u: {
+        case shows_over_dense: {
             return dense_picture(s.pixel);
         }
         default: {

@@ -1,5 +1,5 @@
-//!include lib/lookup_cascades.wgsl
-//!include lib/depth_range.wgsl
+//!include map/choose/cascades.wgsl
+//!include map/depth_range.wgsl
 // Lauritzen, Salvi, Lefohn 2011: cascades placed by where the view samples are.
 
 var<uniform> sdsm: SdsmParams;
@@ -214,10 +214,10 @@ fn plan(pixel: vec2u) -> f32 {
 }
 
 fn inspect_map(s: Surface) -> f32 {
-    if frame.map == 10u {
+    if frame.map == shows_histogram {
         return histogram(s.pixel);
     }
-    if frame.map == 11u {
+    if frame.map == shows_boxes {
         return plan(s.pixel);
     }
     return inspect_cascades(s);

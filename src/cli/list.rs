@@ -51,7 +51,7 @@ pub fn list(what: Listed, json: bool) -> Result<()> {
                 });
                 serde_json::json!({
                     "id": i.id, "title": i.title, "paper": i.paper, "doc": i.doc, "lights": i.lights,
-                    "filters": i.filters,
+                    "filters": i.filters(&Default::default()),
                     "maps": i.maps().map(|m| m.id).collect::<Vec<_>>(), "params": params.collect::<Vec<_>>(),
                 })
             });

@@ -22,7 +22,7 @@ pub struct Counting {
 
 /// The maps of a technique: layers of one size, of which maps may fill less.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Maps {
+pub struct MapSizes {
     /// Width and height of each layer, texels.
     pub size: [u32; 2],
     pub layers: u32,
@@ -30,13 +30,13 @@ pub struct Maps {
     sides: [u32; 8],
 }
 
-impl Maps {
+impl MapSizes {
     /// Square maps with these sides, texels; different ones only among the first eight.
-    pub fn of(sides: &[u32]) -> Maps {
+    pub fn of(sides: &[u32]) -> MapSizes {
         let largest = sides.iter().copied().max().unwrap_or(0);
         let mut smaller = [0; 8];
         smaller.iter_mut().zip(sides).filter(|(_, side)| **side < largest).for_each(|(to, side)| *to = *side);
-        Maps { size: [largest; 2], layers: sides.len() as u32, sides: smaller }
+        MapSizes { size: [largest; 2], layers: sides.len() as u32, sides: smaller }
     }
 
     /// Texels of a layer.
@@ -72,7 +72,7 @@ struct Band {
 pub struct Analysis {
     pub(super) aliasing: Slot,
     places: Slot,
-    maps: Option<Maps>,
+    maps: Option<MapSizes>,
     bands: Vec<Band>,
     pub(super) draws: Option<DrawCount>,
     pub(super) pieces: Option<wgpu::Buffer>,
@@ -117,7 +117,7 @@ impl Analysis {
     }
 
     /// Buffers for the counts of these maps, in bands of what the adapter binds at once.
-    fn hold(&mut self, gpu: &Gpu, maps: Maps) {
+    fn hold(&mut self, gpu: &Gpu, maps: MapSizes) {
         self.maps = Some(maps);
         let most = gpu.most_bound() / 4;
         // Where all counts are too many, one empty band remains: the aliasing error needs none.
@@ -144,7 +144,7 @@ impl Analysis {
     }
 
     /// The maps that the technique had analysed; None if it has none, or the frame was not asked.
-    pub fn maps(&self) -> Option<Maps> {
+    pub fn maps(&self) -> Option<MapSizes> {
         self.maps
     }
 
@@ -242,15 +242,15 @@ impl Analysis {
 }
 
 impl Band {
-    fn words(&self, maps: Maps) -> Counting {
-        let Maps { size, layers, sides } = maps;
+    fn words(&self, maps: MapSizes) -> Counting {
+        let MapSizes { size, layers, sides } = maps;
         let (first, count) = (self.first as u32, self.count as u32);
         Counting { size, layers, first, count, padding: 0, spare: [0; 2], sides: bytemuck::cast(sides) }
     }
 }
 
 impl Frame<'_> {
-    /// Tells where a warped map counts its pieces (`State` in `shaders/lib/warped.wgsl`, which begins with its counters).
+    /// Tells where a warped map counts its pieces (`State` in `shaders/map/warp/warped.wgsl`, which begins with its counters).
     pub(crate) fn count_pieces(&mut self, counters: &wgpu::Buffer) {
         self.pieces = Some(counters.clone());
     }
@@ -269,7 +269,7 @@ impl Frame<'_> {
 
     /// Runs the technique's analysis pass (`shaders/lib/analysis.wgsl`, entry point `analyse`) over its maps, if the
     /// frame asks for it. `bound`: what its `place` needs.
-    pub fn analyse(&mut self, pass: &Pass, maps: Maps, bound: &[(&'static str, Resource)]) {
+    pub fn analyse(&mut self, pass: &Pass, maps: MapSizes, bound: &[(&'static str, Resource)]) {
         let Some(analysis) = self.analysis.as_deref_mut() else { return };
         let recorder = &mut self.recorder;
         let aliasing =

@@ -1,9 +1,9 @@
 //! What maps cover, drawn into the scene as lines (`shaders/lines.wgsl`): frusta, the boxes of light views, bodies.
 
 use super::{Ask, Frame};
-use crate::fit::Scope;
-use crate::fit::hull::Polyhedron;
 use crate::gpu::{Gpu, Pass, Raster, Recorder, Resource};
+use crate::map::fit::Scope;
+use crate::map::fit::hull::Polyhedron;
 use crate::setup::Setup;
 use crate::view::Drawn;
 use anyhow::Result;

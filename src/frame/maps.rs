@@ -3,6 +3,7 @@
 use super::{Frame, Renderer, STORED};
 use crate::gpu::{Pass, Recorder, Resource, Slot, hold};
 use crate::light::LightView;
+use crate::map::filter::alone;
 use crate::params::Group;
 use anyhow::{Context, Result};
 use glam::{DMat3, DVec2, DVec3, Mat2, Vec2, Vec4};
@@ -19,7 +20,7 @@ pub(super) struct Offered {
     warp: Option<Warp>,
 }
 
-/// The warp of a map, on the GPU: a shader that includes `shaders/lib/warped.wgsl`, and what it reads.
+/// The warp of a map, on the GPU: a shader that includes `shaders/map/warp/warped.wgsl`, and what it reads.
 #[derive(Clone)]
 struct Warp {
     file: &'static str,
@@ -221,7 +222,7 @@ impl Renderer {
     fn read_warp(&mut self, warp: &Warp, nodes: u32) -> Result<Vec<Vec4>> {
         let gpu = self.gpu.clone();
         let pass = hold(&mut self.read_warp, warp.file, |file| {
-            Pass::compute(&gpu, "warp to numbers", file, "tabulate", warp.groups)
+            Pass::compute(&gpu, "warp to numbers", &alone(file), "tabulate", warp.groups)
         })?;
         let mut values = Slot::default();
         let out = values.get(&gpu, "warp as numbers", [nodes; 2], Format::Rgba32Float, STORED);

@@ -3,6 +3,7 @@
 use super::Gpu;
 use crate::palette;
 use crate::params::Group;
+use crate::techniques;
 use anyhow::{Context, Result, anyhow, bail};
 use include_dir::{Dir, include_dir};
 use std::path::{Path, PathBuf};
@@ -38,9 +39,9 @@ pub struct Binding {
     pub entry: wgpu::BindGroupLayoutEntry,
 }
 
-/// A file that a device has taken in, for the passes that come of it one after the other.
+/// A shader that a device has taken in, for the passes that come of it one after the other.
 pub struct Loaded {
-    /// The file, the parameter structs, and the newest change of any file.
+    /// The files, the parameter structs, and the newest change of any file.
     key: (String, Vec<&'static str>, Option<SystemTime>),
     pub program: Program,
     pub on_device: wgpu::ShaderModule,
@@ -92,8 +93,10 @@ impl Shaders {
     }
 
     fn read(&self, file: &str) -> Result<String> {
-        if file == "palettes.wgsl" {
-            return Ok(palette::wgsl());
+        match file {
+            "palettes.wgsl" => return Ok(palette::wgsl()),
+            "constants.wgsl" => return Ok(techniques::wgsl()),
+            _ => {}
         }
         match &self.folder {
             Some(folder) => {
@@ -107,25 +110,28 @@ impl Shaders {
         }
     }
 
-    /// Puts a file, what it includes (`//!include lib/frame.wgsl`, each once) and the parameter structs together, numbers the
-    /// resources that it declares (`var<uniform> frame: Frame;`), and checks the whole.
+    /// Puts files with spaces between them, what they include (`//!include lib/frame.wgsl`, each once) and the parameter
+    /// structs together, numbers the resources that they declare (`var<uniform> frame: Frame;`), and checks the whole.
     ///
     /// # Errors
     /// What naga finds, with the file and line it was written on.
-    pub fn load(&self, file: &str, groups: &[Group]) -> Result<Program> {
+    pub fn load(&self, files: &str, groups: &[Group]) -> Result<Program> {
         let mut lines = Vec::new();
         for group in groups {
             let text = group.wgsl();
             lines.extend(text.lines().map(|l| (format!("params {}", group.name), 0, l.to_string())));
         }
-        self.include(file, &mut Vec::new(), &mut lines)?;
+        let mut seen = Vec::new();
+        for file in files.split(' ') {
+            self.include(file, &mut seen, &mut lines)?;
+        }
         let resources = lines.iter_mut().map(|(_, _, line)| line).filter(|line| is_resource(line));
         resources.enumerate().for_each(|(i, line)| line.insert_str(0, &format!("@group(0) @binding({i}) ")));
         let source: String = lines.iter().flat_map(|(_, _, l)| [l.as_str(), "\n"]).collect();
         let place =
             |offset: Option<naga::SourceLocation>| match offset.and_then(|l| lines.get(l.line_number as usize - 1)) {
                 Some((file, line, text)) => format!("{file}:{line}: {}", text.trim()),
-                None => file.to_string(),
+                None => files.to_string(),
             };
         let module = naga::front::wgsl::parse_str(&source)
             .map_err(|e| anyhow!("{}: {}", place(e.location(&source)), e.message()))?;

@@ -60,7 +60,7 @@ impl Figure {
     /// The error that judges these techniques fairly: the share of wrong pixels where all of them say lit or dark, the
     /// RMSE where one filters, since a soft edge is no wrong pixel.
     pub fn suited(techniques: &[String]) -> &'static Figure {
-        let filters = |id: &String| techniques::find(id).is_some_and(|info| info.filters);
+        let filters = |id: &String| techniques::find(id).is_some_and(|info| info.filters(&Default::default()));
         &FIGURES[techniques.iter().any(filters) as usize]
     }
 

@@ -2,9 +2,9 @@
 
 use super::bvh::Bvh;
 use super::{Interpolation, Local, Property, Scene, Wrap};
-use crate::fit::hull::Polyhedron;
-use crate::fit::quickhull::convex_hull;
 use crate::gpu::{Gpu, Table};
+use crate::map::fit::hull::Polyhedron;
+use crate::map::fit::quickhull::convex_hull;
 use anyhow::{Result, ensure};
 use bytemuck::{Pod, Zeroable};
 use glam::{DMat4, DQuat, DVec4, Mat3, Vec2, Vec3, Vec4};
@@ -27,7 +27,7 @@ pub struct Vertex {
 }
 
 impl Vertex {
-    /// A caster's corner as `Corner` in `shaders/lib/depth.wgsl`: position, texture coordinates, material.
+    /// A caster's corner as `Corner` in `shaders/map/casters.wgsl`: position, texture coordinates, material.
     pub const LAYOUT: wgpu::VertexBufferLayout<'static> = wgpu::VertexBufferLayout {
         array_stride: size_of::<Vertex>() as u64,
         step_mode: wgpu::VertexStepMode::Vertex,

@@ -1,15 +1,17 @@
 //! Distorted shadow mapping (Jia, Luo, Zhang 2013), in our reading.
 
-use super::{Info, MAPS, Technique};
+use super::{Info, MAPS, NEAREST, Technique};
 use crate::frame::Frame;
-use crate::gpu::{Gpu, Pass, Raster, Slot};
-use crate::node_grid::{self, NodeGrid};
+use crate::gpu::{Gpu, Pass};
+use crate::map::Layers;
+use crate::map::casters::{Casters, Triangles};
+use crate::map::filter::alone;
+use crate::map::warp::node_grid::{self, NodeGrid};
+use crate::map::warp::{self, RasterParams, Warped};
+use crate::map::{BiasParams, CasterParams, MapParams};
 use crate::params::Params;
-use crate::scene::geometry::Vertex;
-use crate::shadow_map::{MapParams, USAGE};
 use crate::view::{self, Class, Drawn, Legend};
-use crate::warp::{self, RasterParams, Warped};
-use anyhow::{Result, ensure};
+use anyhow::Result;
 
 crate::params! {
     /// How the grid follows the silhouettes.
@@ -40,8 +42,8 @@ pub static INFO: Info = Info {
     doc: "Draws a plain map, finds the jumps in its depth, and distorts a grid over the map so that these silhouettes \
           get more texels. It knows nothing of the camera: edges that nobody sees get just as many.",
     lights: &["directional", "spot"],
-    filters: false,
-    params: &[DsmParams::GROUP, RasterParams::GROUP, MapParams::GROUP],
+    filter: Some(NEAREST),
+    params: &[DsmParams::GROUP, RasterParams::GROUP, MapParams::GROUP, CasterParams::GROUP, BiasParams::GROUP],
     main: &[("resolution", "256..4096*2"), ("grid", "16,32,64"), ("iterations", "50,200")],
     maps: &[
         MAPS,
@@ -54,37 +56,26 @@ pub static INFO: Info = Info {
         )],
         &node_grid::MAPS,
     ],
-    make: |gpu| Ok(Box::new(Dsm::new(gpu)?)),
+    make: |gpu, _| Ok(Box::new(Dsm::new(gpu)?)),
 };
 
 struct Dsm {
     warped: Warped,
     grid: NodeGrid,
-    plain: Slot,
-    casters: [Pass; 2],
+    plain: Option<Layers>,
+    casters: Casters,
     importance: Pass,
 }
 
 impl Dsm {
     fn new(gpu: &Gpu) -> Result<Dsm> {
         let file = "techniques/dsm.wgsl";
-        let caster = |name, fragment| {
-            let raster = Raster {
-                // Linear depth, as the look-up has it.
-                vertex: "warped_caster",
-                fragment: Some(fragment),
-                depth: Raster::nearest(wgpu::TextureFormat::Depth32Float),
-                vertices: Some(Vertex::LAYOUT),
-                ..Raster::default()
-            };
-            Pass::render(gpu, name, "lib/depth.wgsl", raster, &[])
-        };
         Ok(Dsm {
             warped: Warped::new(gpu, file, INFO.params)?,
             grid: NodeGrid::new(gpu, file, INFO.params)?,
-            plain: Slot::default(),
-            casters: [caster("plain map", "warped")?, caster("plain map (masked)", "warped_masked")?],
-            importance: Pass::compute(gpu, "importance", file, "importance", INFO.params)?,
+            plain: None,
+            casters: Casters::named(["plain map", "plain map (masked)"]),
+            importance: Pass::compute(gpu, "importance", &alone(file), "importance", INFO.params)?,
         })
     }
 }
@@ -93,22 +84,15 @@ impl Technique for Dsm {
     fn render(&mut self, f: &mut Frame) -> Result<()> {
         let p = DsmParams::read(f.values);
         let resolution = MapParams::read(f.values).resolution;
-        let limit = f.gpu.device.limits().max_texture_dimension_2d;
-        ensure!(resolution <= limit, "a map of {resolution}² texels is more than {} takes", f.gpu.info.name);
         let base = self.warped.base(f, None, false)?;
-        let plain = self.plain.get(f.gpu, "plain map", [resolution; 2], wgpu::TextureFormat::Depth32Float, USAGE);
-        if let Some(texture) = self.plain.texture() {
-            f.held(crate::gpu::bytes(texture));
-        }
+        let plain = Layers::hold(&mut self.plain, f.gpu, &[resolution], wgpu::TextureFormat::Depth32Float)?;
+        let map = &plain.each[0];
+        f.held(plain.bytes());
         let mut bound = self.grid.bound(f, p.grid);
-        bound.extend([("light_view", (&base.light_view).into()), ("plain_map", (&plain).into())]);
+        bound.extend([("light_view", (&base.light_view).into()), ("plain_map", map.into())]);
         if base.changed {
-            let (scene, depth) = (f.scene, Some((&plain, 0.0)));
-            let [opaque, masked] = &self.casters;
-            f.run(opaque).bind_all(&bound).draw(&[], depth, true, |p| scene.draw_opaque(p));
-            if scene.opaque_count < scene.triangle_count {
-                f.run(masked).bind_all(&bound).draw(&[], depth, false, |p| scene.draw_masked(p));
-            }
+            // Linear depth, as the look-up has it.
+            self.casters.draw(f, map, resolution, &base.light_view, &Triangles::All, true)?;
             f.run(&self.importance).bind_all(&bound).dispatch(p.grid, p.grid, 1);
             self.grid.solve(f, &bound);
         }

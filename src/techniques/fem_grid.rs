@@ -1,13 +1,15 @@
 //! A warp grid of finite elements (Navratil 2015, section 5.4.3): his direct stiffness method, and the potential that he left
 //! open.
 
-use super::{Info, MAPS, Technique};
+use super::{Info, MAPS, NEAREST, Technique};
 use crate::frame::Frame;
 use crate::gpu::{Gpu, Pass};
-use crate::node_grid::{self, NodeGrid};
+use crate::map::filter::alone;
+use crate::map::warp::node_grid::{self, NodeGrid};
+use crate::map::warp::{self, RasterParams, Warped, storage};
+use crate::map::{BiasParams, CasterParams, MapParams};
 use crate::params::Params;
 use crate::view::{self, Area, Axis, Class, Drawn, Legend, Span};
-use crate::warp::{self, RasterParams, Warped, storage};
 use anyhow::Result;
 
 crate::params! {
@@ -43,8 +45,8 @@ pub static INFO: Info = Info {
     doc: "Adds up the aliasing errors of all pixels in the cells of a coarse grid, and lets the cells press against each \
           other until their areas follow the errors. Its seed, a system of springs solved at once, folds the grid.",
     lights: &["directional", "spot"],
-    filters: false,
-    params: &[FemGridParams::GROUP, RasterParams::GROUP, crate::shadow_map::MapParams::GROUP],
+    filter: Some(NEAREST),
+    params: &[FemGridParams::GROUP, RasterParams::GROUP, MapParams::GROUP, CasterParams::GROUP, BiasParams::GROUP],
     main: &[("resolution", "256..4096*2"), ("grid", "8,16,32"), ("steps", "0,100,300")],
     maps: &[
         MAPS,
@@ -63,7 +65,7 @@ pub static INFO: Info = Info {
         )],
         &node_grid::MAPS,
     ],
-    make: |gpu| Ok(Box::new(FemGrid::new(gpu)?)),
+    make: |gpu, _| Ok(Box::new(FemGrid::new(gpu)?)),
 };
 
 struct FemGrid {
@@ -79,7 +81,7 @@ impl FemGrid {
         Ok(FemGrid {
             warped: Warped::new(gpu, file, INFO.params)?,
             grid: NodeGrid::new(gpu, file, INFO.params)?,
-            cell_errors: Pass::compute(gpu, "cell errors", file, "cell_errors", INFO.params)?,
+            cell_errors: Pass::compute(gpu, "cell errors", &alone(file), "cell_errors", INFO.params)?,
             errors: None,
         })
     }

@@ -1,14 +1,16 @@
 //! Light space perspective shadow map (Wimmer, Scherzer, Purgathofer 2004).
 
-use super::shadow_map::{Comparison, MAPS};
-use super::{Info, Technique};
-use crate::fit::diagram::{self, Diagram, Drawing};
-use crate::fit::lispsm::{self, Lispsm, Strength};
-use crate::fit::{Kept, Scope};
+use super::shadow_map::MAPS;
+use super::{FILTERING, Info, Technique, chosen};
 use crate::frame::Frame;
 use crate::light::LightView;
+use crate::map::filter::LookUp;
+use crate::map::fit::diagram::{self, Diagram, Drawing};
+use crate::map::fit::lispsm::{self, Lispsm, Strength};
+use crate::map::fit::{Kept, Scope};
+use crate::map::single::{ShadowMap, scope};
+use crate::map::{BiasParams, CasterParams, MapParams};
 use crate::params::Params;
-use crate::shadow_map::{MapParams, ShadowMap, scope};
 use anyhow::Result;
 use glam::DVec2;
 
@@ -35,8 +37,12 @@ pub static INFO: Info = Info {
     doc: "A shadow map warped along the view, so that texels are small near the camera and large far away. Where gaze and \
           light are parallel there is nothing to gain, and the warp fades out.",
     lights: &["directional", "spot"],
-    filters: false,
-    params: &[LispsmParams::GROUP, MapParams::GROUP],
+    filter: None,
+    params: crate::groups!(
+        &[LispsmParams::GROUP, MapParams::GROUP, CasterParams::GROUP],
+        FILTERING,
+        &[BiasParams::GROUP],
+    ),
     main: &[("resolution", "256..8192*2"), ("strength", "0.5,1,1.5")],
     maps: &[
         MAPS,
@@ -46,10 +52,10 @@ pub static INFO: Info = Info {
              spot light at 1 m from it) and γ in degrees.",
         )],
     ],
-    make: |gpu| {
+    make: |gpu, info| {
         Ok(Box::new(LightSpacePerspective {
             map: ShadowMap::new(gpu)?,
-            comparison: Comparison::new(gpu, "techniques/lispsm.wgsl")?,
+            look_up: LookUp::new(gpu, "map/single.wgsl", info.params),
             drawing: Drawing::new(gpu)?,
             fit: Kept::default(),
         }))
@@ -58,7 +64,7 @@ pub static INFO: Info = Info {
 
 struct LightSpacePerspective {
     map: ShadowMap,
-    comparison: Comparison,
+    look_up: LookUp,
     drawing: Drawing,
     fit: Kept<Option<Fitted>>,
 }
@@ -87,9 +93,11 @@ fn fitted(scope: &Scope, p: &LispsmParams) -> Option<Fitted> {
 impl Technique for LightSpacePerspective {
     fn render(&mut self, f: &mut Frame) -> Result<()> {
         let p = LispsmParams::read(f.values);
-        let made = self.fit.get(f, scope(f, 0.0), |s| fitted(s, &p));
-        let drawn = self.map.render_view(f, made.as_ref().and_then(|m| m.view), 0.0, p.focus)?;
-        self.comparison.look_up(f, &drawn);
+        let filter = chosen(f.values);
+        let reach = (filter.reach)(f.values);
+        let made = self.fit.get(f, scope(f, reach), |s| fitted(s, &p));
+        let maps = self.map.render_view(f, made.as_ref().and_then(|m| m.view), reach, p.focus)?;
+        self.look_up.run(f, &maps, filter, &[])?;
         self.drawing.show(f, "warp", || made.as_ref().map(|m| Diagram::of_perspective(&m.lispsm, &m.points, false)));
         Ok(())
     }

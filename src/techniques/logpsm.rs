@@ -1,16 +1,18 @@
 //! Logarithmic perspective shadow map (Lloyd, Govindaraju, Quammen, Molnar, Manocha 2008).
 
-use super::{Info, MAPS, Technique};
-use crate::fit::diagram::{self, Diagram, Drawing};
-use crate::fit::lispsm::Lispsm;
-use crate::fit::{Kept, Scope, logpsm};
+use super::{Info, MAPS, NEAREST, Technique};
 use crate::frame::Frame;
 use crate::gpu::{Gpu, Pass};
 use crate::light::{Light, LightView};
+use crate::map::filter::{Reach, alone};
+use crate::map::fit::diagram::{self, Diagram, Drawing};
+use crate::map::fit::lispsm::Lispsm;
+use crate::map::fit::{Kept, Scope, logpsm};
+use crate::map::single::scope;
+use crate::map::warp::{self, Base, RasterParams, Warped};
+use crate::map::{BiasParams, CasterParams, MapParams, light_views};
 use crate::params::Params;
-use crate::shadow_map::{MapParams, scope};
 use crate::view::{self, Class, Drawn, Legend};
-use crate::warp::{self, Base, RasterParams, Warped};
 use anyhow::Result;
 use glam::DVec2;
 
@@ -38,8 +40,8 @@ pub static INFO: Info = Info {
           The best that one map warped along the view can do, but straight edges become curves: large triangles must be \
           split, or drawn exactly.",
     lights: &["directional", "spot"],
-    filters: false,
-    params: &[LogpsmParams::GROUP, RasterParams::GROUP, MapParams::GROUP],
+    filter: Some(NEAREST),
+    params: &[LogpsmParams::GROUP, RasterParams::GROUP, MapParams::GROUP, CasterParams::GROUP, BiasParams::GROUP],
     main: &[("resolution", "256..4096*2"), ("strength", "0.5,0.75,1")],
     maps: &[
         MAPS,
@@ -62,7 +64,7 @@ pub static INFO: Info = Info {
             ),
         ],
     ],
-    make: |gpu| Ok(Box::new(Logarithmic::new(gpu)?)),
+    make: |gpu, _| Ok(Box::new(Logarithmic::new(gpu)?)),
 };
 
 struct Logarithmic {
@@ -121,9 +123,9 @@ impl Logarithmic {
         let made = |label, size: usize| gpu.buffer(label, &vec![0; size], Use::UNIFORM | Use::STORAGE | Use::COPY_SRC);
         Ok(Logarithmic {
             warped: Warped::new(gpu, file, INFO.params)?,
-            range: Pass::compute(gpu, "fit: logarithm", file, "shape_of_view", INFO.params)?,
+            range: Pass::compute(gpu, "fit: logarithm", &alone(file), "shape_of_view", INFO.params)?,
             shape: made("the logarithm's shape", 16),
-            light_view: made("light view with margins", size_of::<LightView>()),
+            light_view: light_views(gpu, "light view with margins"),
             drawing: Drawing::new(gpu)?,
             fit: Kept::default(),
         })
@@ -133,7 +135,7 @@ impl Logarithmic {
 impl Technique for Logarithmic {
     fn render(&mut self, f: &mut Frame) -> Result<()> {
         let p = LogpsmParams::read(f.values);
-        let made = self.fit.get(f, scope(f, 0.0), |s| fitted(s, &p));
+        let made = self.fit.get(f, scope(f, Reach::default()), |s| fitted(s, &p));
         let tight = self.warped.base(f, made.as_ref().and_then(|m| m.view), p.focus)?;
         f.held(self.shape.size() + self.light_view.size());
         if tight.changed {

@@ -17,7 +17,9 @@ mod tsm;
 use crate::frame::Frame;
 use crate::gpu::Gpu;
 use crate::light::Light;
-use crate::params::{Condition, Group, Spec, Values};
+use crate::map::MOST;
+use crate::map::filter::Filter;
+use crate::params::{Condition, Group, Params, Spec, Values};
 use crate::view::View;
 use anyhow::{Context, Result, anyhow};
 
@@ -36,9 +38,8 @@ pub struct Info {
     pub doc: &'static str,
     /// The light kinds it serves, by their names in [`crate::light::KINDS`].
     pub lights: &'static [&'static str],
-    /// Whether it aims at the mean visibility over a pixel, as filters do, and not at that of one sample: views and the
-    /// window then show the averaged truth beside it ([`crate::truth::Samples::Auto`]).
-    pub filters: bool,
+    /// How it looks its maps up, where that is not for `filter` to say.
+    pub filter: Option<&'static Filter>,
     /// Its parameters; names are unique across the groups.
     pub params: &'static [Group],
     /// The parameters that decide between speed and accuracy, with values worth trying as `sweep` writes them. A chart's
@@ -46,7 +47,7 @@ pub struct Info {
     pub main: &'static [(&'static str, &'static str)],
     /// Views of its own, on top of [`crate::view::VIEWS`], list after list; see [`Info::maps`].
     pub maps: &'static [&'static [View]],
-    pub make: fn(&Gpu) -> Result<Box<dyn Technique>>,
+    pub make: fn(&Gpu, &'static Info) -> Result<Box<dyn Technique>>,
 }
 
 /// A shadow technique.
@@ -56,6 +57,60 @@ pub trait Technique {
 }
 
 pub(crate) use shadow_map::MAPS;
+
+/// The filters, each declared with the technique that looks a single map up by it.
+pub const FILTERS: &[&Filter] = &[NEAREST, &pcf::FILTER];
+pub const NEAREST: &Filter = &shadow_map::FILTER;
+
+/// Their names.
+const IDS: [&str; FILTERS.len()] = {
+    let mut ids = [""; FILTERS.len()];
+    let mut i = 0;
+    while i < ids.len() {
+        ids[i] = FILTERS[i].id;
+        i += 1;
+    }
+    ids
+};
+
+crate::params! {
+    /// How a technique's maps are looked up.
+    pub struct FilterParams {
+        "Filter" {
+            /// How the maps are looked up. Nearest: one comparison. The others are the techniques of these names, with their parameters.
+            filter: choice("nearest", IDS),
+        }
+    }
+}
+
+/// The choice of a filter, and the parameters of each.
+pub const FILTERING: &[Group] = &[FilterParams::GROUP, pcf::PcfParams::GROUP.when("filter", &["pcf"])];
+
+/// The filter that `filter` names.
+pub fn chosen(values: &Values) -> &'static Filter {
+    let name = FilterParams::read(values).filter;
+    FILTERS.iter().find(|f| f.id == name).copied().unwrap_or(NEAREST)
+}
+
+/// The ids of all techniques' own views, each once.
+fn map_ids() -> impl Iterator<Item = &'static str> {
+    let all = || ALL.iter().flat_map(|info| info.maps()).map(|v| v.id);
+    all().enumerate().filter(move |(i, id)| !all().take(*i).any(|other| other == *id)).map(|(_, id)| id)
+}
+
+/// The number by which shaders know a technique's own view, as `shows_texels` in WGSL; of other views one that none has.
+pub fn map_number(id: &str) -> u32 {
+    map_ids().position(|other| other == id).unwrap_or(u32::MAX as usize) as u32
+}
+
+/// What WGSL must know of Rust's numbers: `constants.wgsl`.
+pub fn wgsl() -> String {
+    let mut text = format!("const most_layers = {MOST}u;\n");
+    for (i, id) in map_ids().enumerate() {
+        text += &format!("const shows_{} = {i}u;\n", id.replace('-', "_"));
+    }
+    text
+}
 
 /// Every technique, in the order of the lists. The first is the default.
 pub static ALL: &[&Info] = &[
@@ -90,10 +145,23 @@ impl Info {
                 .find(|s| s.name == c.of)
                 .is_some_and(|s| c.test.holds(values.get(c.of).unwrap_or(&s.default())) && self.applies(s, values))
         };
-        spec.when.is_empty() || spec.when.iter().any(|all| all.iter().all(holds))
+        let group = self.params.iter().find(|g| g.specs.iter().any(|s| s.name == spec.name)).and_then(|g| g.when);
+        group.iter().all(holds) && (spec.when.is_empty() || spec.when.iter().any(|all| all.iter().all(holds)))
     }
 
-    /// Views of its own; shaders know them by their places here.
+    /// How it looks its maps up with these values; None of techniques without maps.
+    pub fn filter(&self, values: &Values) -> Option<&'static Filter> {
+        let choice = self.specs().any(|s| s.name == "filter");
+        self.filter.or_else(|| choice.then(|| chosen(values)))
+    }
+
+    /// Whether it aims at the mean visibility over a pixel, as filters do, and not at that of one sample: views and the
+    /// window then show the averaged truth beside it ([`crate::truth::Samples::Auto`]).
+    pub fn filters(&self, values: &Values) -> bool {
+        self.filter(values).is_some_and(|f| f.id != NEAREST.id)
+    }
+
+    /// Views of its own.
     pub fn maps(&self) -> impl Iterator<Item = &'static View> + use<> {
         self.maps.iter().copied().flatten()
     }

@@ -1,14 +1,16 @@
 //! Non-orthogonal texture warping (Milet, Navratil, Zemcik 2015).
 
-use super::{Info, MAPS, Technique};
-use crate::fit::{Kept, msf};
+use super::{Info, MAPS, NEAREST, Technique};
 use crate::frame::Frame;
 use crate::gpu::{Gpu, Pass, Resource, hold};
 use crate::light::LightView;
+use crate::map::filter::{Reach, alone};
+use crate::map::fit::{Kept, msf};
+use crate::map::single::scope;
+use crate::map::warp::{self, RasterParams, Warped, storage};
+use crate::map::{BiasParams, CasterParams, MapParams};
 use crate::params::Params;
-use crate::shadow_map::{MapParams, scope};
 use crate::view::{self, Area, Class, Drawn, Legend, Span};
-use crate::warp::{self, RasterParams, Warped, storage};
 use anyhow::{Result, ensure};
 
 crate::params! {
@@ -44,8 +46,8 @@ pub static INFO: Info = Info {
     doc: "Counts how many pixels look into each texel and stretches every row, then every column of the map until all \
           texels are equally busy. Where the warp turns fast between a triangle's corners, its shadow goes astray.",
     lights: &["directional", "spot"],
-    filters: false,
-    params: &[NotwParams::GROUP, RasterParams::GROUP, MapParams::GROUP],
+    filter: Some(NEAREST),
+    params: &[NotwParams::GROUP, RasterParams::GROUP, MapParams::GROUP, CasterParams::GROUP, BiasParams::GROUP],
     main: &[("resolution", "256..4096*2"), ("window", "0.01,0.03125,0.125"), ("crop", "none,dv")],
     maps: &[
         MAPS,
@@ -96,7 +98,7 @@ pub static INFO: Info = Info {
             ),
         ],
     ],
-    make: |gpu| Ok(Box::new(Notw::new(gpu)?)),
+    make: |gpu, _| Ok(Box::new(Notw::new(gpu)?)),
 };
 
 struct Notw {
@@ -140,7 +142,7 @@ struct Axis {
 impl Notw {
     fn new(gpu: &Gpu) -> Result<Notw> {
         let file = "techniques/notw.wgsl";
-        let pass = |name, entry| Pass::compute(gpu, name, file, entry, INFO.params);
+        let pass = |name, entry| Pass::compute(gpu, name, &alone(file), entry, INFO.params);
         Ok(Notw {
             warped: Warped::new(gpu, file, INFO.params)?,
             least: Kept::default(),
@@ -202,9 +204,9 @@ impl Technique for Notw {
         let view = match p.crop.as_str() {
             "msf" => {
                 if f.wants_outlines() {
-                    f.outline_body(scope(f, 0.0).seen_of(f.geometry.hull().clone()));
+                    f.outline_body(scope(f, Reach::default()).seen_of(f.geometry.hull().clone()));
                 }
-                *self.least.get(f, scope(f, 0.0), |s| msf::view(s, f.geometry.hull()))
+                *self.least.get(f, scope(f, Reach::default()), |s| msf::view(s, f.geometry.hull()))
             }
             _ => None,
         };

@@ -1,13 +1,10 @@
 //! Percentage-closer filtering (Reeves, Salesin, Cook 1987).
 
-use super::shadow_map::MAPS;
-use super::{Info, Technique};
-use crate::frame::Frame;
-use crate::gpu::{Gpu, Pass};
+use super::Info;
+use super::shadow_map::{GROUPS, MAPS, single};
+use crate::map::filter::{Filter, Reach};
 use crate::params::Params;
-use crate::shadow_map::{FitParams, HardwareParams, MapParams, ShadowMap};
 use crate::view;
-use anyhow::Result;
 
 crate::params! {
     /// The filter of PCF.
@@ -21,11 +18,26 @@ crate::params! {
             samples: int(16, 4..=64, "taps") if mode = "disk",
             /// Radius of the disk.
             radius: float(2.0, 0.5..=16.0, "texels") if mode = "disk",
+            /// Width of the filter in the world, the same in all maps; 0: `kernel` texels, or a disk of `radius` texels.
+            blur: float(0.0, 0.0..=1.0, "m") if mode = ["grid", "hw2x2", "disk"],
             /// Turn the disk by a different angle at every pixel: bands become noise.
             rotate: flag(false) if mode = "disk",
         }
     }
 }
+
+pub static FILTER: Filter = Filter {
+    id: "pcf",
+    file: "map/filter/pcf.wgsl",
+    reach: |values| {
+        let p = PcfParams::read(values);
+        let texels = if p.mode == "disk" { p.radius } else { p.kernel as f32 / 2.0 };
+        match p.blur > 0.0 && p.mode != "tent" {
+            true => Reach { texels: 0.0, metres: p.blur / 2.0 },
+            false => Reach { texels, metres: 0.0 },
+        }
+    },
+};
 
 pub static INFO: Info = Info {
     id: "pcf",
@@ -36,8 +48,8 @@ pub static INFO: Info = Info {
     doc: "Several depth comparisons around each pixel's place in the shadow map, averaged: the stairs blur. The blur \
           is equally wide everywhere, even where the shadow touches its caster.",
     lights: &["directional", "spot"],
-    filters: true,
-    params: &[PcfParams::GROUP, FitParams::GROUP, MapParams::GROUP, HardwareParams::GROUP],
+    filter: Some(&FILTER),
+    params: crate::groups!(&[PcfParams::GROUP], GROUPS),
     main: &[("resolution", "256..8192*2"), ("mode", "grid,tent"), ("kernel", "3,5,7")],
     maps: &[
         MAPS.split_at(3).0,
@@ -57,51 +69,5 @@ pub static INFO: Info = Info {
         ],
         MAPS.split_at(3).1,
     ],
-    make: |gpu| Ok(Box::new(Pcf::new(gpu)?)),
+    make: single,
 };
-
-struct Pcf {
-    map: ShadowMap,
-    resolve: Pass,
-    inspect: Pass,
-    sampler: wgpu::Sampler,
-}
-
-impl Pcf {
-    fn new(gpu: &Gpu) -> Result<Pcf> {
-        let file = "techniques/pcf.wgsl";
-        Ok(Pcf {
-            map: ShadowMap::new(gpu)?,
-            resolve: Pass::compute(gpu, "resolve", file, "resolve", INFO.params)?,
-            inspect: Pass::compute(gpu, "inspect", file, "inspect", INFO.params)?,
-            sampler: gpu.device.create_sampler(&wgpu::SamplerDescriptor {
-                label: Some("depth comparison"),
-                mag_filter: wgpu::FilterMode::Linear,
-                min_filter: wgpu::FilterMode::Linear,
-                compare: Some(wgpu::CompareFunction::GreaterEqual),
-                ..Default::default()
-            }),
-        })
-    }
-}
-
-impl Technique for Pcf {
-    fn render(&mut self, f: &mut Frame) -> Result<()> {
-        let p = PcfParams::read(f.values);
-        let reach = if p.mode == "disk" { p.radius } else { p.kernel as f32 / 2.0 };
-        let drawn = self.map.render(f, reach)?;
-        f.run(&self.resolve)
-            .bind("shadow_map", &drawn.map)
-            .bind("light_view", &drawn.light_view)
-            .bind("compare_sampler", &self.sampler)
-            .per_pixel();
-        if f.wants_any_map() {
-            f.run(&self.inspect)
-                .bind("shadow_map", &drawn.map)
-                .bind("light_view", &drawn.light_view)
-                .bind("compare_sampler", &self.sampler)
-                .per_pixel();
-        }
-        Ok(())
-    }
-}

@@ -1,14 +1,16 @@
 //! Perspective shadow map (Stamminger, Drettakis 2002).
 
-use super::shadow_map::{Comparison, MAPS};
-use super::{Info, Technique};
-use crate::fit::diagram::{self, Diagram, Drawing, GRID, HULL, MARK};
-use crate::fit::psm::{self, Psm, Slide};
-use crate::fit::{Kept, Scope};
+use super::shadow_map::MAPS;
+use super::{FILTERING, Info, Technique, chosen};
 use crate::frame::Frame;
 use crate::light::LightView;
+use crate::map::filter::LookUp;
+use crate::map::fit::diagram::{self, Diagram, Drawing, GRID, HULL, MARK};
+use crate::map::fit::psm::{self, Psm, Slide};
+use crate::map::fit::{Kept, Scope};
+use crate::map::single::{ShadowMap, scope};
+use crate::map::{BiasParams, CasterParams, MapParams};
 use crate::params::Params;
-use crate::shadow_map::{MapParams, ShadowMap, scope};
 use crate::view::{self, Drawn, Legend};
 use anyhow::Result;
 use glam::{DVec2, DVec3, Vec4Swizzles};
@@ -38,8 +40,8 @@ pub static INFO: Info = Info {
     doc: "A shadow map of the scene as the camera's perspective leaves it: near things are large and get many texels. Ahead \
           of the camera the light becomes a point, behind it a sink, and the map changes as the camera turns.",
     lights: &["directional", "spot"],
-    filters: false,
-    params: &[PsmParams::GROUP, MapParams::GROUP],
+    filter: None,
+    params: crate::groups!(&[PsmParams::GROUP, MapParams::GROUP, CasterParams::GROUP], FILTERING, &[BiasParams::GROUP],),
     main: &[("resolution", "256..8192*2"), ("min_near", "0.5,1,2,4")],
     maps: &[
         MAPS,
@@ -59,10 +61,10 @@ pub static INFO: Info = Info {
             ),
         ],
     ],
-    make: |gpu| {
+    make: |gpu, info| {
         Ok(Box::new(Perspective {
             map: ShadowMap::new(gpu)?,
-            comparison: Comparison::new(gpu, "techniques/psm.wgsl")?,
+            look_up: LookUp::new(gpu, "map/single.wgsl", info.params),
             drawing: Drawing::new(gpu)?,
             fit: Kept::default(),
         }))
@@ -71,7 +73,7 @@ pub static INFO: Info = Info {
 
 struct Perspective {
     map: ShadowMap,
-    comparison: Comparison,
+    look_up: LookUp,
     drawing: Drawing,
     fit: Kept<Option<Fitted>>,
 }
@@ -100,9 +102,11 @@ fn fitted(scope: &Scope, p: &PsmParams) -> Option<Fitted> {
 impl Technique for Perspective {
     fn render(&mut self, f: &mut Frame) -> Result<()> {
         let p = PsmParams::read(f.values);
-        let made = self.fit.get(f, scope(f, 0.0), |s| fitted(s, &p));
-        let drawn = self.map.render_view(f, made.as_ref().and_then(|m| m.view), 0.0, true)?;
-        self.comparison.look_up(f, &drawn);
+        let filter = chosen(f.values);
+        let reach = (filter.reach)(f.values);
+        let made = self.fit.get(f, scope(f, reach), |s| fitted(s, &p));
+        let maps = self.map.render_view(f, made.as_ref().and_then(|m| m.view), reach, true)?;
+        self.look_up.run(f, &maps, filter, &[])?;
         self.drawing.show(f, "warp", || made.as_ref().map(draw_warp));
         self.drawing.show(f, "pps", || made.as_ref().map(|m| draw_space(&m.psm)));
         Ok(())
@@ -126,7 +130,7 @@ fn draw_space(psm: &Psm) -> Diagram {
         let frame = [corner(-1.0, 0.0), corner(1.0, 0.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
         (0..4).for_each(|i| d.place(half, frame[i], frame[(i + 1) % 4], GRID));
         let points: Vec<DVec2> = psm.receivers.iter().map(|p| project(*p)).collect();
-        let around = crate::fit::hull::hull(&points);
+        let around = crate::map::fit::hull::hull(&points);
         (0..around.len()).for_each(|i| d.place(half, around[i], around[(i + 1) % around.len()], HULL));
         for p in &psm.receivers {
             let towards = match psm.case {

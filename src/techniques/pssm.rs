@@ -1,12 +1,14 @@
 //! Parallel-split shadow maps (Zhang, Sun, Xu, Lun 2006), also known as cascaded shadow maps (Engel 2006).
 
-use super::{Info, Technique};
-use crate::cascades::{ANALYSED, Boxes, CascadeParams, Cascades, MAPS};
-use crate::fit::crop::{Extent, crop};
-use crate::fit::{Scope, hull};
+use super::{FILTERING, Info, Technique, chosen};
 use crate::frame::Frame;
 use crate::gpu::{Gpu, Pass};
 use crate::light::{Light, LightView};
+use crate::map::cascades::{ANALYSED, Boxes, CascadeParams, Cascades, MAPS};
+use crate::map::filter::{LookUp, alone};
+use crate::map::fit::crop::{Extent, crop};
+use crate::map::fit::{Scope, hull};
+use crate::map::{BiasParams, CasterParams, HardwareParams};
 use crate::params::Params;
 use crate::scene::Camera;
 use crate::scene::geometry::Geometry;
@@ -49,6 +51,8 @@ crate::params! {
     }
 }
 
+const FILE: &str = "techniques/pssm.wgsl";
+
 pub static INFO: Info = Info {
     id: "pssm",
     title: "Parallel-split (cascaded) shadow maps",
@@ -59,11 +63,15 @@ pub static INFO: Info = Info {
           texels, as perspective demands. Where slices meet, the sharpness jumps; where light and view are parallel, \
           all maps cover the same area.",
     lights: &["directional", "spot"],
-    filters: false,
-    params: &[CascadeParams::GROUP, PssmParams::GROUP],
+    filter: None,
+    params: crate::groups!(
+        &[CascadeParams::GROUP, CasterParams::GROUP, PssmParams::GROUP],
+        FILTERING,
+        &[BiasParams::GROUP, HardwareParams::GROUP],
+    ),
     main: &[("resolution", "256..4096*2"), ("cascades", "2,4"), ("lambda", "0.5,0.9")],
     maps: &[&MAPS, ANALYSED],
-    make: |gpu| Ok(Box::new(Pssm::new(gpu)?)),
+    make: |gpu, info| Ok(Box::new(Pssm::new(gpu, info)?)),
 };
 
 /// Where the cascades meet, metres along the camera's axis: count + 1 numbers from near to far, none below the last.
@@ -106,6 +114,8 @@ pub struct Seen<'a> {
     pub aspect: f64,
     /// The light's view of the whole scene, which gives the axes.
     pub whole: LightView,
+    /// Metres that the filter's taps lie from the receiver.
+    pub reach: f32,
 }
 
 /// The part of the view's depth that a cascade's map covers: the band before the cascade, where it is mixed in, belongs to
@@ -152,7 +162,7 @@ pub fn light_views(
         let resolution = resolution as f64;
         // With the texels that the filter needs at each border.
         let widened = |side: f64, spare: f64| {
-            (side + c.blur as f64) * resolution / (resolution - 2.0 * (margin + spare)).max(1.0)
+            (side + 2.0 * seen.reach as f64) * resolution / (resolution - 2.0 * (margin + spare)).max(1.0)
         };
         let (center, half, depth) = if p.fit == "stable" {
             let [z, r] = sphere(a, b, tangent * tangent * (1.0 + seen.aspect * seen.aspect));
@@ -205,7 +215,7 @@ pub fn light_views(
 }
 
 /// A spot light's views of the cascades between `splits`, by the fits that need no look at the picture. `whole`: its view of
-/// the whole cone. A cascade that the cone does not meet gets that too: no sample will ask for it.
+/// the whole cone; `reach`: metres that the filter's taps lie from the receiver. A cascade that the cone does not meet gets that too: no sample will ask for it.
 ///
 /// Perspective leaves no fit that only ever moves. The texels of a stable map are those of a grid that stands still in the
 /// lamp's image, and so in the world, as long as the map's sides stay; these go in steps of a fourth of a power of two.
@@ -214,7 +224,7 @@ pub fn lamp_views(
     c: &CascadeParams,
     splits: &[f64],
     scope: &Scope,
-    whole: LightView,
+    (whole, reach): (LightView, f32),
     crops: &[Option<Extent>],
 ) -> Vec<LightView> {
     let image = scope.image();
@@ -233,7 +243,7 @@ pub fn lamp_views(
         let Extent { low, high, deepest, .. } = crops[i].unwrap_or(all);
         // With what the filter needs at each border.
         let widened = |side: DVec2, nearest: f64, spare: f64| {
-            (side + DVec2::splat(c.blur as f64 / nearest.max(1e-9))) * free(spare)
+            (side + DVec2::splat(2.0 * reach as f64 / nearest.max(1e-9))) * free(spare)
         };
         let nearest = all.nearest;
         let (mut center, mut side) = ((low + high) / 2.0, widened(high - low, nearest, 0.0));
@@ -295,20 +305,18 @@ struct Pssm {
     range: wgpu::Buffer,
     find_range: Pass,
     place_splits: Pass,
-    resolve: Pass,
-    inspect: Pass,
+    look_up: LookUp,
 }
 
 impl Pssm {
-    fn new(gpu: &Gpu) -> Result<Pssm> {
-        let pass = |name, entry| Pass::compute(gpu, name, "techniques/pssm.wgsl", entry, INFO.params);
+    fn new(gpu: &Gpu, info: &Info) -> Result<Pssm> {
+        let pass = |name, entry| Pass::compute(gpu, name, &alone(FILE), entry, info.params);
         Ok(Pssm {
             cascades: Cascades::new(gpu)?,
             range: gpu.buffer("depth range", &[0; 16], wgpu::BufferUsages::STORAGE),
             find_range: pass("depth range", "find_range")?,
             place_splits: pass("splits", "place_splits")?,
-            resolve: pass("resolve", "resolve")?,
-            inspect: pass("inspect", "inspect")?,
+            look_up: LookUp::new(gpu, FILE, info.params),
         })
     }
 }
@@ -317,7 +325,9 @@ impl Technique for Pssm {
     fn render(&mut self, f: &mut Frame) -> Result<()> {
         let p = PssmParams::read(f.values);
         let c = CascadeParams::read(f.values);
-        let whole = self.cascades.whole(f, &c)?;
+        let filter = chosen(f.values);
+        let reach = (filter.reach)(f.values);
+        let whole = self.cascades.whole(f, &c, reach)?;
         let camera = &f.camera;
         let scope = Scope::of(f, c.resolution, whole.margin);
         let [near, far] = split_range(&p, &scope);
@@ -326,12 +336,12 @@ impl Technique for Pssm {
         let boxes = if p.fit == "samples" {
             Boxes::Samples { dilate: 0.0, least: 0.0, smoothing: 0.0 }
         } else if whole.perspective == 1 {
-            Boxes::Given(lamp_views(&p, &c, &splits, &scope, whole, &crops()))
+            Boxes::Given(lamp_views(&p, &c, &splits, &scope, (whole, reach.metres), &crops()))
         } else {
-            let seen = Seen { camera, aspect: f.size[0] as f64 / f.size[1] as f64, whole };
+            let seen = Seen { camera, aspect: f.size[0] as f64 / f.size[1] as f64, whole, reach: reach.metres };
             Boxes::Given(light_views(&p, &c, &splits, &seen, &crops()))
         };
-        self.cascades.prepare(f, &c, &boxes);
+        self.cascades.prepare(f, &c, reach, &boxes);
         if p.fit == "samples" && p.range == "visible" {
             let [w, h] = f.size.map(|s| s.div_ceil(64));
             f.clear(&self.range);
@@ -347,13 +357,6 @@ impl Technique for Pssm {
         }
         f.held(self.range.size());
         let maps = self.cascades.draw(f, &c)?;
-        let k = &self.cascades;
-        let run = f.run(&self.resolve).bind("shadow_maps", &maps).bind("fitting", &k.fitting);
-        run.bind("splits", &k.splits).bind("light_views", &k.light_views).per_pixel();
-        if f.wants_any_map() {
-            let run = f.run(&self.inspect).bind("shadow_maps", &maps).bind("fitting", &k.fitting);
-            run.bind("splits", &k.splits).bind("light_views", &k.light_views).per_pixel();
-        }
-        Ok(())
+        self.look_up.run(f, &maps, filter, &[])
     }
 }

@@ -30,7 +30,7 @@ pub static INFO: Info = Info {
     doc: "One ray from each pixel to the light, against every triangle. Exact for a point light or the sun: the truth \
           that all others are measured against.",
     lights: &["directional", "spot", "omni", "hemisphere"],
-    filters: false,
+    filter: None,
     params: &[RtParams::GROUP],
     main: &[],
     maps: &[&[view::map(
@@ -39,7 +39,7 @@ pub static INFO: Info = Info {
         "How many nodes of the BVH each pixel's ray visits: where ray tracing is slow.",
         view::ramp("nodes visited", "", [0.0, 50.0]),
     )]],
-    make: |gpu| {
+    make: |gpu, _| {
         Ok(Box::new(RtHard {
             resolve: Pass::compute(gpu, "shadow rays", FILE, "resolve", INFO.params)?,
             inspect: Pass::compute(gpu, "inspect", FILE, "inspect", INFO.params)?,

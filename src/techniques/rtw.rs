@@ -1,13 +1,15 @@
 //! Rectilinear texture warping (Rosen 2012).
 
-use super::{Info, MAPS, Technique};
+use super::{Info, MAPS, NEAREST, Technique};
 use crate::frame::Frame;
-use crate::gpu::{Gpu, Pass, Raster, Resource, Slot, bytes, hold};
+use crate::gpu::{Gpu, Pass, Resource, hold};
+use crate::map::Layers;
+use crate::map::casters::{Casters, Triangles};
+use crate::map::filter::alone;
+use crate::map::warp::{self, RasterParams, Warped, storage};
+use crate::map::{BiasParams, CasterParams, MapParams};
 use crate::params::Params;
-use crate::scene::geometry::Vertex;
-use crate::shadow_map::{MapParams, USAGE};
 use crate::view::{self, BEFORE_AFTER, Class, Drawn, Legend};
-use crate::warp::{self, RasterParams, Warped, storage};
 use anyhow::{Result, ensure};
 
 crate::params! {
@@ -57,8 +59,8 @@ pub static INFO: Info = Info {
     doc: "Makes each row and each column of one map as wide as the most important thing in it asks. Two things on a \
           diagonal waste texels on the diagonal's other two corners.",
     lights: &["directional", "spot"],
-    filters: false,
-    params: &[RtwParams::GROUP, RasterParams::GROUP, MapParams::GROUP],
+    filter: Some(NEAREST),
+    params: &[RtwParams::GROUP, RasterParams::GROUP, MapParams::GROUP, CasterParams::GROUP, BiasParams::GROUP],
     main: &[("resolution", "256..4096*2"), ("floor", "0.005,0.02,0.1"), ("profile_blur", "0,4,16")],
     maps: &[
         MAPS,
@@ -103,15 +105,15 @@ pub static INFO: Info = Info {
             ),
         ],
     ],
-    make: |gpu| Ok(Box::new(Rtw::new(gpu)?)),
+    make: |gpu, _| Ok(Box::new(Rtw::new(gpu)?)),
 };
 
 struct Rtw {
     warped: Warped,
     /// For a number of bins.
     tables: Option<(u32, Tables)>,
-    light_depth: Slot,
-    casters: [Pass; 2],
+    light_depth: Option<Layers>,
+    casters: Casters,
     samples: Pass,
     texels: Pass,
     collapse: Pass,
@@ -130,23 +132,12 @@ struct Tables {
 impl Rtw {
     fn new(gpu: &Gpu) -> Result<Rtw> {
         let file = "techniques/rtw.wgsl";
-        let pass = |name, entry| Pass::compute(gpu, name, file, entry, INFO.params);
-        let casters = |fragment| {
-            let raster = Raster {
-                // A view whose depth is linear, as the base of every warp.
-                vertex: "warped_caster",
-                fragment: Some(fragment),
-                depth: Raster::nearest(wgpu::TextureFormat::Depth32Float),
-                vertices: Some(Vertex::LAYOUT),
-                ..Raster::default()
-            };
-            Pass::render(gpu, "light's depth", "lib/depth.wgsl", raster, &[])
-        };
+        let pass = |name, entry| Pass::compute(gpu, name, &alone(file), entry, INFO.params);
         Ok(Rtw {
             warped: Warped::new(gpu, file, INFO.params)?,
             tables: None,
-            light_depth: Slot::default(),
-            casters: [casters("warped")?, casters("warped_masked")?],
+            light_depth: None,
+            casters: Casters::named(["light's depth", "light's depth (masked)"]),
             samples: pass("importance of view samples", "importance_of_samples")?,
             texels: pass("importance of texels", "importance_of_texels")?,
             collapse: pass("collapse", "collapse")?,
@@ -195,7 +186,7 @@ impl Technique for Rtw {
             ("importance_map", (&tables.importance).into()),
         ];
         if p.analysis == "backward" {
-            self.light_depth = Slot::default();
+            self.light_depth = None;
         }
         if base.changed {
             f.clear(&tables.importance);
@@ -205,13 +196,9 @@ impl Technique for Rtw {
             }
             if p.analysis != "backward" {
                 let format = wgpu::TextureFormat::Depth32Float;
-                let depth = self.light_depth.get(f.gpu, "light's depth", [bins; 2], format, USAGE);
-                let scene = f.scene;
-                let [opaque, masked] = &self.casters;
-                f.run(opaque).bind_all(&bound).draw(&[], Some((&depth, 0.0)), true, |p| scene.draw_opaque(p));
-                if scene.opaque_count < scene.triangle_count {
-                    f.run(masked).bind_all(&bound).draw(&[], Some((&depth, 0.0)), false, |p| scene.draw_masked(p));
-                }
+                let depth = Layers::hold(&mut self.light_depth, f.gpu, &[bins], format)?.each[0].clone();
+                // A view whose depth is linear, as the base of every warp.
+                self.casters.draw(f, &depth, bins, &base.light_view, &Triangles::All, true)?;
                 let groups = bins.div_ceil(8);
                 f.run(&self.texels)
                     .bind_all(&bound)
@@ -228,8 +215,8 @@ impl Technique for Rtw {
             f.run(&self.blur).bind_all(&bound).bind("blurred", &tables.blurred).dispatch(groups, 2, 1);
             f.run(&self.sum).bind_all(&bound).bind("edges", &tables.warps).dispatch(2, 1, 1);
         }
-        if let Some(texture) = self.light_depth.texture() {
-            f.held(bytes(texture));
+        if let Some(depth) = &self.light_depth {
+            f.held(depth.bytes());
         }
         self.warped.draw(f, &base, &bound)?;
         Ok(())

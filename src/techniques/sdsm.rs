@@ -1,10 +1,12 @@
 //! Sample distribution shadow maps (Lauritzen, Salvi, Lefohn 2011).
 
-use super::{Info, Technique};
-use crate::cascades::{ANALYSED, Boxes, CascadeParams, Cascades, MAPS};
+use super::{FILTERING, Info, Technique, chosen};
 use crate::frame::Frame;
 use crate::gpu::{Gpu, Pass};
 use crate::light::LightView;
+use crate::map::cascades::{ANALYSED, Boxes, CascadeParams, Cascades, MAPS};
+use crate::map::filter::{LookUp, alone};
+use crate::map::{BiasParams, CasterParams, HardwareParams};
 use crate::params::{Params, Values};
 use crate::scene::Camera;
 use crate::view::{self, Area, Axis, Class, Drawn, Legend, Span};
@@ -28,6 +30,8 @@ crate::params! {
     }
 }
 
+const FILE: &str = "techniques/sdsm.wgsl";
+
 pub static INFO: Info = Info {
     id: "sdsm",
     title: "Sample distribution shadow maps",
@@ -37,8 +41,12 @@ pub static INFO: Info = Info {
     doc: "Cascades between the nearest and the farthest surface seen, each map drawn tightly around its part of the \
           picture: no texel for what nobody sees. Something that comes into view can stretch a map suddenly: it pops.",
     lights: &["directional", "spot"],
-    filters: false,
-    params: &[CascadeParams::GROUP, SdsmParams::GROUP],
+    filter: None,
+    params: crate::groups!(
+        &[CascadeParams::GROUP, CasterParams::GROUP, SdsmParams::GROUP],
+        FILTERING,
+        &[BiasParams::GROUP, HardwareParams::GROUP],
+    ),
     main: &[("resolution", "256..4096*2"), ("cascades", "2,4"), ("scheme", "log,kmeans")],
     maps: &[
         &MAPS,
@@ -65,7 +73,7 @@ pub static INFO: Info = Info {
             ),
         ],
     ],
-    make: |gpu| Ok(Box::new(Sdsm::new(gpu)?)),
+    make: |gpu, info| Ok(Box::new(Sdsm::new(gpu, info)?)),
 };
 
 /// What must not change suddenly for the last frame to be worth keeping.
@@ -96,14 +104,13 @@ struct Sdsm {
     find_range: Pass,
     fill_bins: Pass,
     place_splits: Pass,
-    resolve: Pass,
-    inspect: Pass,
+    look_up: LookUp,
     last: Option<Last>,
 }
 
 impl Sdsm {
-    fn new(gpu: &Gpu) -> Result<Sdsm> {
-        let pass = |name, entry| Pass::compute(gpu, name, "techniques/sdsm.wgsl", entry, INFO.params);
+    fn new(gpu: &Gpu, info: &Info) -> Result<Sdsm> {
+        let pass = |name, entry| Pass::compute(gpu, name, &alone(FILE), entry, info.params);
         let zero = |label, size: usize| gpu.buffer(label, &vec![0; size], wgpu::BufferUsages::STORAGE);
         Ok(Sdsm {
             cascades: Cascades::new(gpu)?,
@@ -112,8 +119,7 @@ impl Sdsm {
             find_range: pass("depth range", "find_range")?,
             fill_bins: pass("depth histogram", "fill_bins")?,
             place_splits: pass("splits", "place_splits")?,
-            resolve: pass("resolve", "resolve")?,
-            inspect: pass("inspect", "inspect")?,
+            look_up: LookUp::new(gpu, FILE, info.params),
             last: None,
         })
     }
@@ -123,9 +129,11 @@ impl Technique for Sdsm {
     fn render(&mut self, f: &mut Frame) -> Result<()> {
         let p = SdsmParams::read(f.values);
         let c = CascadeParams::read(f.values);
-        let whole = self.cascades.whole(f, &c)?;
+        let filter = chosen(f.values);
+        let reach = (filter.reach)(f.values);
+        let whole = self.cascades.whole(f, &c, reach)?;
         let boxes = Boxes::Samples { dilate: p.dilate, least: p.min_box, smoothing: p.smoothing };
-        self.cascades.prepare(f, &c, &boxes);
+        self.cascades.prepare(f, &c, reach, &boxes);
         let now = Last { camera: f.camera, whole, size: f.size, values: f.values.clone() };
         if self.last.as_ref().is_none_or(|last| last.jumped(&now)) {
             f.clear(&self.cascades.splits);
@@ -148,19 +156,12 @@ impl Technique for Sdsm {
             .bind("parts", &self.cascades.splits)
             .dispatch(1, 1, 1);
         let maps = self.cascades.draw(f, &c)?;
-        let k = &self.cascades;
-        let run = f.run(&self.resolve).bind("shadow_maps", &maps).bind("fitting", &k.fitting);
-        run.bind("splits", &k.splits).bind("light_views", &k.light_views).per_pixel();
-        if f.wants_any_map() {
-            let run = f.run(&self.inspect).bind("shadow_maps", &maps).bind("fitting", &k.fitting);
-            run.bind("splits", &k.splits)
-                .bind("light_views", &k.light_views)
-                .bind("light_view", &k.whole)
-                .bind("range", &self.range)
-                .bind("bins", &self.bins)
-                .bind("boxes", &k.boxes)
-                .per_pixel();
-        }
-        Ok(())
+        let bound = [
+            ("light_view", (&self.cascades.whole).into()),
+            ("range", (&self.range).into()),
+            ("bins", (&self.bins).into()),
+            ("boxes", (&self.cascades.boxes).into()),
+        ];
+        self.look_up.run(f, &maps, filter, &bound)
     }
 }

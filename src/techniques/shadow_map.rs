@@ -1,12 +1,21 @@
 //! The standard shadow map (Williams 1978).
 
-use super::{Info, Technique};
+use super::{Info, NEAREST, Technique};
 use crate::frame::Frame;
-use crate::gpu::{Gpu, Pass};
-use crate::params::Params;
-use crate::shadow_map::{Drawn, FitParams, HardwareParams, MapParams, ShadowMap};
+use crate::gpu::Gpu;
+use crate::map::filter::{Filter, LookUp, Reach};
+use crate::map::single::{FitParams, ShadowMap};
+use crate::map::{BiasParams, CasterParams, HardwareParams, MapParams};
+use crate::params::{Group, Params};
 use crate::view::{self, View};
 use anyhow::Result;
+
+/// One comparison with the nearest texel.
+pub static FILTER: Filter = Filter { id: "nearest", file: "map/filter/nearest.wgsl", reach: |_| Reach::default() };
+
+/// The parameters of a single fitted map, beside its filter's.
+pub const GROUPS: &[Group] =
+    &[FitParams::GROUP, MapParams::GROUP, CasterParams::GROUP, BiasParams::GROUP, HardwareParams::GROUP];
 
 pub static INFO: Info = Info {
     id: "shadow-map",
@@ -17,19 +26,14 @@ pub static INFO: Info = Info {
     doc: "Depth seen from the light, compared once per pixel. Fast; its edges are stairs of the map's texels, and \
           without a bias surfaces shadow themselves (acne).",
     lights: &["directional", "spot"],
-    filters: false,
-    params: &[FitParams::GROUP, MapParams::GROUP, HardwareParams::GROUP],
+    filter: Some(&FILTER),
+    params: GROUPS,
     main: &[("resolution", "256..8192*2")],
     maps: &[MAPS],
-    make: |gpu| {
-        Ok(Box::new(StandardShadowMap {
-            map: ShadowMap::new(gpu)?,
-            comparison: Comparison::new(gpu, "techniques/shadow_map.wgsl")?,
-        }))
-    },
+    make: single,
 };
 
-/// The views that every technique with one shadow map has; the first three in the order of `inspect_lookup` in WGSL.
+/// The views that every technique with one shadow map has.
 pub const MAPS: &[View] = &[
     view::map(
         "shadow-map",
@@ -84,37 +88,25 @@ pub const MAPS: &[View] = &[
     },
 ];
 
-/// The look-up by one depth comparison with the nearest texel, whatever fit or warp made the map.
-pub struct Comparison {
-    resolve: Pass,
-    inspect: Pass,
-}
-
-impl Comparison {
-    /// From a technique's own shader, which is or includes `techniques/shadow_map.wgsl`.
-    pub fn new(gpu: &Gpu, file: &str) -> Result<Comparison> {
-        let pass = |entry| Pass::compute(gpu, entry, file, entry, &[MapParams::GROUP]);
-        Ok(Comparison { resolve: pass("resolve")?, inspect: pass("inspect")? })
-    }
-
-    /// Fills the frame's visibility from a map, and shows the texel grid and the bias where they are asked for.
-    pub fn look_up(&self, f: &mut Frame, drawn: &Drawn) {
-        f.run(&self.resolve).bind("shadow_map", &drawn.map).bind("light_view", &drawn.light_view).per_pixel();
-        if f.wants_any_map() {
-            f.run(&self.inspect).bind("light_view", &drawn.light_view).per_pixel();
-        }
-    }
-}
-
-struct StandardShadowMap {
+/// A single map, looked up by the filter of its technique: what most filters are as techniques of their own.
+struct Single {
     map: ShadowMap,
-    comparison: Comparison,
+    look_up: LookUp,
+    filter: &'static Filter,
 }
 
-impl Technique for StandardShadowMap {
+/// Makes a technique that looks a single fitted map up.
+///
+/// # Errors
+/// Passes that cannot be made.
+pub fn single(gpu: &Gpu, info: &'static Info) -> Result<Box<dyn Technique>> {
+    let look_up = LookUp::new(gpu, "map/single.wgsl", info.params);
+    Ok(Box::new(Single { map: ShadowMap::new(gpu)?, look_up, filter: info.filter.unwrap_or(NEAREST) }))
+}
+
+impl Technique for Single {
     fn render(&mut self, f: &mut Frame) -> Result<()> {
-        let drawn = self.map.render(f, 0.0)?;
-        self.comparison.look_up(f, &drawn);
-        Ok(())
+        let maps = self.map.render(f, (self.filter.reach)(f.values))?;
+        self.look_up.run(f, &maps, self.filter, &[])
     }
 }

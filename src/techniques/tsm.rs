@@ -1,14 +1,16 @@
 //! Trapezoidal shadow map (Martin, Tan 2004).
 
-use super::shadow_map::{Comparison, MAPS};
-use super::{Info, Technique};
-use crate::fit::diagram::{self, Diagram, Drawing, MARK};
-use crate::fit::tsm::{self, Tsm};
-use crate::fit::{Kept, Scope};
+use super::shadow_map::MAPS;
+use super::{FILTERING, Info, Technique, chosen};
 use crate::frame::Frame;
 use crate::light::LightView;
+use crate::map::filter::LookUp;
+use crate::map::fit::diagram::{self, Diagram, Drawing, MARK};
+use crate::map::fit::tsm::{self, Tsm};
+use crate::map::fit::{Kept, Scope};
+use crate::map::single::{ShadowMap, scope};
+use crate::map::{BiasParams, CasterParams, MapParams};
 use crate::params::Params;
-use crate::shadow_map::{MapParams, ShadowMap, scope};
 use anyhow::Result;
 use glam::DVec2;
 
@@ -33,8 +35,8 @@ pub static INFO: Info = Info {
     doc: "The view frustum, seen from the light, is enclosed in a trapezoid that a perspective turns into the square map. \
           It depends on the frustum alone, so that it moves steadily. Nothing is gained where light and gaze are parallel.",
     lights: &["directional", "spot"],
-    filters: false,
-    params: &[TsmParams::GROUP, MapParams::GROUP],
+    filter: None,
+    params: crate::groups!(&[TsmParams::GROUP, MapParams::GROUP, CasterParams::GROUP], FILTERING, &[BiasParams::GROUP],),
     main: &[("resolution", "256..8192*2"), ("focus", "0.1,0.2,0.4")],
     maps: &[
         MAPS,
@@ -44,10 +46,10 @@ pub static INFO: Info = Info {
              in focus.",
         )],
     ],
-    make: |gpu| {
+    make: |gpu, info| {
         Ok(Box::new(Trapezoidal {
             map: ShadowMap::new(gpu)?,
-            comparison: Comparison::new(gpu, "techniques/tsm.wgsl")?,
+            look_up: LookUp::new(gpu, "map/single.wgsl", info.params),
             drawing: Drawing::new(gpu)?,
             fit: Kept::default(),
         }))
@@ -56,7 +58,7 @@ pub static INFO: Info = Info {
 
 struct Trapezoidal {
     map: ShadowMap,
-    comparison: Comparison,
+    look_up: LookUp,
     drawing: Drawing,
     fit: Kept<(Tsm, Option<LightView>)>,
 }
@@ -80,9 +82,11 @@ fn fitted(scope: &Scope, p: &TsmParams) -> (Tsm, Option<LightView>) {
 impl Technique for Trapezoidal {
     fn render(&mut self, f: &mut Frame) -> Result<()> {
         let p = TsmParams::read(f.values);
-        let (t, view) = self.fit.get(f, scope(f, 0.0), |s| fitted(s, &p));
-        let drawn = self.map.render_view(f, *view, 0.0, false)?;
-        self.comparison.look_up(f, &drawn);
+        let filter = chosen(f.values);
+        let reach = (filter.reach)(f.values);
+        let (t, view) = self.fit.get(f, scope(f, reach), |s| fitted(s, &p));
+        let maps = self.map.render_view(f, *view, reach, false)?;
+        self.look_up.run(f, &maps, filter, &[])?;
         self.drawing.show(f, "warp", || Some(draw(t)));
         Ok(())
     }

@@ -180,7 +180,7 @@ pub fn show(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
         let ends: Vec<Pos2> = line.points.iter().rev().filter_map(|i| screens[*i]).collect();
         labels.write(ui, &ends, &line.label, color(&line.technique), false);
     }
-    let samples = m.setup.truth_samples.shown(m.info());
+    let samples = m.setup.truth_samples.shown(m.info(), m.setup.values());
     let aside = match [error, cost].into_iter().find(|a| !told(m, a, samples)) {
         Some(axis) => format!("The picture now is not shown: only a measurement tells its {}.", axis.title),
         None if trail.len() > 1 => "Ring: the picture now. Faint dots: where it was before.".into(),

@@ -2,10 +2,10 @@
 
 use crate::common::*;
 use glam::{DVec2, Vec2, Vec3};
-use shadowscope::cascades::CascadeParams;
-use shadowscope::fit::Scope;
 use shadowscope::frame::{Ask, Renderer};
 use shadowscope::light::{Light, LightView};
+use shadowscope::map::cascades::CascadeParams;
+use shadowscope::map::fit::Scope;
 use shadowscope::measure::{self, stability};
 use shadowscope::params::{Params, Values};
 use shadowscope::scene::{Camera, builtin};
@@ -366,7 +366,7 @@ fn stable_texels_stay_in_the_world() {
         for _ in 0..200 {
             let position = random.point() * 20.0;
             let camera = Camera { position, target: position + random.point(), fov: 50.0, near: 0.5, far: 60.0 };
-            let seen = Seen { camera: &camera, aspect: 1.5, whole };
+            let seen = Seen { camera: &camera, aspect: 1.5, whole, reach: 0.0 };
             let views = light_views(&p, &c, &splits(&p, 4, 0.5, 60.0), &seen, &[None; 4]);
             // The texel that holds the world's origin, with its fraction.
             let at = |v: &LightView| DVec2::new(v.row_x.w as f64, -v.row_y.w as f64) * 0.5 * v.resolution as f64;
@@ -397,7 +397,7 @@ fn views_of(r: &Renderer, setup: &Setup) -> Vec<LightView> {
     let [near, far] = split_range(&p, &scope);
     let all = splits(&p, c.cascades, near, far);
     let crops = crops(&p, &c, &all, &scope, r.geometry());
-    light_views(&p, &c, &all, &Seen { camera, aspect: aspect as f64, whole }, &crops)
+    light_views(&p, &c, &all, &Seen { camera, aspect: aspect as f64, whole, reach: 0.0 }, &crops)
 }
 
 /// Whole texels by which the maps' content moves from one light view to another of the same cascade; None where it is no
@@ -655,7 +655,16 @@ fn the_blur_spans_the_same_metres_in_all_cascades() {
     let set = with(
         &s,
         "pssm",
-        &["blur=0.8", "taps=9", "resolution=2048", "cascades=3", "blend=0", "lambda=0.7", "range=camera"],
+        &[
+            "filter=pcf",
+            "blur=0.8",
+            "kernel=9",
+            "resolution=2048",
+            "cascades=3",
+            "blend=0",
+            "lambda=0.7",
+            "range=camera",
+        ],
     );
     analysed(&mut r, &set);
     let all = splits(&pssm(0.7, 0.0), 3, 1.0, 60.0);
@@ -688,7 +697,7 @@ const FITS: [(&str, &[&str]); 6] = [
     ("pssm", &["fit=indep"]),
     ("pssm", &["fit=stable"]),
     ("pssm", &["fit=samples", "blend=0"]),
-    ("pssm", &["fit=stable", "blur=0.1", "normal_offset=1"]),
+    ("pssm", &["fit=stable", "filter=pcf", "blur=0.1", "normal_offset=1"]),
     ("sdsm", &["scheme=log"]),
     ("sdsm", &["scheme=kmeans", "cascades=7"]),
 ];
@@ -729,11 +738,15 @@ fn a_floor_under_a_spot_stays_lit() {
     ] {
         let (mut r, s) = start(scene(vec![mesh(&ground, 0)], vec![material(Vec3::ONE)], view, light), [160, 120]);
         for (i, (name, sets)) in FITS.into_iter().enumerate() {
-            for more in [["resolution=64", "blur=0"], ["resolution=64", "blur=0.3"], ["resolution=512", "blur=0.3"]] {
+            for more in [
+                ["resolution=64", "filter=nearest", "blur=0"],
+                ["resolution=64", "filter=pcf", "blur=0.3"],
+                ["resolution=512", "filter=pcf", "blur=0.3"],
+            ] {
                 let e = measure::errors(&mut r, &with(&s, name, &[sets, &more].concat())).unwrap();
                 assert!(e.rmse == 0.0 && e.lit_correct > 2000, "{name} {sets:?} {light:?} {more:?}: {e:?}");
             }
-            let bare = ["resolution=64", "bias=0", "slope_bias=0.35", "blur=0", "normal_offset=0"];
+            let bare = ["resolution=64", "bias=0", "slope_bias=0.35", "filter=nearest", "normal_offset=0"];
             acne[i] += measure::errors(&mut r, &with(&s, name, &[sets, &bare].concat())).unwrap().shadow_incorrect;
         }
     }
@@ -808,7 +821,7 @@ fn stable_texels_stay_in_a_lamps_image() {
             let camera =
                 Camera { position, target: position + Vec3::new(sin, -0.2, -cos), fov: 50.0, near: 0.5, far: 60.0 };
             let scope = Scope { camera, light, bounds, aspect: 1.5, resolution: 512, margin: 1.0 };
-            let views = lamp_views(&p, &c, &[0.5, 3.0, 8.0, 20.0], &scope, whole, &[None; 3]);
+            let views = lamp_views(&p, &c, &[0.5, 3.0, 8.0, 20.0], &scope, (whole, 0.0), &[None; 3]);
             // A lamp's axis is at (c, 1 / side): the texel in which the axis lies, and the map's sides.
             let now: Vec<(DVec2, DVec2)> = views
                 .iter()

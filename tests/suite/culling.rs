@@ -2,9 +2,9 @@
 
 use crate::common::*;
 use glam::{DMat3, DVec2, DVec3, DVec4, Vec2, Vec3, Vec4};
-use shadowscope::cascades::Fitting;
 use shadowscope::gpu::{Pass, Raster, Recorder, Timer};
 use shadowscope::light::LightView;
+use shadowscope::map::cascades::Fitting;
 use shadowscope::scene::geometry::Vertex;
 use wgpu::BufferUsages as Use;
 
@@ -97,8 +97,8 @@ fn casters_that_cover_no_texel_are_left_out_and_no_others() {
         vertices: Some(Vertex::LAYOUT),
         ..Raster::default()
     };
-    let casters = Pass::render(&gpu, "casters", "lib/depth.wgsl", raster, &[]).unwrap();
-    let cull = Pass::compute(&gpu, "culling", "cascades.wgsl", "cull", &[]).unwrap();
+    let casters = Pass::render(&gpu, "casters", "map/casters.wgsl", raster, &[]).unwrap();
+    let cull = Pass::compute(&gpu, "culling", "map/cascades.wgsl", "cull", &[]).unwrap();
     for (name, v) in [("sun", view(slanted, Vec3::ZERO)), ("far", view(slanted, far)), ("spot", view(lamp, Vec3::ZERO))]
     {
         let triangles = awkward(&v, &mut random, 12_000);

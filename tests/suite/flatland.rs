@@ -1,6 +1,6 @@
 //! Shadow maps in two dimensions against Chong's tables, closed forms and brute force.
 
-use shadowscope::fit::flatland::{Badness, Film, Flatland, scenes};
+use shadowscope::flatland::{Badness, Film, Flatland, scenes};
 
 fn film(world: &Flatland) -> Film {
     world.film().expect("something is seen")

@@ -2,7 +2,7 @@
 
 use glam::{DVec3, Vec3};
 use robust::{Coord3D, orient3d};
-use shadowscope::fit::quickhull::convex_hull;
+use shadowscope::map::fit::quickhull::convex_hull;
 
 /// Above 0: `d` lies outside the plane through `a`, `b`, `c`, which run counter-clockwise from there. Its sign is exact.
 fn above(a: DVec3, b: DVec3, c: DVec3, d: DVec3) -> f64 {

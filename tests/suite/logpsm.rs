@@ -2,8 +2,8 @@
 
 use crate::common::*;
 use glam::{DVec2, Vec2, Vec3};
-use shadowscope::fit::{Scope, lispsm, logpsm, warped};
 use shadowscope::frame::{Ask, Renderer};
+use shadowscope::map::fit::{Scope, lispsm, logpsm, warped};
 use shadowscope::measure::metrics::FACING;
 use shadowscope::measure::stability;
 use shadowscope::scene::Camera;

@@ -3,15 +3,16 @@
 use crate::common::*;
 use glam::{DMat2, DVec2, UVec2, Vec2, Vec3};
 use shadowscope::gpu::{Gpu, Pass, Recorder, Resource, Shaders, Timer, shader_files};
+use shadowscope::map::filter::alone;
+use shadowscope::map::warp::storage;
 use shadowscope::measure::{self, stability};
 use shadowscope::params::{Value, Values};
 use shadowscope::scene::builtin;
 use shadowscope::techniques;
-use shadowscope::warp::storage;
 
 const GRIDS: [&str; 2] = ["dsm", "fem-grid"];
 
-/// The solver of `lib/relax.wgsl` in f64, on a grid of `side`² cells.
+/// The solver of `map/warp/relax.wgsl` in f64, on a grid of `side`² cells.
 struct Twin {
     side: usize,
     wanted: Vec<f64>,
@@ -233,7 +234,7 @@ impl Bench {
             ("places", (&given("places", bytemuck::cast_slice(places))).into()),
             ("probed", (&probed).into()),
         ];
-        let pass = |entry| Pass::compute(gpu, "test", "probe.wgsl", entry, info.params).unwrap();
+        let pass = |entry| Pass::compute(gpu, "test", &alone("probe.wgsl"), entry, info.params).unwrap();
         let (solve, make_table, probe) = (pass("solve"), pass("make_table"), pass("probe"));
         let mut timer = Timer::new(gpu);
         let mut recorder = Recorder::new(gpu, &mut timer, false, [1, 1]);

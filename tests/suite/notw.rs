@@ -30,7 +30,9 @@ fn counted(r: &Renderer) -> u64 {
 
 /// Places before the warp of the pixels that face the light, shares of the map's sides.
 fn places(r: &mut Renderer) -> Vec<[f64; 2]> {
-    let view: LightView = bytemuck::pod_read_unaligned(&r.analysis().table(&r.gpu, "light_view").unwrap().unwrap());
+    let view: LightView = bytemuck::pod_read_unaligned(
+        &r.analysis().table(&r.gpu, "light_views").unwrap().unwrap()[..size_of::<LightView>()],
+    );
     let (mask, at) = (r.read_mask().unwrap(), r.read_position().unwrap());
     let facing = mask.iter().zip(at).filter(|(m, _)| **m == FACING).map(|(_, p)| p);
     let place = |p: [f32; 4]| {

@@ -1,10 +1,11 @@
 //! Every WGSL module is put together and checked, and structs shared with Rust agree field by field.
 
-use shadowscope::cascades::Fitting;
-use shadowscope::fit::diagram::Stroke;
 use shadowscope::frame::{Counting, FrameUniform, Segment, ShotUniform, Style, ViewUniform};
 use shadowscope::gpu::{Shaders, shader_files};
 use shadowscope::light::LightView;
+use shadowscope::map::cascades::Fitting;
+use shadowscope::map::filter::Filter;
+use shadowscope::map::fit::diagram::Stroke;
 use shadowscope::params::Group;
 use shadowscope::scene::geometry::{GpuMaterial, Vertex};
 use shadowscope::{techniques, view};
@@ -13,25 +14,44 @@ use wgpu::naga;
 
 /// The parameter groups that Rust gives a file: its technique's, or the views'.
 fn groups(file: &str) -> &'static [Group] {
-    if file == "shade.wgsl" {
+    if file.starts_with("shade.wgsl") {
         return &[view::GROUP];
     }
+    let file = file.split(' ').next().unwrap();
     let stem = file.trim_start_matches("techniques/").trim_end_matches(".wgsl").replace('_', "-");
     techniques::find(&stem).map_or(&[], |i| i.params)
+}
+
+/// Every shader as passes are made of it, with the parameter groups that it is given: files that stand alone, and what looks maps
+/// up with each filter that a technique may choose.
+fn whole() -> Vec<(String, &'static [Group])> {
+    let part = |f: &str| {
+        ["map/choose/", "map/place/", "map/filter/", "map/warp/", "techniques/"].iter().any(|p| f.starts_with(p))
+    };
+    let parts = ["lib/analysis.wgsl", "map/look_up.wgsl", "map/analysis.wgsl", "map/single.wgsl"];
+    let alone = shader_files().into_iter().filter(|f| !part(f) && !parts.contains(&f.as_str()));
+    let mut all: Vec<_> = alone.map(|f| (f.clone(), groups(&f))).collect();
+    for info in techniques::ALL {
+        let own = format!("techniques/{}.wgsl", info.id.replace('-', "_"));
+        let file = if shader_files().contains(&own) { &own } else { "map/single.wgsl" };
+        let chosen = info.specs().any(|s| s.name == "filter");
+        let filters: Vec<&Filter> =
+            if chosen { techniques::FILTERS.to_vec() } else { info.filter.into_iter().collect() };
+        all.extend(filters.iter().map(|filter| (format!("{file} {}", filter.file), info.params)));
+        if filters.is_empty() {
+            all.push((own, info.params));
+        }
+    }
+    all
 }
 
 #[test]
 fn every_module_compiles() {
     let files = shader_files();
     assert!(files.len() >= 12, "shaders are missing from the binary: {files:?}");
-    let (mut whole, mut beyond) = (0, Vec::new());
-    for file in &files {
-        // What lib/ lacks is given by the technique that includes it.
-        let parts = ["resolve", "lookup", "analysis", "nearest", "place", "warp", "node_", "relax"];
-        if parts.iter().any(|f| file.starts_with(&format!("lib/{f}"))) {
-            continue;
-        }
-        let program = Shaders::default().load(file, groups(file)).unwrap_or_else(|e| panic!("{e:#}"));
+    let (mut entries, mut beyond) = (0, Vec::new());
+    for (file, groups) in &whole() {
+        let program = Shaders::default().load(file, groups).unwrap_or_else(|e| panic!("{file}: {e:#}"));
         for entry in &program.module.entry_points {
             let bindings = program.bindings(&[&entry.name]).unwrap_or_else(|e| panic!("{file} {}: {e:#}", entry.name));
             let limits = wgpu::Limits::default();
@@ -67,15 +87,11 @@ fn every_module_compiles() {
             {
                 beyond.push(format!("{file} {}: workgroups of {x} × {y} × {z}", entry.name));
             }
-            whole += 1;
+            entries += 1;
         }
     }
     assert!(beyond.is_empty(), "not every adapter can do this:\n{}", beyond.join("\n"));
-    assert!(whole >= 10, "only {whole} entry points were found");
-    for info in techniques::ALL {
-        let file = format!("techniques/{}.wgsl", info.id.replace('-', "_"));
-        assert!(files.contains(&file), "{} has no shader {file}", info.id);
-    }
+    assert!(entries >= 10, "only {entries} entry points were found");
 }
 
 #[test]
@@ -126,7 +142,7 @@ fn shared_structs_agree() {
         dilation "dilation", light_base "light_base");
     same!("counts.wgsl", "Counting", Counting,
         size "size", layers "layers", first "first", count "count", padding "padding", spare "spare", sides "sides");
-    same!("cascades.wgsl", "Fitting", Fitting,
+    same!("map/cascades.wgsl", "Fitting", Fitting,
         count "count", blend "blend", narrow "narrow", margin "margin", reach "reach", least "least",
         smoothing "smoothing", opaque "opaque", triangles "triangles", culled "culled", padding "padding", sides "sides");
     same!("diagram.wgsl", "Stroke", Stroke, from "start", to "end", value "value", padding "padding");
@@ -134,7 +150,7 @@ fn shared_structs_agree() {
         position "position", normal "normal", uv "uv", material "material", padding "padding");
     same!("gbuffer.wgsl", "Material", GpuMaterial,
         base_color "base_color", texture "texture", cutoff "cutoff", double_sided "double_sided", wrap "wrap");
-    same!("techniques/shadow_map.wgsl", "LightView", LightView,
+    same!("map/casters.wgsl", "LightView", LightView,
         row_x "row_x", row_y "row_y", row_z "row_z", row_w "row_w", axis "axis", near "near", far "far",
-        perspective "perspective", texel "texel", resolution "resolution", margin "margin", padding "padding");
+        perspective "perspective", texel "texel", resolution "resolution", margin "margin", reach "reach", padding "padding");
 }

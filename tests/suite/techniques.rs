@@ -785,7 +785,7 @@ fn outlines_lie_where_maps_end() {
         }
         sums.map(|[sum, n]| if n > 8.0 { Some(sum / n) } else { None })
     };
-    let eye = shadowscope::fit::Scope {
+    let eye = shadowscope::map::fit::Scope {
         camera: view,
         light,
         bounds: r.geometry().bounds,

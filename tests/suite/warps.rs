@@ -2,9 +2,9 @@
 
 use crate::common::*;
 use glam::{DMat3, DVec2, DVec3, Vec2, Vec3, Vec4};
-use shadowscope::fit::{Scope, hull, lispsm, msf, psm, tsm, warped};
 use shadowscope::frame::{Ask, Renderer};
 use shadowscope::light::{Light, LightView};
+use shadowscope::map::fit::{Scope, hull, lispsm, msf, psm, tsm, warped};
 use shadowscope::measure::metrics::FACING;
 use shadowscope::measure::stability;
 use shadowscope::scene::{Camera, builtin};

@@ -2,9 +2,9 @@
 
 use super::{Bench, short};
 use crate::chart::Lines;
-use crate::fit::{Scope, lispsm, warped};
 use crate::frame::{Ask, Truth};
 use crate::light::Light;
+use crate::map::fit::{Scope, lispsm, warped};
 use crate::measure::table;
 use crate::params::{Params, Values};
 use crate::scene::Camera;

@@ -1,7 +1,7 @@
 //! Chong 2003: shadow maps in flatland.
 
 use super::{Bench, short};
-use crate::fit::flatland::{self, Badness};
+use crate::flatland::{self, Badness};
 use crate::measure::table;
 use anyhow::{Context, Result};
 

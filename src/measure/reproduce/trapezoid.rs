@@ -1,8 +1,8 @@
 //! Morais 2015, 3.1: the trapezoid around the view frustum, and what it spends its texels on.
 
 use super::{Bench, axis, short};
-use crate::fit::tsm::{self, Tsm};
-use crate::fit::{LightImage, Scope, hull, msf, warped};
+use crate::map::fit::tsm::{self, Tsm};
+use crate::map::fit::{LightImage, Scope, hull, msf, warped};
 use crate::measure::table;
 use crate::setup::{Setup, scene_camera};
 use anyhow::{Context, Result};

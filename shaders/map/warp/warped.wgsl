@@ -1,0 +1,267 @@
+//!include lib/scene.wgsl
+//!include map/place/warp.wgsl
+//!include map/choose/single.wgsl
+//!include map/look_up.wgsl
+//!include lib/labels.wgsl
+//!include map/warp/exact.wgsl
+//!include map/warp/subdivide.wgsl
+// All passes of a map with a warp (map/place/warp.wgsl): what view samples need of it, its casters, its look-up and its views.
+//
+// Three ways to draw: `linear` moves corners only; `subdivide` splits triangles until no edge deviates from its warped
+// image by more than the tolerance, and takes the depth where every texel's ray meets the triangle's plane
+// (map/warp/subdivide.wgsl); `exact` meets the triangles with the rays themselves (map/warp/exact.wgsl).
+// Includers write `fn inspect_warp(s: Surface) -> f32` too: their own maps.
+
+var<uniform> raster: RasterParams;
+
+// What the passes tell each other; one buffer, as not every adapter binds more than eight at once.
+struct State {
+    counters: array<atomic<u32>, 64>,
+    // Vertices and instances of the draw of the rays, from 0 on.
+    ray_arguments: array<atomic<u32>, 4>,
+    // The largest 1 - u and u of all rays, as bits.
+    ray_bounds: array<atomic<u32>, 4>,
+    // 64 × 64 tiles of the light's image before the warp (exact: of the rays' box in it), a bit each: whether the rays of
+    // needed texels lie in them.
+    image_tiles: array<atomic<u32>, 128>,
+    // The same of the map: whether a view sample needs one of their texels.
+    tiles: array<atomic<u32>, 128>,
+    // A bit a triangle: whether it met a cell with rays.
+    triangles_met: array<atomic<u32>>,
+}
+
+var<storage, read_write> state: State;
+// Vertices and instances of the casters' draw, from 0 on.
+var<storage, read_write> arguments: array<u32, 4>;
+
+// Places in `state.counters`: what is drawn, what was not split far enough, the triangles that some view sample needs, pieces
+// turned over, and places where the warp itself turns the image over.
+const drawn_count = 0u;
+const unserved_count = 1u;
+const kept_count = 2u;
+const fold_count = 3u;
+const warp_fold_count = 4u;
+// Threads of a pass over triangles, pieces or rays.
+const stride = 16384u;
+
+struct Corner {
+    position: vec3f,
+    uv: vec2f,
+}
+
+fn map_side() -> f32 {
+    return light_view.resolution;
+}
+
+// The surface at a pixel, valid only if its visibility is looked up: where it faces the light and is reached by it.
+fn view_sample(pixel: vec2u) -> Surface {
+    var s = load_surface(min(pixel, frame.size - 1u));
+    let light = light_at(s.position);
+    s.valid = s.valid && all(pixel < frame.size) && light.reached && dot(s.normal, light.to_light) > 0.0;
+    return s;
+}
+
+// Where a view sample looks into the map, texels, and the same place before the warp, shares of the image's sides, with
+// how far rounding may move it.
+struct LookedUp {
+    texel: vec2f,
+    before: vec2f,
+    rounding: vec2f,
+}
+
+fn looked_up(s: Surface) -> LookedUp {
+    let to_light = normalize(light_at(s.position).to_light);
+    var position = s.position;
+    // With the normal offset it is not where the sample lies.
+    if biases.normal_offset > 0.0 {
+        let cosine = dot(s.normal, to_light);
+        let texel = map_texel_size(light_view, s.position, to_light);
+        position += s.normal * (biases.normal_offset * texel * sqrt(max(1.0 - cosine * cosine, 0.0)));
+    }
+    let clip = light_clip(light_view, position);
+    let size = abs(vec4f(position, 1.0));
+    let terms = vec2f(dot(abs(light_view.row_x), size), dot(abs(light_view.row_y), size)) / max(abs(clip.w), 1e-30);
+    return LookedUp(map_texel(light_view, clip), light_texel(light_view, clip) / light_view.resolution,
+                    1.2e-7 * (1.0 + terms));
+}
+
+// The bits of tiles `first` to `last` of a row that lie in one half of it.
+fn tile_bits(x0: u32, x1: u32, half: u32) -> u32 {
+    let first = max(x0, half * 32u);
+    let last = min(x1, half * 32u + 31u);
+    if first > last {
+        return 0u;
+    }
+    return (0xffffffffu >> (31u - (last - first))) << (first & 31u);
+}
+
+// Whether a view sample needs a ray in a box, shares of what the tiles cover.
+fn image_needed(low: vec2f, high: vec2f) -> bool {
+    if !(all(high >= vec2f(0.0)) && all(low <= vec2f(1.0))) {
+        return false;
+    }
+    let x0 = u32(clamp(low.x * 64.0, 0.0, 63.0));
+    let x1 = u32(clamp(high.x * 64.0, 0.0, 63.0));
+    for (var half = 0u; half < 2u; half++) {
+        let bits = tile_bits(x0, x1, half);
+        for (var y = u32(clamp(low.y * 64.0, 0.0, 63.0)); bits != 0u && y <= u32(clamp(high.y * 64.0, 0.0, 63.0)); y++) {
+            if (atomicLoad(&state.image_tiles[2u * y + half]) & bits) != 0u {
+                return true;
+            }
+        }
+    }
+    return false;
+}
+
+// An order of places, so that both sides of an edge take it in the same direction.
+fn precedes(p: vec3f, q: vec3f) -> bool {
+    return p.x < q.x || (p.x == q.x && (p.y < q.y || (p.y == q.y && p.z < q.z)));
+}
+
+fn between(a: Corner, b: Corner, t: f32) -> Corner {
+    return Corner(a.position + (b.position - a.position) * t, a.uv + (b.uv - a.uv) * t);
+}
+
+// What is left of a triangle without what the projection takes to infinity and beyond: none, or a polygon.
+struct Cut {
+    corners: array<Corner, 4>,
+    number: u32,
+}
+
+fn cut_off(corners: array<Corner, 3>) -> Cut {
+    var ws: vec3f;
+    for (var k = 0u; k < 3u; k++) {
+        ws[k] = dot(light_view.row_w, vec4f(corners[k].position, 1.0));
+    }
+    let least = select(0.0, max(1e-3 * light_view.near, 1e-6), any(light_view.row_w.xyz != vec3f(0.0)));
+    var cut: Cut;
+    for (var k = 0u; k < 3u; k++) {
+        let next = (k + 1u) % 3u;
+        if ws[k] > least {
+            cut.corners[cut.number] = corners[k];
+            cut.number++;
+        }
+        if (ws[k] > least) != (ws[next] > least) {
+            cut.corners[cut.number] = between(corners[k], corners[next], (1.001 * least - ws[k]) / (ws[next] - ws[k]));
+            cut.number++;
+        }
+    }
+    return cut;
+}
+
+fn triangle_corners(t: vec3u) -> array<Corner, 3> {
+    var corners: array<Corner, 3>;
+    for (var k = 0u; k < 3u; k++) {
+        corners[k] = Corner(vertices[t[k]].position, vertices[t[k]].uv);
+    }
+    return corners;
+}
+
+// Counts view samples by their texels before the warp.
+var<storage, read_write> before: array<atomic<u32>>;
+
+@compute @workgroup_size(8, 8)
+fn count_before(@builtin(global_invocation_id) id: vec3u) {
+    let s = view_sample(id.xy);
+    if !s.valid {
+        return;
+    }
+    let u = unwarped_place(s.position).xy;
+    if all(u >= vec2f(0.0)) && all(u <= vec2f(1.0)) {
+        let cell = min(vec2u(u * map_side()), vec2u(u32(map_side()) - 1u));
+        atomicAdd(&before[cell.y * u32(map_side()) + cell.x], 1u);
+    }
+}
+
+// Counts the places of the light's image, one a texel, where the warp's Jacobian is not positive. As the warp takes each side
+// of the image to itself, without such places it is one to one.
+@compute @workgroup_size(8, 8)
+fn count_folds(@builtin(global_invocation_id) id: vec3u) {
+    if all(id.xy < vec2u(u32(map_side()))) && determinant(warp_slope((vec2f(id.xy) + 0.5) / map_side())) <= 0.0 {
+        atomicAdd(&state.counters[warp_fold_count], 1u);
+    }
+}
+
+// The warp at places evenly spread over the sides, the first and the last on them: where it takes them (xy) and where it takes
+// from (zw).
+var warp_nodes: texture_storage_2d<rgba32float, write>;
+
+@compute @workgroup_size(8, 8)
+fn tabulate(@builtin(global_invocation_id) id: vec3u) {
+    let last = textureDimensions(warp_nodes) - 1u;
+    if all(id.xy <= last) {
+        let at = vec2f(id.xy) / vec2f(last);
+        textureStore(warp_nodes, id.xy, vec4f(warp(at), unwarp(at)));
+    }
+}
+
+// Two squares of side 1 beside each other, fitted into the picture as in a diagram: the place in them of a pixel.
+// x in 0 to 2.
+fn square_place(pixel: vec2f) -> vec2f {
+    let size = vec2f(frame.size);
+    let scale = max(2.08 / size.x, 1.04 / size.y);
+    return (pixel - 0.5 * size) * scale + vec2f(1.0, 0.5);
+}
+
+// Left the light's image before the warp with every sixteenth of the map's sides, right the map with every sixteenth of the
+// image's sides.
+fn grid_cell(at: vec2f) -> vec2i {
+    let right = at.x >= 1.0;
+    let place = select(at, at - vec2f(1.0, 0.0), right);
+    if any(place < vec2f(0.0)) || any(place > vec2f(1.0)) {
+        return vec2i(-1);
+    }
+    var there: vec2f;
+    if right {
+        there = unwarp(place);
+    } else {
+        there = warp(place);
+    }
+    return vec2i(floor(there * 16.0));
+}
+
+fn grid(pixel: vec2u) -> f32 {
+    let at = square_place(vec2f(pixel) + 0.5);
+    let cell = grid_cell(at);
+    if cell.x < 0 {
+        return drawn(white, 0.0);
+    }
+    let wide = max(1.0, f32(frame.size.y) / 1000.0);
+    let beside = grid_cell(square_place(vec2f(pixel) + 0.5 + vec2f(wide, 0.0)));
+    let below = grid_cell(square_place(vec2f(pixel) + 0.5 + vec2f(0.0, wide)));
+    if any(beside != cell) || any(below != cell) {
+        return drawn(select(3u, 1u, at.x >= 1.0), 0.9);
+    }
+    var place = at - vec2f(1.0, 0.0);
+    if at.x < 1.0 {
+        place = warp(at);
+    }
+    let texel = vec2u(clamp(place * map_side(), vec2f(0.0), vec2f(map_side() - 1.0)));
+    return drawn(white, 0.05 + 0.6 * textureLoad(shadow_maps, texel, 0, 0));
+}
+
+var<storage, read> folded: array<u32>;
+
+fn fold(s: Surface) -> f32 {
+    if !s.valid {
+        return -1.0;
+    }
+    return label(0u, select(0.0, 0.8, (folded[s.triangle / 32u] >> (s.triangle & 31u) & 1u) == 1u));
+}
+
+fn inspect_map(s: Surface) -> f32 {
+    switch frame.map {
+        case shows_texels, shows_bias: {
+            return inspect_filter(s);
+        }
+        case shows_grid: {
+            return grid(s.pixel);
+        }
+        case shows_folds: {
+            return fold(s);
+        }
+        default: {
+            return inspect_warp(s);
+        }
+    }
+}

@@ -1,0 +1,117 @@
+//! Drawing casters into layers.
+
+use super::{CasterParams, HardwareParams};
+use crate::frame::Frame;
+use crate::gpu::{Gpu, Pass, Raster, hold};
+use crate::params::Params;
+use crate::scene::geometry::Vertex;
+use anyhow::Result;
+
+/// What the pipelines depend on: culling, the layer's format, the rasteriser's bias, and whether the view is warped.
+type State = (String, wgpu::TextureFormat, HardwareParams, bool);
+
+/// The passes that draw opaque and masked casters into a layer, made anew when what they depend on changes.
+pub struct Casters {
+    names: [&'static str; 2],
+    passes: Option<(State, [Pass; 2])>,
+}
+
+/// The triangles that a layer draws.
+pub enum Triangles<'a> {
+    All,
+    /// Those of an index buffer, by two indexed indirect draws from a byte on: opaque and masked.
+    Listed {
+        indices: &'a wgpu::Buffer,
+        draws: &'a wgpu::Buffer,
+        at: u64,
+    },
+}
+
+/// Bytes of an indexed indirect draw.
+pub const DRAW: u64 = 20;
+
+/// The format of depth that these parameters ask for.
+pub fn format(p: &CasterParams) -> wgpu::TextureFormat {
+    match p.format.as_str() {
+        "16" => wgpu::TextureFormat::Depth16Unorm,
+        "24" => wgpu::TextureFormat::Depth24Plus,
+        _ => wgpu::TextureFormat::Depth32Float,
+    }
+}
+
+impl Casters {
+    /// Passes timed under these names.
+    pub fn named(names: [&'static str; 2]) -> Casters {
+        Casters { names, passes: None }
+    }
+
+    /// Draws casters into a layer, all of it cleared before. `side`: texels of the map in it; `warped`: the view's
+    /// `perspective` is [`LightView::WARPED`](crate::light::LightView::WARPED).
+    ///
+    /// # Errors
+    /// Passes that cannot be made.
+    pub fn draw(
+        &mut self,
+        f: &mut Frame,
+        layer: &wgpu::TextureView,
+        side: u32,
+        light_view: &wgpu::Buffer,
+        triangles: &Triangles,
+        warped: bool,
+    ) -> Result<()> {
+        let cull = CasterParams::read(f.values).cull;
+        let state = (cull, layer.texture().format(), HardwareParams::read(f.values), warped);
+        let names = self.names;
+        let [opaque, masked] = hold(&mut self.passes, state, |state| passes(f.gpu, names, state))?;
+        let scene = f.scene;
+        let issue = |p: &mut wgpu::RenderPass, which: u64| {
+            p.set_viewport(0.0, 0.0, side as f32, side as f32, 0.0, 1.0);
+            match triangles {
+                Triangles::All if which == 0 => scene.draw_opaque(p),
+                Triangles::All => scene.draw_masked(p),
+                Triangles::Listed { indices, draws, at } => {
+                    scene.set_casters(p, indices);
+                    p.draw_indexed_indirect(draws, at + which * DRAW);
+                }
+            }
+        };
+        let depth = Some((layer, 0.0));
+        f.run(opaque).bind("light_view", light_view).draw(&[], depth, true, |p| issue(p, 0));
+        if scene.opaque_count < scene.triangle_count {
+            f.run(masked).bind("light_view", light_view).draw(&[], depth, false, |p| issue(p, 1));
+        }
+        Ok(())
+    }
+}
+
+fn passes(gpu: &Gpu, names: [&'static str; 2], (cull, format, hardware, warped): &State) -> Result<[Pass; 2]> {
+    // Casters between the light and the near plane stay: they lie flat on it (pancaking).
+    let unclipped_depth = !warped && gpu.features.contains(wgpu::Features::DEPTH_CLIP_CONTROL);
+    let pass = |name, vertex, fragment: Option<&str>| {
+        let raster = Raster {
+            vertex,
+            unclipped_depth,
+            fragment,
+            depth: Raster::nearest(*format).map(|state| wgpu::DepthStencilState {
+                // Reversed depth: away from the light is down.
+                bias: wgpu::DepthBiasState {
+                    constant: -(hardware.hardware_bias as i32),
+                    slope_scale: -hardware.hardware_slope,
+                    clamp: -hardware.hardware_clamp,
+                },
+                ..state
+            }),
+            cull: Raster::culled(cull),
+            vertices: Some(Vertex::LAYOUT),
+            ..Raster::default()
+        };
+        Pass::render(gpu, name, "map/casters.wgsl", raster, &[])
+    };
+    let [opaque, masked] = match (warped, unclipped_depth) {
+        (true, _) => [("warped_caster", Some("warped")), ("warped_caster", Some("warped_masked"))],
+        (false, true) => [("caster", None), ("masked_caster", Some("masked"))],
+        // Clamped by their corners where the rasteriser does not clamp.
+        (false, false) => [("clamped_caster", None), ("clamped_masked_caster", Some("masked"))],
+    };
+    Ok([pass(names[0], opaque.0, opaque.1)?, pass(names[1], masked.0, masked.1)?])
+}

@@ -1,0 +1,99 @@
+//! How layers are looked up: a filter is a file in `shaders/map/filter/`, whatever fit or warp drew the layers.
+
+use super::Maps;
+use crate::frame::{ANALYSIS, Frame, MapSizes};
+use crate::gpu::{Gpu, Pass, Resource, hold};
+use crate::params::{Group, Values};
+use anyhow::Result;
+
+/// How far a filter's taps lie from the receiver: so much stays free at the borders of a fitted map.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Reach {
+    /// Texels, on top of `metres`.
+    pub texels: f32,
+    /// Metres across the light, in filters that are as wide in every layer.
+    pub metres: f32,
+}
+
+/// A way to look layers up.
+pub struct Filter {
+    /// Its name as `filter` of techniques that let it be chosen.
+    pub id: &'static str,
+    /// Its WGSL: `lit` and `inspect_filter`, as `shaders/map/look_up.wgsl` tells.
+    pub file: &'static str,
+    pub reach: fn(&Values) -> Reach,
+}
+
+/// A technique's shader with the simplest filter, for its passes that look nothing up.
+pub fn alone(file: &str) -> String {
+    format!("{file} map/filter/nearest.wgsl")
+}
+
+/// The passes that look maps up and show how: put together from a technique's shader and a filter's.
+pub struct LookUp {
+    file: &'static str,
+    groups: &'static [Group],
+    passes: Option<(&'static str, Passes)>,
+    comparison: wgpu::Sampler,
+}
+
+struct Passes {
+    resolve: Pass,
+    inspect: Pass,
+    analyse: Pass,
+}
+
+impl LookUp {
+    /// `file`: the technique's shader, which says how layers are chosen, where surfaces lie in them, and what its own views
+    /// show; `groups`: all of its parameters.
+    pub fn new(gpu: &Gpu, file: &'static str, groups: &'static [Group]) -> LookUp {
+        let comparison = gpu.device.create_sampler(&wgpu::SamplerDescriptor {
+            label: Some("depth comparison"),
+            mag_filter: wgpu::FilterMode::Linear,
+            min_filter: wgpu::FilterMode::Linear,
+            compare: Some(wgpu::CompareFunction::GreaterEqual),
+            ..Default::default()
+        });
+        LookUp { file, groups, passes: None, comparison }
+    }
+
+    /// Fills the frame's visibility from maps, and draws the view of them that is asked for. `bound`: what the technique's own
+    /// views need beside, by name.
+    ///
+    /// # Errors
+    /// Passes that cannot be made.
+    pub fn run(
+        &mut self,
+        f: &mut Frame,
+        maps: &Maps,
+        filter: &Filter,
+        bound: &[(&'static str, Resource)],
+    ) -> Result<()> {
+        let (file, groups, gpu) = (self.file, self.groups, f.gpu);
+        let passes = hold(&mut self.passes, filter.id, |_| {
+            let file = format!("{file} {}", filter.file);
+            let pass = |name, entry| Pass::compute(gpu, name, &file, entry, groups);
+            Ok(Passes {
+                resolve: pass("resolve", "resolve")?,
+                inspect: pass("inspect", "inspect")?,
+                analyse: pass(ANALYSIS, "analyse")?,
+            })
+        })?;
+        let mut all = maps.bound.clone();
+        all.extend_from_slice(bound);
+        all.extend([
+            ("shadow_maps", (&maps.layers.all).into()),
+            ("light_views", (&maps.light_views).into()),
+            ("compare_sampler", (&self.comparison).into()),
+        ]);
+        f.held(maps.layers.bytes());
+        f.keep_table("light_views", &maps.light_views);
+        f.offer_maps(&maps.layers.each, &maps.light_views, &maps.sides);
+        f.analyse(&passes.analyse, MapSizes::of(&maps.sides), &all);
+        f.run(&passes.resolve).bind_all(&all).per_pixel();
+        if f.wants_any_map() {
+            f.run(&passes.inspect).bind_all(&all).per_pixel();
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,111 @@
+//! Maps: where they look × how they are looked up.
+//!
+//! A fit gives [`Maps`]: layers with their depth, the light view of each, and what a shader in `shaders/map/choose/` and one
+//! in `shaders/map/place/` need to find a surface's texel. A [`filter::Filter`] looks layers up, whoever drew them: see
+//! [`filter::LookUp`]. A single map is one layer.
+
+pub mod cascades;
+pub mod casters;
+pub mod filter;
+pub mod fit;
+mod layers;
+pub mod single;
+pub mod warp;
+
+pub use layers::Layers;
+
+use crate::frame::Frame;
+use crate::gpu::{Gpu, Resource};
+use crate::light::LightView;
+use anyhow::{Context, Result};
+use fit::Scope;
+
+crate::params! {
+    /// A single map.
+    pub struct MapParams {
+        "Map" {
+            /// Side of the square shadow map. Double it, and the stairs at a shadow's edge are half as large.
+            resolution: int(1024, 64..=8192, "texels"),
+        }
+    }
+}
+
+crate::params! {
+    /// How casters are drawn into every layer.
+    pub struct CasterParams {
+        "Map" {
+            /// Which faces are left out of the map, as seen from the light. Front: the bias then acts at the back faces.
+            cull: choice("none", ["none", "front", "back"]),
+            /// Precision of the stored depth, bits; f: a floating-point number.
+            format: choice("32f", ["32f", "24", "16"]),
+        }
+    }
+}
+
+crate::params! {
+    /// How the comparison with a map is moved.
+    pub struct BiasParams {
+        "Bias" {
+            /// Depth added before the comparison, along the light's axis. Too little: acne. Too much: shadows detach (peter-panning).
+            bias: float(0.002, 0.0..=100.0, "m", 0.1 of view),
+            /// Depth added in proportion to the receiver's slope and the texel's size; 0.71 (half a texel's diagonal) is just enough for one nearest sample on a plane.
+            slope_bias: float(0.75, 0.0..=8.0, "× texel"),
+            /// Tilts the comparison along the receiver's plane, so that wide filters need no larger bias.
+            receiver_plane: flag(false),
+            /// The largest tangent of the slope that the slope-scaled bias follows; 57 is what the sun 1° above the ground needs.
+            slope_limit: float(10.0, 1.0..=60.0, "") if slope_bias > 0.0 or receiver_plane = true,
+            /// Moves the receiver along its normal before the look-up, farther where light grazes it. Shifts the edges of all shadows sideways.
+            normal_offset: float(0.0, 0.0..=4.0, "texels"),
+        }
+    }
+}
+
+crate::params! {
+    /// The rasteriser's bias, where it makes the depth.
+    pub struct HardwareParams {
+        "Rasteriser bias" {
+            /// Bias added by the rasteriser, in the smallest steps of the depth format (for 32f: of the exponent).
+            hardware_bias: int(0, 0..=1024, "steps"),
+            /// Bias added by the rasteriser in proportion to the triangle's largest depth slope per texel.
+            hardware_slope: float(0.0, 0.0..=8.0, "× slope"),
+            /// The most that the rasteriser may add; 0: no limit.
+            hardware_clamp: float(0.0, 0.0..=0.1, "× range") if hardware_bias > 0 or hardware_slope > 0.0,
+        }
+    }
+}
+
+/// Most layers of a technique, `most_layers` in WGSL.
+pub const MOST: usize = 8;
+
+/// Layers with their depth, drawn, and what a shader needs to find a surface in them.
+pub struct Maps {
+    pub layers: Layers,
+    /// [`MOST`] light views, of which each layer has its own.
+    pub light_views: wgpu::Buffer,
+    /// Texels of each layer's side.
+    pub sides: Vec<u32>,
+    /// What `choose` and `map_texel` read beside, by name.
+    pub bound: Vec<(&'static str, Resource)>,
+}
+
+/// A buffer for the light views of all layers; the first is `light_view` too.
+pub fn light_views(gpu: &Gpu, label: &str) -> wgpu::Buffer {
+    let usage = wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC;
+    gpu.buffer(label, &[0; MOST * size_of::<LightView>()], usage)
+}
+
+/// The light's view of the whole scene.
+///
+/// # Errors
+/// A light without a single view.
+pub fn whole(scope: &Scope) -> Result<LightView> {
+    LightView::whole(&scope.light, scope.bounds, scope.resolution, scope.margin)
+        .with_context(|| format!("a {} light has no single shadow map", scope.light.kind()))
+}
+
+/// Texels that stay free at each border of a map beside a filter's reach: the receiver's own, and what the normal offset moves
+/// it by.
+pub fn margin(f: &Frame) -> f32 {
+    use crate::params::Params;
+    1.0 + BiasParams::read(f.values).normal_offset
+}

@@ -1,0 +1,125 @@
+//! A single map: one light view, as it is given or narrowed to the receivers in the picture.
+
+use super::casters::{Casters, Triangles, format};
+use super::filter::Reach;
+use super::fit::{Kept, Scope, msf};
+use super::{CasterParams, Layers, MapParams, Maps, light_views, margin, whole};
+use crate::frame::Frame;
+use crate::gpu::{Gpu, Pass};
+use crate::light::LightView;
+use crate::params::Params;
+use anyhow::Result;
+
+crate::params! {
+    /// What an unwarped map covers.
+    pub struct FitParams {
+        "Fit" {
+            /// What the map covers. Receivers: only the surfaces that the camera sees and that face the light. Scene: the whole scene. Msf: the smallest frustum around the part of the scene's convex hull that the camera can see.
+            fit: choice("receivers", ["receivers", "scene", "msf"]),
+        }
+    }
+}
+
+/// A light's view on the GPU: as it is given, or narrowed to the receivers that the camera sees.
+pub struct Fit {
+    whole: wgpu::Buffer,
+    fitted: wgpu::Buffer,
+    extent: wgpu::Buffer,
+    receivers: Pass,
+    narrow: Pass,
+    last: Option<LightView>,
+}
+
+impl Fit {
+    pub fn new(gpu: &Gpu) -> Result<Fit> {
+        Ok(Fit {
+            whole: light_views(gpu, "whole light view"),
+            fitted: light_views(gpu, "fitted light view"),
+            extent: gpu.buffer("receivers' extent", &[0; 24], wgpu::BufferUsages::STORAGE),
+            receivers: Pass::compute(gpu, "fit: receivers", "map/narrow.wgsl", "receivers", &[])?,
+            narrow: Pass::compute(gpu, "fit: narrow", "map/narrow.wgsl", "narrow", &[])?,
+            last: None,
+        })
+    }
+
+    /// The buffer that holds `view`; `narrow`: fitted once more, to the receivers that the camera sees.
+    pub fn run(&mut self, f: &mut Frame, view: LightView, narrow: bool) -> wgpu::Buffer {
+        if self.last != Some(view) {
+            f.gpu.queue.write_buffer(&self.whole, 0, bytemuck::bytes_of(&view));
+            self.last = Some(view);
+        }
+        f.held(self.whole.size() + self.fitted.size() + self.extent.size());
+        if !narrow {
+            return self.whole.clone();
+        }
+        let [w, h] = f.size.map(|side| side.div_ceil(64));
+        f.clear(&self.extent);
+        f.run(&self.receivers).bind("light_view", &self.whole).bind("extent", &self.extent).dispatch(w, h, 1);
+        f.run(&self.narrow)
+            .bind("light_view", &self.whole)
+            .bind("extent", &self.extent)
+            .bind("fitted", &self.fitted)
+            .dispatch(1, 1, 1);
+        self.fitted.clone()
+    }
+}
+
+/// One map, fitted and drawn. Depth is reversed: 1 near, 0 far.
+pub struct ShadowMap {
+    fit: Fit,
+    layers: Option<Layers>,
+    casters: Casters,
+    least: Kept<Option<LightView>>,
+}
+
+impl ShadowMap {
+    pub fn new(gpu: &Gpu) -> Result<ShadowMap> {
+        Ok(ShadowMap {
+            fit: Fit::new(gpu)?,
+            layers: None,
+            casters: Casters::named(["shadow map", "shadow map (masked)"]),
+            least: Kept::default(),
+        })
+    }
+
+    /// Fits the light's view and draws the casters' depth. `reach`: how far the filter's taps lie from the receiver.
+    ///
+    /// # Errors
+    /// A light without a single view, or a map that the adapter cannot hold.
+    pub fn render(&mut self, f: &mut Frame, reach: Reach) -> Result<Maps> {
+        let (fit, scope) = (FitParams::read(f.values).fit, scope(f, reach));
+        let view = match fit.as_str() {
+            // Where the camera sees nothing, any map will do.
+            "msf" => {
+                if f.wants_outlines() {
+                    f.outline_body(scope.seen_of(f.geometry.hull().clone()));
+                }
+                *self.least.get(f, scope, |s| msf::view(s, f.geometry.hull()))
+            }
+            _ => None,
+        };
+        self.render_view(f, view, reach, fit == "receivers")
+    }
+
+    /// Draws the casters' depth from a view, or from one of the whole scene where there is none; `narrow`: fitted once more, to
+    /// the receivers that the camera sees.
+    ///
+    /// # Errors
+    /// As [`ShadowMap::render`].
+    pub fn render_view(&mut self, f: &mut Frame, view: Option<LightView>, reach: Reach, narrow: bool) -> Result<Maps> {
+        let view = view.map_or_else(|| whole(&scope(f, reach)), Ok)?;
+        let view = LightView { reach: reach.metres, ..view };
+        let light_views = self.fit.run(f, view, narrow);
+        let sides = vec![MapParams::read(f.values).resolution];
+        let layers = Layers::hold(&mut self.layers, f.gpu, &sides, format(&CasterParams::read(f.values)))?;
+        let warped = view.perspective == LightView::WARPED;
+        self.casters.draw(f, &layers.each[0], sides[0], &light_views, &Triangles::All, warped)?;
+        f.outline_view(&light_views);
+        Ok(Maps { layers, light_views, sides, bound: Vec::new() })
+    }
+}
+
+/// The frame as fits see it. `reach`: how far the filter's taps lie from the receiver.
+pub fn scope(f: &Frame, reach: Reach) -> Scope {
+    Scope::of(f, MapParams::read(f.values).resolution, margin(f) + reach.texels)
+}

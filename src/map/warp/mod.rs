@@ -1,0 +1,311 @@
+//! Shadow maps with a warp that no matrix can express: casters are split where it bends them, or met by each texel's ray.
+//!
+//! A technique's shader includes `shaders/map/warp/warped.wgsl` and writes the warp (`shaders/map/place/warp.wgsl`). Its Rust file
+//! asks [`Warped::base`] for the light's view before the warp, makes the warp anew where that says so, and calls
+//! [`Warped::draw`].
+
+mod exact;
+pub mod node_grid;
+mod subdivide;
+
+use super::casters::format;
+use super::filter::{LookUp, Reach, alone};
+use super::fit::Scope;
+use super::single::{Fit, scope};
+use super::{CasterParams, Layers, MapParams, Maps, whole};
+use crate::frame::{ANALYSIS, Counting, Frame};
+use crate::gpu::{Gpu, Pass, Resource, hold};
+use crate::light::LightView;
+use crate::params::{Group, Params, Values};
+use crate::techniques::NEAREST;
+use crate::view::{self, BEFORE_AFTER, Class, Drawn, Legend, View};
+use anyhow::Result;
+use exact::Exact;
+use subdivide::Subdivide;
+
+crate::params! {
+    /// How casters are drawn into a warped map.
+    pub struct RasterParams {
+        "Raster" {
+            /// How casters are drawn. Linear: corners are moved and edges stay straight, so that large triangles end up in the wrong place. Subdivide: triangles are split where an edge would deviate by more than the tolerance. Exact: each texel's ray meets the triangles themselves.
+            raster: choice("exact", ["linear", "subdivide", "exact"]),
+            /// How far an edge may deviate from its warped image before its triangle is split.
+            tolerance: float(0.5, 0.05..=16.0, "texels") if raster = "subdivide",
+        }
+    }
+}
+
+/// The views that every technique with a warp has, after the seven of a shadow map; numbered as in `inspect_map` in WGSL.
+pub const MAPS: [View; 3] = [
+    view::map(
+        "grid",
+        "Warp grid",
+        "Left the light's image before the warp, with the lines that become every sixteenth of the map's sides; right \
+              the map, with every sixteenth of the image's sides. Where cells are large, texels are many.",
+        Drawn::Labels(Legend::Squares(
+            BEFORE_AFTER,
+            &[Class::label(3, "sixteenths of the map"), Class::label(1, "sixteenths of the light's image")],
+        )),
+    ),
+    view::map(
+        "folds",
+        "Folds",
+        "Red: triangles of which the map holds a part turned inside out, because corners moved and edges stayed \
+              straight. Their shadow is wrong there.",
+        Drawn::Labels(Legend::Classes(&[Class::label(0, "triangles with a part turned inside out")])),
+    ),
+    view::aliasing(
+        "counts-before",
+        "Samples before the warp",
+        "The map as it would be without the warp. White: texels that no pixel looks up. Green: one pixel each. Ochre \
+              to dark red: 4 to 256 pixels share a texel. Blue: many texels for each pixel, which are too small to be seen one by \
+              one.",
+        Drawn::Counts,
+    ),
+];
+
+/// What a warped map depends on.
+#[derive(PartialEq)]
+struct Key {
+    scope: Scope,
+    values: Values,
+    size: [u32; 2],
+    revision: u64,
+    /// Texels that no view sample needs are drawn too.
+    shown: bool,
+}
+
+/// Bytes of `State` in `shaders/map/warp/warped.wgsl` before its parts: the rays' draw and box, and a bit a triangle.
+const RAY_ARGUMENTS: u64 = 256;
+const TRIANGLES_MET: u64 = 256 + 32 + 1024;
+const STATE: wgpu::BufferUsages = wgpu::BufferUsages::STORAGE
+    .union(wgpu::BufferUsages::INDIRECT)
+    .union(wgpu::BufferUsages::COPY_SRC)
+    .union(wgpu::BufferUsages::COPY_DST);
+
+/// Parameters that matter in the look-up only.
+const LOOK_UP: [&str; 4] = ["bias", "slope_bias", "slope_limit", "receiver_plane"];
+
+/// A way to draw casters.
+trait Casters {
+    /// Draws them into the map, if anything `changed`. `bound`: what shaders need, by name; `arguments_and_state`: where the passes
+    /// put the draw's arguments, and what they tell each other.
+    ///
+    /// # Errors
+    /// More than the adapter binds at once.
+    fn draw(
+        &mut self,
+        f: &mut Frame,
+        changed: bool,
+        bound: &[(&'static str, Resource)],
+        map: &wgpu::TextureView,
+        arguments_and_state: [&wgpu::Buffer; 2],
+    ) -> Result<()>;
+}
+
+/// What the casters' passes were made for.
+#[derive(Clone, PartialEq)]
+struct Way {
+    raster: String,
+    cull: String,
+    format: wgpu::TextureFormat,
+}
+
+/// A warped shadow map and the passes that draw and look it up.
+pub struct Warped {
+    file: &'static str,
+    groups: &'static [Group],
+    fit: Fit,
+    light_view: Option<wgpu::Buffer>,
+    layers: Option<Layers>,
+    casters: Option<(Way, Box<dyn Casters>)>,
+    arguments: wgpu::Buffer,
+    /// `State` in `shaders/map/warp/warped.wgsl`, for a number of triangles.
+    state: Option<(u32, wgpu::Buffer)>,
+    /// For a number of triangles.
+    folds: Option<(u32, wgpu::Buffer)>,
+    look_up: LookUp,
+    count: Pass,
+    count_folds: Pass,
+    counting: wgpu::Buffer,
+    counts: Option<wgpu::Buffer>,
+    made: Option<Key>,
+    /// What the frame at work makes.
+    making: Option<Key>,
+}
+
+/// The light's view before the warp.
+pub struct Base {
+    pub light_view: wgpu::Buffer,
+    /// The warp and the map must be made anew: something that they depend on changed.
+    pub changed: bool,
+}
+
+impl Warped {
+    /// From a technique's own shader, with all of its parameters.
+    pub fn new(gpu: &Gpu, file: &'static str, groups: &'static [Group]) -> Result<Warped> {
+        use wgpu::BufferUsages as Use;
+        let pass = |name, entry| Pass::compute(gpu, name, &alone(file), entry, groups);
+        let zero = |label, size: usize, usage| gpu.buffer(label, &vec![0; size], usage);
+        Ok(Warped {
+            file,
+            groups,
+            fit: Fit::new(gpu)?,
+            light_view: None,
+            layers: None,
+            casters: None,
+            arguments: zero("draw of the casters", 16, Use::STORAGE | Use::INDIRECT),
+            state: None,
+            folds: None,
+            look_up: LookUp::new(gpu, file, groups),
+            count: pass("count map", "count_before")?,
+            count_folds: pass(ANALYSIS, "count_folds")?,
+            counting: zero("counting", size_of::<Counting>(), Use::UNIFORM),
+            counts: None,
+            made: None,
+            making: None,
+        })
+    }
+
+    /// The light's view before the warp: `view`, or one of the whole scene; `narrow`: fitted to the receivers that the
+    /// camera sees.
+    ///
+    /// # Errors
+    /// A light without a single view.
+    pub fn base(&mut self, f: &mut Frame, view: Option<LightView>, narrow: bool) -> Result<Base> {
+        let scope = scope(f, Reach::default());
+        let values = f.values.iter().filter(|(k, _)| !LOOK_UP.contains(&k.as_str()));
+        let values = values.map(|(k, v)| (k.clone(), v.clone())).collect();
+        let key = Key { scope, values, size: f.size, revision: f.revision, shown: shown(f) };
+        let held = self.light_view.clone().filter(|_| !f.fresh && self.made.as_ref() == Some(&key));
+        let changed = held.is_none();
+        // Until it is made, there is none.
+        self.made = None;
+        self.making = Some(key);
+        let light_view = match held {
+            Some(held) => held,
+            None => {
+                let mut view = view.map_or_else(|| whole(&scope), Ok)?;
+                // Depth is linear, as the warp leaves no plane flat.
+                view.perspective = LightView::WARPED;
+                self.fit.run(f, view, narrow)
+            }
+        };
+        self.light_view = Some(light_view.clone());
+        Ok(Base { light_view, changed })
+    }
+
+    /// Draws the casters through the warp, fills the frame's visibility and shows the maps. `bound`: what the technique's
+    /// shader needs beside, by name.
+    ///
+    /// # Errors
+    /// A map that the adapter cannot hold.
+    pub fn draw(&mut self, f: &mut Frame, base: &Base, bound: &[(&'static str, Resource)]) -> Result<()> {
+        let p = CasterParams::read(f.values);
+        let r = RasterParams::read(f.values);
+        let sides = vec![MapParams::read(f.values).resolution];
+        let resolution = sides[0];
+        let layers = Layers::hold(&mut self.layers, f.gpu, &sides, format(&p))?;
+        let map = layers.each[0].clone();
+        let triangles = f.scene.triangle_count;
+        let state = hold(&mut self.state, triangles, |n| {
+            Ok(f.gpu.device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("state of a warped map"),
+                size: TRIANGLES_MET + n.div_ceil(32).max(1) as u64 * 4,
+                usage: STATE,
+                mapped_at_creation: false,
+            }))
+        })?;
+        let folds =
+            hold(&mut self.folds, triangles, |n| Ok(storage(f.gpu, "folded triangles", n.div_ceil(32) as u64 * 4)))?;
+        let mut all: Vec<(&'static str, Resource)> = bound.to_vec();
+        all.extend([
+            ("light_view", (&base.light_view).into()),
+            ("state", (&*state).into()),
+            ("arguments", (&self.arguments).into()),
+            ("folds", (&*folds).into()),
+            ("folded", (&*folds).into()),
+        ]);
+        let own = [&*state, &self.arguments, &*folds];
+        f.held(own.map(|b| b.size()).iter().sum());
+        if base.changed {
+            f.clear(state);
+            f.clear(folds);
+        }
+        let way = Way { raster: r.raster, format: format(&p), cull: p.cull };
+        let (file, groups) = (self.file, self.groups);
+        let casters = hold(&mut self.casters, way, |way| {
+            Ok(match way.raster.as_str() {
+                "exact" => Box::new(Exact::new(f.gpu, file, groups, way)?) as Box<dyn Casters>,
+                _ => Box::new(Subdivide::new(f.gpu, file, groups, way)?),
+            })
+        })?;
+        casters.draw(f, base.changed, &all, &map, [&self.arguments, state])?;
+        f.count_pieces(state);
+        f.outline_view(&base.light_view);
+        for (name, resource) in bound {
+            if let Resource::Buffer(buffer) = resource {
+                f.keep_table(name, buffer);
+            }
+        }
+        let maps = Maps { layers, light_views: base.light_view.clone(), sides, bound: all.clone() };
+        self.look_up.run(f, &maps, NEAREST, &[])?;
+        f.offer_warp(file, groups, &all);
+        if f.view == "counts-before" {
+            let counts = self.counts(f.gpu, resolution);
+            f.clear(&counts);
+            f.run(&self.count).bind_all(&all).bind("before", &counts).per_pixel();
+            self.show_counts(f, "counts-before", &counts, resolution);
+        }
+        if f.wants_analysis() {
+            let groups = resolution.div_ceil(8);
+            f.run(&self.count_folds).bind_all(&all).dispatch(groups, groups, 1);
+        }
+        self.made = self.making.take();
+        Ok(())
+    }
+
+    /// Shows counts of view samples, a number per texel, where the map `id` is asked for.
+    pub fn show_counts(&self, f: &mut Frame, id: &str, counts: &wgpu::Buffer, resolution: u32) {
+        if f.view != id {
+            return;
+        }
+        let count = resolution * resolution;
+        let counting = Counting {
+            size: [resolution; 2],
+            layers: 1,
+            first: 0,
+            count,
+            padding: 0,
+            spare: [0; 2],
+            sides: [[0; 4]; 2],
+        };
+        f.gpu.queue.write_buffer(&self.counting, 0, bytemuck::bytes_of(&counting));
+        f.draw_counts(&self.counting, counts);
+    }
+
+    /// A buffer for a count a texel, held while it is looked at.
+    fn counts(&mut self, gpu: &Gpu, resolution: u32) -> wgpu::Buffer {
+        let size = resolution as u64 * resolution as u64 * 4;
+        if self.counts.as_ref().is_none_or(|b| b.size() != size) {
+            self.counts = Some(storage(gpu, "view samples before the warp", size));
+        }
+        self.counts.clone().unwrap_or_else(|| storage(gpu, "view samples before the warp", size))
+    }
+}
+
+/// Whether the map itself is looked at, so that the exact raster, which draws needed texels only, has to draw all.
+fn shown(f: &Frame) -> bool {
+    let looked_into = f.whole_maps || ["shadow-map", "grid", "nodes"].contains(&f.view);
+    looked_into && RasterParams::read(f.values).raster == "exact"
+}
+
+/// A storage buffer of so many bytes that can be copied both ways.
+pub fn storage(gpu: &Gpu, label: &str, size: u64) -> wgpu::Buffer {
+    gpu.device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some(label),
+        size: size.max(16).next_multiple_of(4),
+        usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST,
+        mapped_at_creation: false,
+    })
+}
