@@ -34,6 +34,7 @@ fn a_set_up_survives_its_file() {
         direction: glam::Vec3::NEG_Y,
         outer_angle: 33.3,
         range: 70.0,
+        radius: 0.0,
         color: glam::Vec3::new(1.0, 0.9, 0.8),
     };
     let text = setup.to_toml(Path::new("x.toml")).unwrap();
