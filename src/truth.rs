@@ -1,4 +1,5 @@
-//! The truth of a frame: one exact shadow ray at each pixel's centre, and the mean over more samples of the pixel.
+//! The truth of a frame: one exact shadow ray at each pixel's centre, and the mean over more samples of the pixel,
+//! which spread over the light's disc where it has a size.
 //!
 //! Both are traced in bands of rows, so that no frame waits for all of them.
 

@@ -99,8 +99,9 @@ fn on_disc(square: vec2f) -> vec2f {
     return radius * select(vec2f(sin(angle), cos(angle)), vec2f(cos(angle), sin(angle)), wide);
 }
 
-// Where on the light's disc this sample of the pixel looks: the points of Roberts's R2 sequence, all moved by the same random
-// distance in the square, another in each pixel. Sobol's points, which lie in the pixel, would go together with themselves.
+// Where on the light's disc this sample of the pixel looks: the points of the R2 sequence (Roberts 2018), shifted in the
+// square by a distance that differs from pixel to pixel. Sobol's points are spent on the pixel: with them again, each part
+// of the pixel would see its own part of the disc only.
 fn light_place(pixel: vec2u) -> vec2f {
     if frame.light_radius == 0.0 {
         return vec2f(0.0);
