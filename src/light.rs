@@ -13,6 +13,9 @@ pub enum Light {
     Directional {
         /// Vector towards the light (any length but zero).
         to_light: Vec3,
+        /// Half the angle that its disc takes in the sky, degrees; the sun's is 0.27.
+        #[serde(default, skip_serializing_if = "is_zero")]
+        angular_radius: f32,
         /// Irradiance on a surface that faces the light, relative to white.
         #[serde(default = "white")]
         color: Vec3,
@@ -26,6 +29,9 @@ pub enum Light {
         outer_angle: f32,
         /// Distance in metres beyond which the light no longer reaches.
         range: f32,
+        /// Of the disc that shines, metres. It faces every point that it lights.
+        #[serde(default, skip_serializing_if = "is_zero")]
+        radius: f32,
         /// Intensity per steradian: irradiance is `color / distance²`.
         #[serde(default = "white")]
         color: Vec3,
@@ -34,6 +40,9 @@ pub enum Light {
     Omni {
         position: Vec3,
         range: f32,
+        /// As a spot's.
+        #[serde(default, skip_serializing_if = "is_zero")]
+        radius: f32,
         #[serde(default = "white")]
         color: Vec3,
     },
@@ -61,6 +70,14 @@ pub enum Light {
 fn white() -> Vec3 {
     Vec3::ONE
 }
+
+/// Lights without a size are written as they were before lights had one.
+fn is_zero(size: &f32) -> bool {
+    *size == 0.0
+}
+
+/// Largest `radius`, metres, and largest `angular_radius`, degrees.
+pub const MAX_RADIUS: f32 = 10.0;
 
 /// The light kinds' names, in the shaders' order.
 pub const KINDS: [&str; 5] = ["directional", "spot", "omni", "hemisphere", "rect-area"];
@@ -139,6 +156,15 @@ impl Light {
             | Light::Omni { color, .. }
             | Light::Hemisphere { color, .. }
             | Light::RectArea { color, .. } => color,
+        }
+    }
+
+    /// Radius of the disc that shines, metres; a directional light's at a distance of 1. 0 for the other kinds.
+    pub fn radius(&self) -> f32 {
+        match *self {
+            Light::Directional { angular_radius, .. } => angular_radius.to_radians().tan(),
+            Light::Spot { radius, .. } | Light::Omni { radius, .. } => radius,
+            Light::Hemisphere { .. } | Light::RectArea { .. } => 0.0,
         }
     }
 

@@ -6,7 +6,7 @@ pub mod place;
 mod shape;
 
 use crate::capture;
-use crate::light::Light;
+use crate::light::{Light, MAX_RADIUS};
 use crate::params::{Kind, Value, Values};
 use crate::scene::{Camera, Scene, builtin, gltf};
 use crate::techniques::{self, Info};
@@ -579,12 +579,19 @@ impl Setup {
 
     fn check_light(&self) -> Result<()> {
         let (position, direction, range, color) = match self.light {
-            Light::Directional { to_light, color } => (Vec3::ZERO, to_light, 1.0, color),
-            Light::Spot { position, direction, outer_angle, range, color } => {
+            Light::Directional { to_light, angular_radius, color } => {
+                in_range("light.angular_radius", angular_radius, 0.0, MAX_RADIUS, "°")?;
+                (Vec3::ZERO, to_light, 1.0, color)
+            }
+            Light::Spot { position, direction, outer_angle, range, radius, color } => {
                 in_range("light.outer_angle", outer_angle, 0.1, 89.0, "°")?;
+                in_range("light.radius", radius, 0.0, MAX_RADIUS, " m")?;
                 (position, direction, range, color)
             }
-            Light::Omni { position, range, color } => (position, Vec3::Y, range, color),
+            Light::Omni { position, range, radius, color } => {
+                in_range("light.radius", radius, 0.0, MAX_RADIUS, " m")?;
+                (position, Vec3::Y, range, color)
+            }
             Light::Hemisphere { position, direction, range, color } => (position, direction, range, color),
             Light::RectArea { center, half_u, half_v, range, color } => {
                 finite("light.half_u", half_u)?;

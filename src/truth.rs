@@ -1,4 +1,5 @@
-//! The truth of a frame: one exact shadow ray at each pixel's centre, and the mean over more samples of the pixel.
+//! The truth of a frame: one exact shadow ray at each pixel's centre, and the mean over more samples of the pixel,
+//! which spread over the light's disc where it has a size.
 //!
 //! Both are traced in bands of rows, so that no frame waits for all of them.
 
@@ -176,9 +177,9 @@ pub struct Tracing {
     explain: Pass,
     params: wgpu::Buffer,
     frame: wgpu::Buffer,
-    /// The frame of the sample that is being traced, and whether it is the first.
+    /// The frame of the sample that is being traced, and its number.
     shifted: wgpu::Buffer,
-    first: wgpu::Buffer,
+    sample: wgpu::Buffer,
     of: Option<Of>,
     /// Of the present frame's size last.
     kept: Vec<Sized>,
@@ -199,7 +200,7 @@ impl Tracing {
             params: gpu.buffer("truth", bytemuck::cast_slice(&group.words(&Values::new())), uniform),
             frame: frame("frame of the truth"),
             shifted: frame("frame of a sample"),
-            first: gpu.buffer("first sample", &[0; 16], uniform),
+            sample: gpu.buffer("sample", &[0; 16], uniform),
             of: None,
             kept: Vec::new(),
             samples: 1,
@@ -267,7 +268,7 @@ impl Tracing {
             // Another number of samples may have used the buffers since.
             let uniform = now.uniform.shifted(offset(a.whole, a.samples));
             gpu.queue.write_buffer(&self.shifted, 0, bytemuck::bytes_of(&uniform));
-            gpu.queue.write_buffer(&self.first, 0, bytemuck::bytes_of(&((a.whole == 0) as u32)));
+            gpu.queue.write_buffer(&self.sample, 0, bytemuck::bytes_of(&a.whole));
             if a.rows == 0 {
                 recorder.run(gbuffer).named("truth").bind("frame", &self.shifted).draw(
                     &[&position, &surface],
@@ -284,7 +285,7 @@ impl Tracing {
                 .bind("params", &self.params)
                 .bind("g_position", &position)
                 .bind("g_surface", &surface)
-                .bind("first_sample", &self.first)
+                .bind("sample", &self.sample)
                 .bind("counts", &counts)
                 .bind("hard", &hard)
                 .bind("visibility_out", &mean)

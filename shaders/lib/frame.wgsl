@@ -15,7 +15,9 @@ struct Frame {
     bounds_min: vec3f,
     seed: u32,
     bounds_max: vec3f,
-    padding: f32,
+    // Of the disc that shines and faces what it lights, around the light's position: metres. A directional light's lies at a
+    // distance of 1: the tangent of its angular radius. 0 for a point, and for hemisphere and area lights.
+    light_radius: f32,
     // A directional light's unit vector towards it, else its position.
     light_position: vec3f,
     light_kind: u32,

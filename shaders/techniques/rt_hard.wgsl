@@ -1,7 +1,8 @@
 //!include lib/frame.wgsl
 //!include lib/gbuffer.wgsl
 //!include lib/trace.wgsl
-// One shadow ray per pixel that faces the light: exact hard visibility at the G-buffer sample.
+// One shadow ray per pixel that faces the light: exact hard visibility at the G-buffer sample. The averaged truth takes more
+// of them, also over the light's disc.
 
 var<uniform> params: RtParams;
 var visibility_out: texture_storage_2d<r32float, write>;
@@ -19,14 +20,30 @@ fn shadow_ray(s: Surface, light: LightSample) -> Ray {
     return Ray(origin, light.to_light, start, far, triangles[s.triangle].w, params.two_sided != 0u, params.max_visits);
 }
 
-fn visible(pixel: vec2u) -> Hit {
+// Two unit vectors at right angles to a unit vector and to each other.
+fn across(direction: vec3f) -> mat2x3f {
+    let other = select(vec3f(1.0, 0.0, 0.0), vec3f(0.0, 1.0, 0.0), abs(direction.x) > 0.5);
+    let u = normalize(cross(direction, other));
+    return mat2x3f(u, cross(direction, u));
+}
+
+// Whether a pixel's surface sees a place of the light's disc, given in units of `light_radius` from its centre. Whether the
+// light reaches it at all, and the surface faces it, is asked of the centre.
+fn visible(pixel: vec2u, place: vec2f) -> Hit {
     let s = load_surface(pixel);
     if !s.valid {
         return Hit(false, false, 0u, 0.0, 0u);
     }
-    let light = light_at(s.position);
+    var light = light_at(s.position);
     if !light.reached || dot(s.normal, light.to_light) <= 0.0 {
         return Hit(true, false, 0u, 0.0, 0u);
+    }
+    if any(place != vec2f(0.0)) {
+        light.to_light += frame.light_radius * (across(normalize(light.to_light)) * place);
+        if dot(s.normal, light.to_light) <= 0.0 {
+            // That part has set behind the surface's own plane. Not 0 visits: it counts among those that could be lit.
+            return Hit(true, false, 1u, 0.0, 0u);
+        }
     }
     return trace(shadow_ray(s, light));
 }
@@ -56,7 +73,7 @@ fn in_band(pixel: vec2u) -> bool {
 fn resolve(@builtin(global_invocation_id) id: vec3u) {
     let pixel = dealt(id.xy);
     if in_band(pixel) {
-        let hit = visible(pixel);
+        let hit = visible(pixel, vec2f(0.0));
         if hit.visits > 0u {
             tally_ray(hit);
         }
@@ -66,11 +83,33 @@ fn resolve(@builtin(global_invocation_id) id: vec3u) {
 
 // The mean over several samples of a pixel, whose surfaces the G-buffer of each holds.
 
-// Nonzero: the first of them.
-var<uniform> first_sample: u32;
+// Which of them this is, from 0.
+var<uniform> sample: u32;
 // Of the samples so far those that can be lit in the upper half, those that are in the lower.
 var counts: texture_storage_2d<r32uint, read_write>;
 var hard: texture_2d<f32>;
+
+// A place of the unit disc, in units of its radius, for a place of the unit square: concentric, so that equal areas stay
+// equal and neighbours stay neighbours (Shirley, Chiu 1997).
+fn on_disc(square: vec2f) -> vec2f {
+    let p = 2.0 * square - 1.0;
+    let wide = abs(p.x) > abs(p.y);
+    let radius = select(p.y, p.x, wide);
+    let angle = 0.7853982 * select(p.x, p.y, wide) / select(radius, 1.0, radius == 0.0);
+    return radius * select(vec2f(sin(angle), cos(angle)), vec2f(cos(angle), sin(angle)), wide);
+}
+
+// Where on the light's disc this sample of the pixel looks: the points of the R2 sequence (Roberts 2018), shifted in the
+// square by a distance that differs from pixel to pixel. Sobol's points are spent on the pixel: with them again, each part
+// of the pixel would see its own part of the disc only.
+fn light_place(pixel: vec2u) -> vec2f {
+    if frame.light_radius == 0.0 {
+        return vec2f(0.0);
+    }
+    let x = hash(pixel.x ^ hash(pixel.y));
+    let shift = vec2f(vec2u(x, hash(x)) >> vec2u(8u)) / 16777216.0;
+    return on_disc(fract(shift + f32(sample) * vec2f(0.7548777, 0.5698403)));
+}
 
 @compute @workgroup_size(8, 8)
 fn accumulate(@builtin(global_invocation_id) id: vec3u) {
@@ -79,10 +118,10 @@ fn accumulate(@builtin(global_invocation_id) id: vec3u) {
         return;
     }
     var count = 0u;
-    if first_sample == 0u {
+    if sample > 0u {
         count = textureLoad(counts, pixel).x;
     }
-    let hit = visible(pixel);
+    let hit = visible(pixel, light_place(pixel));
     if hit.visits > 0u {
         tally_ray(hit);
         count += 0x10000u + select(1u, 0u, hit.blocked);
@@ -126,16 +165,14 @@ fn nearest_blocker(ray: Ray) -> Hit {
 // the next facet of the same caster. Then its triangle.
 fn edge_nearby(s: Surface, lit: bool, texel: f32) -> vec2u {
     let to_light = normalize(light_at(s.position).to_light);
-    let other = select(vec3f(1.0, 0.0, 0.0), vec3f(0.0, 1.0, 0.0), abs(to_light.x) > 0.5);
-    let u = normalize(cross(to_light, other));
-    let v = cross(to_light, u);
+    let axes = across(to_light);
     for (var i = 0u; i < select(16u, 32u, lit); i++) {
         let angle = 0.7853982 * f32(i);
-        let across = texel * f32(1u + i / 8u % 2u) * (cos(angle) * u + sin(angle) * v);
+        let aside = texel * f32(1u + i / 8u % 2u) * (cos(angle) * axes[0] + sin(angle) * axes[1]);
         // Along the light onto the surface's plane.
-        let slide = -dot(s.normal, across) / dot(s.normal, to_light);
+        let slide = -dot(s.normal, aside) / dot(s.normal, to_light);
         var beside = s;
-        beside.position += across + slide * to_light;
+        beside.position += aside + slide * to_light;
         let light = light_at(beside.position);
         var ray = shadow_ray(beside, light);
         if lit && i < 16u {
@@ -187,6 +224,6 @@ fn explain(@builtin(global_invocation_id) id: vec3u) {
 @compute @workgroup_size(8, 8)
 fn inspect(@builtin(global_invocation_id) id: vec3u) {
     if id.x < frame.size.x && id.y < frame.size.y {
-        textureStore(map_out, id.xy, vec4f(f32(visible(id.xy).visits)));
+        textureStore(map_out, id.xy, vec4f(f32(visible(id.xy, vec2f(0.0)).visits)));
     }
 }

@@ -81,6 +81,8 @@ const LIGHT: &[Rule] = &[
     ("half_v", three, "three numbers, metres"),
     ("outer_angle", number, "a number from 0.1 to 89°"),
     ("range", number, "a number from 0.001 to 1000000000 m"),
+    ("radius", number, "a number from 0 to 10 m"),
+    ("angular_radius", number, "a number from 0 to 10°"),
     ("color", three, "three numbers from 0 up"),
 ];
 
@@ -92,6 +94,10 @@ const NEEDED: [&[&str]; 5] = [
     &["position", "direction", "range"],
     &["center", "half_u", "half_v", "range"],
 ];
+
+/// The keys that it may have beside these.
+const OPTIONAL: [&[&str]; 5] =
+    [&["angular_radius", "color"], &["radius", "color"], &["radius", "color"], &["color"], &["color"]];
 
 const OVERLAY: &[Rule] = &[
     ("view", text, "a view's id, in quotes"),
@@ -175,10 +181,11 @@ pub fn check_light(light: &Table) -> Result<()> {
     apply(LIGHT, light, "light.")?;
     need(light, &["kind"], "light")?;
     let kind = light.get("kind").and_then(Value::as_str).unwrap_or_default();
-    let needed = KINDS.iter().position(|k| *k == kind).map_or(&[][..], |i| NEEDED[i]);
-    need(light, needed, &format!("a {kind} light"))?;
-    if let Some(key) = light.keys().find(|k| !needed.contains(&k.as_str()) && *k != "kind" && *k != "color") {
-        bail!("light.{key} is not a key of a {kind} light; there are {}, color", needed.join(", "));
+    let Some(i) = KINDS.iter().position(|k| *k == kind) else { return Ok(()) };
+    need(light, NEEDED[i], &format!("a {kind} light"))?;
+    let keys = [NEEDED[i], OPTIONAL[i]].concat();
+    if let Some(key) = light.keys().find(|k| *k != "kind" && !keys.contains(&k.as_str())) {
+        bail!("light.{key} is not a key of a {kind} light; there are {}", keys.join(", "));
     }
     Ok(())
 }

@@ -3,7 +3,7 @@
 use super::controls::{Tip, field, room, row, slide};
 use super::model::Model;
 use super::panel::{choice, vector};
-use crate::light::{KINDS, Light};
+use crate::light::{KINDS, Light, MAX_RADIUS};
 use crate::techniques;
 use egui::{ComboBox, DragValue, Response, Ui};
 use glam::{DVec3, Vec3};
@@ -60,7 +60,7 @@ fn details(ui: &mut Ui, m: &mut Model) {
     let far = m.diagonal() * 20.0;
     let origin = m.scene.origin;
     match &mut m.setup.light {
-        Light::Directional { to_light, .. } => {
+        Light::Directional { to_light, angular_radius, .. } => {
             let (mut azimuth, mut elevation) = angles(*to_light);
             let a = slide(
                 ui,
@@ -83,17 +83,22 @@ fn details(ui: &mut Ui, m: &mut Model) {
             if a || e {
                 *to_light = from_angles(azimuth, elevation);
             }
+            let tip = "Half the angle that the light's disc takes in the sky; the sun's is 0.27°. The truth of more than one \
+                       sample is averaged over it.";
+            slide(ui, "angular radius", tip, angular_radius, 0.0..=MAX_RADIUS, true, "°");
         }
-        Light::Spot { position, direction, outer_angle, range, .. } => {
+        Light::Spot { position, direction, outer_angle, range, radius, .. } => {
             vector(ui, "position", "Where the light is.", position, origin, speed);
             aim(ui, direction);
             let tip = "Angle between the cone's axis and its edge.";
             slide(ui, "cone", tip, outer_angle, 1.0..=85.0, false, "°");
             reach(ui, range, far);
+            size(ui, radius);
         }
-        Light::Omni { position, range, .. } => {
+        Light::Omni { position, range, radius, .. } => {
             vector(ui, "position", "Where the light is.", position, origin, speed);
             reach(ui, range, far);
+            size(ui, radius);
         }
         Light::Hemisphere { position, direction, range, .. } => {
             vector(ui, "position", "Where the light is.", position, origin, speed);
@@ -130,6 +135,12 @@ fn aim(ui: &mut Ui, direction: &mut Vec3) {
 fn reach(ui: &mut Ui, range: &mut f32, far: f32) {
     let tip = "Distance beyond which the light no longer reaches.";
     slide(ui, "range", tip, range, 0.1..=far.max(*range).max(1.0), true, "m");
+}
+
+fn size(ui: &mut Ui, radius: &mut f32) {
+    let tip = "Of the disc that shines, which faces every point that it lights; 0: a point. The truth of more than one sample \
+               is averaged over it.";
+    slide(ui, "radius", tip, radius, 0.0..=MAX_RADIUS, true, "m");
 }
 
 /// Colour as a hue of full brightness and a strength.
@@ -169,7 +180,7 @@ pub fn from_angles(azimuth: f32, elevation: f32) -> Vec3 {
     Vec3::new(sin_a * cos_e, sin_e, cos_a * cos_e)
 }
 
-/// A light of another kind that lights the scene from about where the old one does, as brightly.
+/// A light of another kind that lights the scene from about where the old one does, as brightly, and is as large from there.
 pub fn converted(light: &Light, kind: usize, bounds: [Vec3; 2]) -> Light {
     let middle = (bounds[0] + bounds[1]) / 2.0;
     let radius = ((bounds[1] - bounds[0]).length() / 2.0).max(1e-3);
@@ -183,13 +194,15 @@ pub fn converted(light: &Light, kind: usize, bounds: [Vec3; 2]) -> Light {
         (false, true) => light.color() / (distance * distance),
         _ => light.color(),
     };
+    let size = light.radius() * if sun { distance } else { 1.0 };
     match kind {
         0 => {
             let to_light = (position - middle).normalize_or(Vec3::Y);
-            Light::Directional { to_light: if sun { -direction } else { to_light }, color }
+            let angular_radius = (size / distance).atan().to_degrees().min(MAX_RADIUS);
+            Light::Directional { to_light: if sun { -direction } else { to_light }, angular_radius, color }
         }
-        1 => Light::Spot { position, direction, outer_angle: 40.0, range, color },
-        2 => Light::Omni { position, range, color },
+        1 => Light::Spot { position, direction, outer_angle: 40.0, range, radius: size.min(MAX_RADIUS), color },
+        2 => Light::Omni { position, range, radius: size.min(MAX_RADIUS), color },
         3 => Light::Hemisphere { position, direction, range, color },
         _ => {
             let side = direction.any_orthonormal_vector() * radius * 0.1;

@@ -11,8 +11,9 @@ use crate::view::{self, Group, View};
 use egui::{ComboBox, RichText, Ui};
 
 const TRUTH_TIP: &str = "Samples per pixel of the truth, which is the exact shadow, traced by rays. One, at the pixel's centre: \
-     what a hard technique aims at. More: the mean over the pixel, which a filter aims at and an eye sees. Auto: one or 16, \
-     whichever suits the technique; measurements then take 16, so that all techniques share one truth.";
+     what a hard technique aims at. More: the mean over the pixel, and over a light that has a size, which a filter aims at \
+     and an eye sees. Auto: one or 16, whichever suits the technique; measurements then take 16, so that all techniques \
+     share one truth.";
 
 pub fn show(ui: &mut Ui, m: &mut Model) {
     let (side, info) = whose(m);

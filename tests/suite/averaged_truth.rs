@@ -23,7 +23,7 @@ fn truth(r: &mut Renderer, setup: &Setup, samples: u32) -> Vec<f32> {
 }
 
 fn lamp(position: Vec3, target: Vec3, outer_angle: f32, range: f32) -> Light {
-    Light::Spot { position, direction: target - position, outer_angle, range, color: Vec3::splat(40.0) }
+    Light::Spot { position, direction: target - position, outer_angle, range, radius: 0.0, color: Vec3::splat(40.0) }
 }
 
 /// Share of the unit square around `center` where a linear function is negative, by clipping the square.
@@ -360,7 +360,7 @@ fn only_what_the_light_reaches_can_be_wrong() {
     let lights = [
         lamp(Vec3::new(-2.0, 5.0, 2.0), Vec3::ZERO, 12.0, 60.0),
         lamp(Vec3::new(-2.0, 5.0, 2.0), Vec3::ZERO, 30.0, 5.5),
-        Light::Omni { position: Vec3::new(0.5, 2.0, 1.0), range: 3.0, color: Vec3::ONE },
+        Light::Omni { position: Vec3::new(0.5, 2.0, 1.0), range: 3.0, radius: 0.0, color: Vec3::ONE },
         sun(Vec3::new(0.6, 1.0, 0.3)),
     ];
     for light in lights {

@@ -649,7 +649,7 @@ fn the_blur_spans_the_same_metres_in_all_cascades() {
     triangles.extend(floor(Vec2::new(-20.0, -80.0), Vec2::new(0.0, 10.0), 6.0));
     let mut view = camera(Vec3::new(0.0, 2.0, 4.0), Vec3::new(0.0, 0.5, -4.0));
     (view.near, view.far) = (1.0, 60.0);
-    let light = Light::Directional { to_light: Vec3::Y, color: Vec3::ONE };
+    let light = Light::Directional { to_light: Vec3::Y, angular_radius: 0.0, color: Vec3::ONE };
     let scene = scene(vec![mesh(&triangles, 0)], vec![material(Vec3::ONE)], view, light);
     let (mut r, s) = start(scene, [256, 160]);
     let set = with(

@@ -47,11 +47,21 @@ fn captures_repeat_and_reopen_byte_for_byte() {
         ok(folder, &[&flown[..], others, &["-o", "h.png"]].concat());
         assert_ne!(read(folder, "f.png"), read(folder, "h.png"), "{others:?}");
     }
+    // So is a light's size, over which the truth averages.
+    let lamp = "spot:position=-2,7,3;direction=2,-7,-3;outer_angle=40;range=30;color=60,60,60";
+    let large = format!("{lamp};radius=0.8");
+    let soft = ["capture", "cubes", "--size", "160x90", "--view", "truth", "--truth-samples", "16", "--light"];
+    ok(folder, &[&soft[..], &[&large, "-o", "s.png"]].concat());
+    ok(folder, &["capture", "s.png", "-o", "t.png"]);
+    assert_eq!(read(folder, "s.png"), read(folder, "t.png"), "a capture under a light with a size reopens as another");
+    ok(folder, &[&soft[..], &[lamp, "-o", "p.png"]].concat());
     // What the picture shows depends on the technique's parameters.
     ok(folder, &["capture", "a.png", "--set", "resolution=64", "-o", "e.png"]);
     let pixels = |name: &str| image::open(folder.join(name)).unwrap().to_rgba8();
     let differing = pixels("a.png").pixels().zip(pixels("e.png").pixels()).filter(|(a, b)| a != b).count();
     assert!(differing > 20 && differing < 160 * 90 / 2, "{differing} pixels differ");
+    let softer = pixels("s.png").pixels().zip(pixels("p.png").pixels()).filter(|(a, b)| a != b).count();
+    assert!(softer > 20, "{softer} pixels differ where the light has a size");
 }
 
 #[test]

@@ -67,12 +67,19 @@ pub fn scene(meshes: Vec<Mesh>, materials: Vec<Material>, camera: Camera, light:
 }
 
 pub fn sun(to_light: Vec3) -> Light {
-    Light::Directional { to_light, color: Vec3::ONE }
+    Light::Directional { to_light, angular_radius: 0.0, color: Vec3::ONE }
 }
 
 /// A spot that shines from `position` at `target`, its cone's edge `angle` degrees from the axis.
 pub fn spot(position: Vec3, target: Vec3, angle: f32) -> Light {
-    Light::Spot { position, direction: target - position, outer_angle: angle, range: 80.0, color: Vec3::splat(90.0) }
+    Light::Spot {
+        position,
+        direction: target - position,
+        outer_angle: angle,
+        range: 80.0,
+        radius: 0.0,
+        color: Vec3::splat(90.0),
+    }
 }
 
 /// Pixels of the last frame that face a spot and lie in its cone: those that surely do, and with those on its very edge.

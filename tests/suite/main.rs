@@ -10,6 +10,7 @@ mod figures;
 mod flatland;
 mod gltf;
 mod hulls;
+mod light_size;
 mod logpsm;
 mod measures;
 mod metrics;

@@ -36,7 +36,14 @@ fn analysed(setup: &Setup) -> Ask {
 }
 
 fn lamp(position: Vec3, target: Vec3, outer_angle: f32) -> Light {
-    Light::Spot { position, direction: target - position, outer_angle, range: 60.0, color: Vec3::splat(40.0) }
+    Light::Spot {
+        position,
+        direction: target - position,
+        outer_angle,
+        range: 60.0,
+        radius: 0.0,
+        color: Vec3::splat(40.0),
+    }
 }
 
 /// Where a point lies in the map that covers what the light sees of the floor, 0 to 1 from its corner; in f64 and

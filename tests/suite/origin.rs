@@ -85,9 +85,16 @@ fn lights(random: &mut Random) -> Vec<Light> {
     let mut place = |size: f32| random.point() * size;
     let color = Vec3::new(1.0, 0.9, 0.8);
     vec![
-        Light::Directional { to_light: place(1.0), color },
-        Light::Spot { position: place(30.0), direction: place(2.0), outer_angle: 33.3, range: 70.1, color },
-        Light::Omni { position: place(1e-3), range: 3.3, color },
+        Light::Directional { to_light: place(1.0), angular_radius: 0.0, color },
+        Light::Spot {
+            position: place(30.0),
+            direction: place(2.0),
+            outer_angle: 33.3,
+            range: 70.1,
+            radius: 0.0,
+            color,
+        },
+        Light::Omni { position: place(1e-3), range: 3.3, radius: 0.0, color },
         Light::Hemisphere { position: place(1e4), direction: Vec3::NEG_Y, range: 0.7, color },
         Light::RectArea { center: place(5.0), half_u: Vec3::X * 0.1, half_v: Vec3::Z * 0.3, range: 9.0, color },
     ]

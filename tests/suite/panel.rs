@@ -287,6 +287,56 @@ fn a_technique_that_does_not_serve_the_light_says_so() {
     assert_eq!(setup(&harness).technique, "rt-hard");
 }
 
+/// A light's size is set by a slider, kept by the other kinds that have one, as seen from the scene, and taken back.
+#[test]
+fn a_lights_size_is_set_converted_and_undone() {
+    use egui::accesskit::Role;
+    let mut harness = harness("cubes", 2400.0);
+    open(&mut harness, "Light");
+    let drag = |h: &mut Harness<'static, State>, name: &str, to: f32| {
+        let rect = h.get_by_role_and_label(Role::Slider, name).rect();
+        let place = |x: f32| rect.left_center() + egui::vec2(rect.width() * x, 0.0);
+        h.drag_at(place(0.05));
+        h.run_steps(2);
+        h.hover_at(place(to));
+        h.run_steps(2);
+        h.drop_at(place(to));
+        h.run_steps(3);
+    };
+    drag(&mut harness, "angular radius", 0.6);
+    let Light::Directional { angular_radius, .. } = setup(&harness).light else { panic!() };
+    assert!(angular_radius > 0.0 && angular_radius < 10.0, "{angular_radius}");
+    setup(&harness).check().unwrap();
+    choose(&mut harness, "Light", "spot");
+    assert_eq!(setup(&harness).light.radius(), 0.0);
+    drag(&mut harness, "radius", 0.5);
+    let spot = setup(&harness).light;
+    assert!(spot.radius() > 1e-3 && spot.radius() < 10.0, "{spot:?}");
+    choose(&mut harness, "kind", "omni");
+    let omni = setup(&harness).light;
+    assert!(matches!(omni, Light::Omni { radius, .. } if radius == spot.radius()), "{omni:?}");
+    choose(&mut harness, "kind", "directional");
+    let [low, high] = harness.state().model.bounds;
+    let seen = spot.radius() / spot.position().distance((low + high) / 2.0);
+    assert!((setup(&harness).light.radius() / seen - 1.0).abs() < 1e-3, "{:?}", setup(&harness).light);
+    choose(&mut harness, "kind", "hemisphere");
+    assert_eq!(setup(&harness).light.radius(), 0.0);
+    let undo = |h: &mut Harness<'static, State>| {
+        h.key_press_modifiers(egui::Modifiers::COMMAND, egui::Key::Z);
+        h.run_steps(3);
+    };
+    undo(&mut harness);
+    undo(&mut harness);
+    assert_eq!(setup(&harness).light, omni);
+    undo(&mut harness);
+    assert_eq!(setup(&harness).light, spot);
+    undo(&mut harness);
+    assert_eq!((setup(&harness).light.kind(), setup(&harness).light.radius()), ("spot", 0.0));
+    harness.key_press_modifiers(egui::Modifiers::COMMAND | egui::Modifiers::SHIFT, egui::Key::Z);
+    harness.run_steps(3);
+    assert_eq!(setup(&harness).light, spot);
+}
+
 #[test]
 fn a_parameter_resets() {
     let mut harness = harness("cubes", 1200.0);

@@ -445,9 +445,10 @@ fn lights(center: Vec3, radius: f32) -> Vec<Light> {
             direction: Vec3::new(-1.4, -2.0, -0.8),
             outer_angle: 24.0,
             range,
+            radius: 0.0,
             color,
         },
-        Light::Omni { position: at(-0.9, 1.1, 0.8), range, color },
+        Light::Omni { position: at(-0.9, 1.1, 0.8), range, radius: 0.0, color },
         Light::Hemisphere { position: at(0.4, 0.7, 1.0), direction: Vec3::new(0.1, -1.0, -0.2), range, color },
     ]
 }

@@ -183,6 +183,7 @@ fn tables_follow_the_reference() {
         direction: Vec3::new(-0.3, -1.0, -0.2),
         outer_angle: 40.0,
         range: 60.0,
+        radius: 0.0,
         color: Vec3::splat(40.0),
     };
     let (mut r, mut s) = built_in("bench", [160, 120]);
@@ -412,6 +413,7 @@ fn a_lamp_is_served() {
         direction: Vec3::new(-4.0, -9.0, -3.0),
         outer_angle: 50.0,
         range: 100.0,
+        radius: 0.0,
         color: Vec3::splat(60.0),
     };
     for analysis in ["analysis=backward", "analysis=forward", "analysis=hybrid"] {

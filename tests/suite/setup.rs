@@ -34,6 +34,7 @@ fn a_set_up_survives_its_file() {
         direction: glam::Vec3::NEG_Y,
         outer_angle: 33.3,
         range: 70.0,
+        radius: 0.35,
         color: glam::Vec3::new(1.0, 0.9, 0.8),
     };
     let text = setup.to_toml(Path::new("x.toml")).unwrap();
@@ -41,6 +42,31 @@ fn a_set_up_survives_its_file() {
     // All of the technique's parameters are in it, defaults too.
     for name in ["kernel = 7", "mode = \"disk\"", "samples = 16", "resolution = 1024", "hardware_clamp"] {
         assert!(text.contains(name), "{name} is not in\n{text}");
+    }
+}
+
+/// Files from before lights had a size still open, and a light without one is written as it was then.
+#[test]
+fn a_lights_size_is_kept_and_may_be_left_out() {
+    let (mut setup, scene) = Setup::open("cubes").unwrap();
+    for (text, radius) in [
+        ("directional:to_light=0,1,0.5", 0.0),
+        ("directional:to_light=0,1,0.5;angular_radius=0.27", 0.27f32.to_radians().tan()),
+        ("spot:position=0,5,0;direction=0,-1,0.1;outer_angle=30;range=20", 0.0),
+        ("spot:position=0,5,0;direction=0,-1,0.1;outer_angle=30;range=20;radius=0.1", 0.1),
+        ("omni:position=0,5,0;range=20", 0.0),
+        ("omni:position=0,5,0;range=20;radius=10", 10.0),
+    ] {
+        setup.light = parse_light(&scene, text).unwrap();
+        setup.check().unwrap();
+        assert_eq!(setup.light.radius(), radius, "{text}");
+        let file = setup.to_toml(Path::new("x.toml")).unwrap();
+        assert_eq!(read(&file).unwrap(), setup, "{file}");
+        let light = file.split("[light]").nth(1).and_then(|rest| rest.split("\n[").next()).unwrap();
+        assert_eq!(light.contains("radius"), radius > 0.0, "{light}");
+        // As rows of results hold it.
+        let row = serde_json::to_string(&setup).unwrap();
+        assert_eq!(serde_json::from_str::<Setup>(&row).unwrap(), setup, "{row}");
     }
 }
 
@@ -103,6 +129,32 @@ fn errors_name_the_key_the_value_and_the_range() {
         (
             with("[light]\nkind = \"omni\"\nposition = [0,1,0]\nrange = 3\nto_light = [0,1,0]\n"),
             vec!["light.to_light", "omni"],
+        ),
+        (
+            with("[light]\nkind = \"omni\"\nposition = [0,1,0]\nrange = 3\nradius = 10.5\n"),
+            vec!["light.radius", "10.5", "0 to 10 m"],
+        ),
+        (
+            with("[light]\nkind = \"omni\"\nposition = [0,1,0]\nrange = 3\nradius = \"big\"\n"),
+            vec!["light.radius", "big", "0 to 10 m"],
+        ),
+        (
+            with(
+                "[light]\nkind = \"spot\"\nposition = [0,1,0]\ndirection = [0,-1,0]\nouter_angle = 30\nrange = 3\nradius = -1\n",
+            ),
+            vec!["light.radius", "-1", "0 to 10 m"],
+        ),
+        (
+            with("[light]\nkind = \"directional\"\nto_light = [0,1,0]\nangular_radius = nan\n"),
+            vec!["light.angular_radius", "NaN", "0 to 10°"],
+        ),
+        (
+            with("[light]\nkind = \"directional\"\nto_light = [0,1,0]\nradius = 1\n"),
+            vec!["light.radius", "directional", "angular_radius"],
+        ),
+        (
+            with("[light]\nkind = \"hemisphere\"\nposition = [0,1,0]\ndirection = [0,-1,0]\nrange = 3\nradius = 1\n"),
+            vec!["light.radius", "hemisphere"],
         ),
         (with("animation = 7\n"), vec!["animation", "7", "0 to 0"]),
         (with("time = \"x\"\n"), vec!["time", "x", "0 to"]),

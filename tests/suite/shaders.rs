@@ -129,7 +129,7 @@ macro_rules! same {
 fn shared_structs_agree() {
     same!("shade.wgsl", "Frame", FrameUniform,
         view_proj "view_proj", eye_proj "eye_proj", rays "rays", eye "eye", near "near", forward "forward",
-        far "far", bounds_min "bounds_min", seed "seed", bounds_max "bounds_max", padding "padding",
+        far "far", bounds_min "bounds_min", seed "seed", bounds_max "bounds_max", light_radius "light_radius",
         light_position "light_position", light_kind "light_kind", light_axis "light_axis", light_range "light_range",
         light_color "light_color", light_cosine "light_cosine", light_half_u "light_half_u", view "view",
         light_half_v "light_half_v", map "map", size "size", band "band", shadow_eye "shadow_eye", frozen "frozen",

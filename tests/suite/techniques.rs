@@ -63,6 +63,7 @@ fn spot() -> Light {
         direction: Vec3::new(0.45, -1.0, -0.3),
         outer_angle: 33.0,
         range: 40.0,
+        radius: 0.0,
         color: Vec3::splat(50.0),
     }
 }
@@ -557,6 +558,7 @@ fn a_caster_near_the_lamp_casts() {
             direction: Vec3::new(0.7, -1.0, 0.0),
             outer_angle: 60.0,
             range,
+            radius: 0.0,
             color: Vec3::ONE,
         };
         let view = camera(Vec3::new(0.0, 9.0, 12.0), Vec3::ZERO);

@@ -143,9 +143,10 @@ fn rays_equal_double_precision_on_random_scenes() {
         direction: Vec3::new(-0.4, -1.0, 0.3),
         outer_angle: 35.0,
         range: 30.0,
+        radius: 0.0,
         color: Vec3::ONE,
     };
-    let omni = Light::Omni { position: Vec3::new(0.3, 2.2, -0.4), range: 50.0, color: Vec3::ONE };
+    let omni = Light::Omni { position: Vec3::new(0.3, 2.2, -0.4), range: 50.0, radius: 0.0, color: Vec3::ONE };
     let lights = [sun(Vec3::new(0.5, 1.0, 0.2)), sun(Vec3::new(-1.0, 0.07, 0.3)), sun(Vec3::Y), spot, omni];
     for (seed, light) in lights.into_iter().enumerate() {
         let (differing, [lit, blocked, ties]) = compare(cloud(seed as u64 * 77 + 5, light), [160, 120]);
@@ -252,7 +253,7 @@ fn coplanar_neighbours_do_not_speckle() {
 fn a_hemisphere_light_is_half_an_omni_light() {
     let direction = Vec3::new(0.4, -0.5, 0.3);
     let position = Vec3::new(0.3, 1.2, -0.4);
-    let omni = Light::Omni { position, range: 50.0, color: Vec3::ONE };
+    let omni = Light::Omni { position, range: 50.0, radius: 0.0, color: Vec3::ONE };
     let hemisphere = Light::Hemisphere { position, direction, range: 50.0, color: Vec3::ONE };
     let (mut renderer, mut setup) = start(cloud(7, omni), [160, 120]);
     setup.select("rt-hard").unwrap();

@@ -22,7 +22,7 @@ const RESOLUTION: u32 = SIZE[1];
 
 /// The sun straight above.
 pub fn zenith() -> Light {
-    Light::Directional { to_light: Vec3::Y, color: Vec3::ONE }
+    Light::Directional { to_light: Vec3::Y, angular_radius: 0.0, color: Vec3::ONE }
 }
 
 /// m where texels are `texel` metres long at depth z, for a surface that faces both the camera and the light: the length of

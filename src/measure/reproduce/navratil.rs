@@ -402,10 +402,15 @@ pub fn post_perspective(b: &mut Bench) -> Result<String> {
     };
     let forward = camera.forward();
     let up = Vec3::X.cross(forward);
-    let sun = |up_by: f32, ahead: f32| Light::Directional { to_light: up * up_by + forward * ahead, color: Vec3::ONE };
+    let sun = |up_by: f32, ahead: f32| Light::Directional {
+        to_light: up * up_by + forward * ahead,
+        angular_radius: 0.0,
+        color: Vec3::ONE,
+    };
     let lamp = |up_by: f32, ahead: f32, direction: Vec3| Light::Spot {
         position: camera.position + up * up_by + forward * ahead,
         direction,
+        radius: 0.0,
         color: Vec3::ONE,
         outer_angle: 60.0,
         range: 60.0,

@@ -106,8 +106,18 @@ pub fn build() -> Scene {
             camera("above", vec3(-3.0, 29.0, 9.5), vec3(0.0, 0.0, -0.3), 44.0, 1.0, 120.0),
         ],
         vec![
-            light("sun", Light::Directional { to_light: vec3(0.42, 1.0, 0.36), color: vec3(1.0, 0.95, 0.86) * 1.1 }),
-            light("lantern", Light::Omni { position: vec3(-9.0, 2.72, -7.5), range: 25.0, color: vec3(9.0, 7.6, 5.6) }),
+            light(
+                "sun",
+                Light::Directional {
+                    to_light: vec3(0.42, 1.0, 0.36),
+                    angular_radius: 0.0,
+                    color: vec3(1.0, 0.95, 0.86) * 1.1,
+                },
+            ),
+            light(
+                "lantern",
+                Light::Omni { position: vec3(-9.0, 2.72, -7.5), range: 25.0, radius: 0.0, color: vec3(9.0, 7.6, 5.6) },
+            ),
             light(
                 "spot",
                 Light::Spot {
@@ -115,6 +125,7 @@ pub fn build() -> Scene {
                     direction: vec3(-7.5, -9.4, -5.2),
                     outer_angle: 34.0,
                     range: 40.0,
+                    radius: 0.0,
                     color: vec3(150.0, 138.0, 115.0),
                 },
             ),

@@ -60,7 +60,7 @@ pub fn build() -> Scene {
     b.finish(
         views(),
         vec![
-            light("sun", Light::Directional { to_light: -LIGHT, color: vec3(1.0, 0.96, 0.88) }),
+            light("sun", Light::Directional { to_light: -LIGHT, angular_radius: 0.0, color: vec3(1.0, 0.96, 0.88) }),
             light(
                 "spot",
                 Light::Spot {
@@ -68,6 +68,7 @@ pub fn build() -> Scene {
                     direction: vec3(24.0, -40.0, 14.0),
                     outer_angle: 24.0,
                     range: 150.0,
+                    radius: 0.0,
                     color: vec3(2900.0, 2750.0, 2500.0),
                 },
             ),
@@ -76,6 +77,7 @@ pub fn build() -> Scene {
                 Light::Omni {
                     position: LAMP + vec3(0.0, LANTERN + 1.0, 0.0),
                     range: 120.0,
+                    radius: 0.0,
                     color: vec3(300.0, 245.0, 170.0),
                 },
             ),

@@ -156,7 +156,14 @@ pub fn build() -> Scene {
             camera("above", vec3(0.6, 6.4, 1.6), vec3(0.1, 0.3, 0.1), 45.0, 0.1, 40.0),
         ],
         vec![
-            light("sun", Light::Directional { to_light: vec3(-0.58, 0.62, 0.60), color: vec3(1.0, 0.95, 0.86) }),
+            light(
+                "sun",
+                Light::Directional {
+                    to_light: vec3(-0.58, 0.62, 0.60),
+                    angular_radius: 0.0,
+                    color: vec3(1.0, 0.95, 0.86),
+                },
+            ),
             light(
                 "spot",
                 Light::Spot {
@@ -164,10 +171,14 @@ pub fn build() -> Scene {
                     direction: vec3(3.2, -3.8, -2.3),
                     outer_angle: 30.0,
                     range: 20.0,
+                    radius: 0.0,
                     color: vec3(38.0, 35.0, 30.0),
                 },
             ),
-            light("omni", Light::Omni { position: vec3(-1.6, 2.6, 1.5), range: 16.0, color: vec3(9.0, 7.8, 6.0) }),
+            light(
+                "omni",
+                Light::Omni { position: vec3(-1.6, 2.6, 1.5), range: 16.0, radius: 0.0, color: vec3(9.0, 7.8, 6.0) },
+            ),
             light(
                 "window",
                 Light::RectArea {

@@ -41,7 +41,14 @@ pub fn build() -> Scene {
             camera("above", vec3(17.0, 13.0, -1.0), vec3(2.0, 0.0, -17.0), 50.0, 1.0, 120.0),
         ],
         vec![
-            light("sun", Light::Directional { to_light: vec3(-0.62, 0.55, 0.48), color: vec3(1.0, 0.96, 0.88) }),
+            light(
+                "sun",
+                Light::Directional {
+                    to_light: vec3(-0.62, 0.55, 0.48),
+                    angular_radius: 0.0,
+                    color: vec3(1.0, 0.96, 0.88),
+                },
+            ),
             light(
                 "spot",
                 Light::Spot {
@@ -49,10 +56,14 @@ pub fn build() -> Scene {
                     direction: vec3(0.55, -0.62, -0.8),
                     outer_angle: 35.0,
                     range: 60.0,
+                    radius: 0.0,
                     color: vec3(120.0, 112.0, 98.0),
                 },
             ),
-            light("omni", Light::Omni { position: vec3(0.6, 3.0, -7.0), range: 50.0, color: vec3(16.0, 14.5, 12.0) }),
+            light(
+                "omni",
+                Light::Omni { position: vec3(0.6, 3.0, -7.0), range: 50.0, radius: 0.0, color: vec3(16.0, 14.5, 12.0) },
+            ),
             light(
                 "area",
                 Light::RectArea {

@@ -111,7 +111,14 @@ pub fn build() -> Scene {
             camera("beams", vec3(6.7, 3.2, 3.7), vec3(-0.8, 0.2, -0.9), 68.0, 0.05, 60.0),
         ],
         vec![
-            light("sun", Light::Directional { to_light: vec3(0.27, 0.52, -0.95), color: vec3(1.0, 0.93, 0.8) * 1.5 }),
+            light(
+                "sun",
+                Light::Directional {
+                    to_light: vec3(0.27, 0.52, -0.95),
+                    angular_radius: 0.0,
+                    color: vec3(1.0, 0.93, 0.8) * 1.5,
+                },
+            ),
             light(
                 "pendant",
                 Light::Spot {
@@ -119,12 +126,18 @@ pub fn build() -> Scene {
                     direction: vec3(0.0, -1.0, 0.0),
                     outer_angle: 64.0,
                     range: 12.0,
+                    radius: 0.0,
                     color: vec3(3.4, 2.8, 2.0),
                 },
             ),
             light(
                 "cage lamp",
-                Light::Omni { position: vec3(4.7, LAMP + 0.1, 1.45), range: 20.0, color: vec3(4.6, 3.9, 2.8) },
+                Light::Omni {
+                    position: vec3(4.7, LAMP + 0.1, 1.45),
+                    range: 20.0,
+                    radius: 0.0,
+                    color: vec3(4.6, 3.9, 2.8),
+                },
             ),
             light(
                 "ceiling lamp",

@@ -108,15 +108,23 @@ pub fn build() -> Scene {
         vec![
             light(
                 "evening sun",
-                Light::Directional { to_light: vec3(-0.78, 0.5, 0.62), color: vec3(1.0, 0.88, 0.7) * 1.3 },
+                Light::Directional {
+                    to_light: vec3(-0.78, 0.5, 0.62),
+                    angular_radius: 0.0,
+                    color: vec3(1.0, 0.88, 0.7) * 1.3,
+                },
             ),
             light(
                 "noon sun",
-                Light::Directional { to_light: vec3(0.3, 1.0, 0.45), color: vec3(1.0, 0.97, 0.92) * 1.2 },
+                Light::Directional {
+                    to_light: vec3(0.3, 1.0, 0.45),
+                    angular_radius: 0.0,
+                    color: vec3(1.0, 0.97, 0.92) * 1.2,
+                },
             ),
             light(
                 "dome lamp",
-                Light::Omni { position: vec3(-1.6, 7.2, -1.2), range: 30.0, color: vec3(9.0, 4.6, 3.0) },
+                Light::Omni { position: vec3(-1.6, 7.2, -1.2), range: 30.0, radius: 0.0, color: vec3(9.0, 4.6, 3.0) },
             ),
             light(
                 "floodlight",
@@ -125,6 +133,7 @@ pub fn build() -> Scene {
                     direction: vec3(-9.5, -2.6, -10.5),
                     outer_angle: 32.0,
                     range: 60.0,
+                    radius: 0.0,
                     color: vec3(170.0, 165.0, 150.0),
                 },
             ),

@@ -96,10 +96,21 @@ pub fn build() -> Scene {
             camera("aerial", vec3(27.0, 25.0, 32.0), vec3(0.0, 1.5, 0.0), 42.0, 1.0, 300.0),
         ],
         vec![
-            light("sun", Light::Directional { to_light: vec3(-0.42, 0.9, 0.36), color: vec3(1.0, 0.96, 0.88) * 1.2 }),
+            light(
+                "sun",
+                Light::Directional {
+                    to_light: vec3(-0.42, 0.9, 0.36),
+                    angular_radius: 0.0,
+                    color: vec3(1.0, 0.96, 0.88) * 1.2,
+                },
+            ),
             light(
                 "low sun",
-                Light::Directional { to_light: vec3(-0.85, 0.42, 0.7), color: vec3(1.0, 0.82, 0.62) * 1.3 },
+                Light::Directional {
+                    to_light: vec3(-0.85, 0.42, 0.7),
+                    angular_radius: 0.0,
+                    color: vec3(1.0, 0.82, 0.62) * 1.3,
+                },
             ),
             light(
                 "floodlight",
@@ -108,12 +119,13 @@ pub fn build() -> Scene {
                     direction: vec3(-12.0, -5.5, -16.0),
                     outer_angle: 38.0,
                     range: 70.0,
+                    radius: 0.0,
                     color: vec3(380.0, 350.0, 300.0),
                 },
             ),
             light(
                 "canopy lamp",
-                Light::Omni { position: vec3(2.2, 4.6, -0.5), range: 40.0, color: vec3(24.0, 21.0, 17.0) },
+                Light::Omni { position: vec3(2.2, 4.6, -0.5), range: 40.0, radius: 0.0, color: vec3(24.0, 21.0, 17.0) },
             ),
         ],
     )

@@ -176,8 +176,14 @@ pub fn build() -> Scene {
         camera("above", vec3(-10.0, 330.0, 30.0), vec3(0.0, 0.0, 0.0), 50.0, 10.0, 1000.0),
     ];
     let lights = vec![
-        light("sun", Light::Directional { to_light: vec3(-0.80, 0.40, 0.42), color: vec3(1.0, 0.92, 0.78) }),
-        light("noon", Light::Directional { to_light: vec3(0.25, 0.90, 0.35), color: vec3(1.0, 0.98, 0.94) }),
+        light(
+            "sun",
+            Light::Directional { to_light: vec3(-0.80, 0.40, 0.42), angular_radius: 0.0, color: vec3(1.0, 0.92, 0.78) },
+        ),
+        light(
+            "noon",
+            Light::Directional { to_light: vec3(0.25, 0.90, 0.35), angular_radius: 0.0, color: vec3(1.0, 0.98, 0.94) },
+        ),
         light(
             "floodlight",
             Light::Spot {
@@ -185,10 +191,14 @@ pub fn build() -> Scene {
                 direction: vec3(30.0, -13.0, -34.0),
                 outer_angle: 32.0,
                 range: 160.0,
+                radius: 0.0,
                 color: vec3(2600.0, 2300.0, 1800.0),
             },
         ),
-        light("street lamp", Light::Omni { position: on_road(8.0, 6.0), range: 90.0, color: vec3(110.0, 88.0, 58.0) }),
+        light(
+            "street lamp",
+            Light::Omni { position: on_road(8.0, 6.0), range: 90.0, radius: 0.0, color: vec3(110.0, 88.0, 58.0) },
+        ),
     ];
     b.finish(cameras, lights)
 }

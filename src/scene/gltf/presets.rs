@@ -50,8 +50,12 @@ pub fn add(scene: &mut Scene, bounds: Bounds) {
         // From the left of the overview camera: shadows fall across the picture.
         Vec3::new(-12.0 / 13.0 * cos, sin, 5.0 / 13.0 * cos)
     };
-    add_light(scene, "sun", Light::Directional { to_light: towards_sun(45.0), color: Vec3::ONE });
-    add_light(scene, "low-sun", Light::Directional { to_light: towards_sun(12.0), color: Vec3::ONE });
+    add_light(scene, "sun", Light::Directional { to_light: towards_sun(45.0), angular_radius: 0.0, color: Vec3::ONE });
+    add_light(
+        scene,
+        "low-sun",
+        Light::Directional { to_light: towards_sun(12.0), angular_radius: 0.0, color: Vec3::ONE },
+    );
     // The colours make the irradiance one at the scene's centre.
     let offset = 2.0 * radius * Vec3::new(-0.35, 0.8, 0.5).normalize();
     let spot = Light::Spot {
@@ -60,12 +64,13 @@ pub fn add(scene: &mut Scene, bounds: Bounds) {
         // The sphere around the scene fills 30 degrees from two radii away.
         outer_angle: 32.0,
         range: 4.0 * radius,
+        radius: 0.0,
         color: Vec3::splat(offset.length_squared()),
     };
     add_light(scene, "spot", spot);
     let position = Vec3::new(center.x, bounds.max.y + 0.35 * radius, center.z);
     let color = Vec3::splat(position.distance_squared(center));
-    add_light(scene, "omni", Light::Omni { position, range: 4.0 * radius, color });
+    add_light(scene, "omni", Light::Omni { position, range: 4.0 * radius, radius: 0.0, color });
 }
 
 /// Adds a camera under a name that no other has.

@@ -87,12 +87,12 @@ fn convert_light(file: &khr::Light, world: Mat4, bounds: Bounds) -> Option<Light
     let color = if color.is_finite() && largest > 0.0 { color.max(Vec3::ZERO) / largest } else { Vec3::ONE };
     let near_color = color * (distance * distance).max(1.0);
     Some(match file.type_ {
-        Checked::Valid(khr::Type::Directional) => Light::Directional { to_light: backward, color },
-        Checked::Valid(khr::Type::Point) => Light::Omni { position, range, color: near_color },
+        Checked::Valid(khr::Type::Directional) => Light::Directional { to_light: backward, angular_radius: 0.0, color },
+        Checked::Valid(khr::Type::Point) => Light::Omni { position, range, radius: 0.0, color: near_color },
         Checked::Valid(khr::Type::Spot) => {
             let angle = file.spot.as_ref().map_or(45.0, |spot| spot.outer_cone_angle.to_degrees());
             let outer_angle = if angle.is_finite() { angle.clamp(0.5, 88.5) } else { 45.0 };
-            Light::Spot { position, direction: -backward, outer_angle, range, color: near_color }
+            Light::Spot { position, direction: -backward, outer_angle, range, radius: 0.0, color: near_color }
         }
         Checked::Invalid => return None,
     })

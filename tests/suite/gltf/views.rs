@@ -97,14 +97,14 @@ fn lights_of_the_file_come_first_and_where_they_are() {
     let scene = file.load();
     let names: Vec<_> = scene.lights.iter().map(|light| light.name.as_str()).collect();
     assert_eq!(names, ["sun", "lamp", "light 2", "light 3", "sun 2", "low-sun", "spot", "omni"]);
-    let Light::Directional { to_light, color } = light(&scene, "sun") else { panic!() };
+    let Light::Directional { to_light, color, .. } = light(&scene, "sun") else { panic!() };
     assert!(to_light.abs_diff_eq(Vec3::NEG_Y, 1e-5), "{to_light}");
     assert_eq!(color, Vec3::new(1.0, 0.5, 0.0));
-    let Light::Omni { position, range, color } = light(&scene, "lamp") else { panic!() };
+    let Light::Omni { position, range, color, .. } = light(&scene, "lamp") else { panic!() };
     assert_eq!((position, range), (Vec3::new(0.5, 10.5, 0.0), 7.0));
     // Ten away from the middle of the triangle's box.
     assert!(color.abs_diff_eq(Vec3::splat(100.0), 1e-3));
-    let Light::Spot { position, direction, outer_angle, range, color } = light(&scene, "light 2") else { panic!() };
+    let Light::Spot { position, direction, outer_angle, range, color, .. } = light(&scene, "light 2") else { panic!() };
     assert_eq!((position, direction), (Vec3::new(0.5, 0.5, 4.0), Vec3::NEG_Z));
     assert!((outer_angle - 0.5f32.to_degrees()).abs() < 1e-3);
     assert!(range > 4.0 && range.is_finite());

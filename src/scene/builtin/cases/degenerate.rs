@@ -34,7 +34,8 @@ fn camera_at(t: f32) -> Camera {
 }
 
 /// Without a part along z, so that it lies exactly in the plane of every sheet across z.
-const SUN: Light = Light::Directional { to_light: vec3(-0.6, 0.8, 0.0), color: vec3(1.0, 0.96, 0.88) };
+const SUN: Light =
+    Light::Directional { to_light: vec3(-0.6, 0.8, 0.0), angular_radius: 0.0, color: vec3(1.0, 0.96, 0.88) };
 
 fn build() -> Scene {
     let mut b = Builder::new(CASE.id);

@@ -27,7 +27,7 @@ fn angle(t: f32) -> f32 {
 fn light_at(t: f32) -> Light {
     let a = angle(t).to_radians();
     let position = vec3(0.0, 2.3, 4.0) + vec3(a.sin(), 0.0, -a.cos()) * 5.0;
-    Light::Omni { position, range: 60.0, color: vec3(22.0, 20.0, 16.8) }
+    Light::Omni { position, range: 60.0, radius: 0.0, color: vec3(22.0, 20.0, 16.8) }
 }
 
 fn build() -> Scene {

@@ -59,7 +59,7 @@ fn direction(azimuth: f32, elevation: f32) -> Vec3 {
 
 /// The sun seen in a direction, degrees as in [`direction`].
 fn sun(azimuth: f32, elevation: f32) -> Light {
-    Light::Directional { to_light: direction(azimuth, elevation), color: vec3(1.0, 0.96, 0.88) }
+    Light::Directional { to_light: direction(azimuth, elevation), angular_radius: 0.0, color: vec3(1.0, 0.96, 0.88) }
 }
 
 /// A case's only camera, as it stands at 0.

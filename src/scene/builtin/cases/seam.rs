@@ -41,6 +41,6 @@ fn build() -> Scene {
         bar(&mut b, posts, vec3(-1.1, 0.0, z), vec3(-1.1, 2.2, z), 0.07);
     }
     bar(&mut b, posts, vec3(-1.1, 2.2, 7.0), vec3(-1.1, 2.2, -60.0), 0.09);
-    let lamp = Light::Omni { position: vec3(0.8, 2.6, -4.2), range: 60.0, color: vec3(9.0, 8.2, 6.8) };
+    let lamp = Light::Omni { position: vec3(0.8, 2.6, -4.2), range: 60.0, radius: 0.0, color: vec3(9.0, 8.2, 6.8) };
     b.finish(eye(camera_at(0.0)), vec![light("sun", sun(62.0, 34.0)), light("lamp", lamp)])
 }

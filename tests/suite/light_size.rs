@@ -1,0 +1,225 @@
+//! The averaged truth under lights with a size: penumbras against closed forms.
+
+use crate::common::*;
+use glam::{DVec3, Vec2, Vec3};
+use shadowscope::frame::{Ask, Renderer};
+use shadowscope::light::Light;
+use shadowscope::measure::metrics::FACING;
+use shadowscope::setup::Setup;
+use shadowscope::truth::Samples;
+use std::f64::consts::PI;
+
+/// Height of the lid that throws the shadow. It covers x < 0.
+const LID: f32 = 2.0;
+const SIZE: [u32; 2] = [72, 54];
+
+fn lamp(position: Vec3, radius: f32) -> Light {
+    let direction = Vec3::new(-position.x, -position.y, 0.0);
+    Light::Spot { position, direction, outer_angle: 60.0, range: 30.0, radius, color: Vec3::splat(20.0) }
+}
+
+fn wide_sun(to_light: Vec3, angular_radius: f32) -> Light {
+    Light::Directional { to_light, angular_radius, color: Vec3::ONE }
+}
+
+/// A floor under a lid with one straight edge, seen from between them, around x on the floor.
+fn under_the_lid(light: Light, x: f32) -> (Renderer, Setup) {
+    let mut triangles = floor(Vec2::splat(-20.0), Vec2::splat(20.0), 0.0);
+    triangles.extend(floor(Vec2::splat(-20.0), Vec2::new(0.0, 20.0), LID));
+    let view = camera(Vec3::new(x, 1.2, 0.3), Vec3::new(x, 0.0, 0.0));
+    start(scene(vec![mesh(&triangles, 0)], vec![material(Vec3::ONE)], view, light), SIZE)
+}
+
+fn truth(r: &mut Renderer, s: &Setup, samples: u32) -> Vec<f32> {
+    let s = Setup { truth_samples: Samples::Fixed(samples), ..s.clone() };
+    r.render(&s, Ask { picture: false, ..ask(&s) }).unwrap();
+    r.read_truth().unwrap()
+}
+
+/// Share of a disc that lies on one side of a line, of which its centre is `t` radii inside.
+fn share(t: f64) -> f64 {
+    let t = t.clamp(-1.0, 1.0);
+    0.5 + (t * (1.0 - t * t).sqrt() + t.asin()) / PI
+}
+
+/// Share of the light's disc, which faces the point, on the upper side of a plane through the point.
+fn above_plane(light: &Light, point: DVec3, normal: DVec3) -> f64 {
+    let (to_light, radius) = match *light {
+        Light::Directional { to_light, angular_radius, .. } => {
+            (to_light.as_dvec3().normalize(), (angular_radius as f64).to_radians().tan())
+        }
+        Light::Spot { position, radius, .. } | Light::Omni { position, radius, .. } => {
+            (position.as_dvec3() - point, radius as f64)
+        }
+        _ => panic!("no disc"),
+    };
+    // The plane cuts the disc's plane in a line; how far that is from the disc's centre.
+    let above = normal.dot(to_light);
+    let sine = above / to_light.length();
+    share(above / (1.0 - sine * sine).sqrt() / radius)
+}
+
+/// Share of the light that a point of the floor sees beside the lid.
+fn seen(light: &Light, point: DVec3) -> f64 {
+    // The plane through the point and the lid's edge; light comes from the side of greater x.
+    let up = DVec3::new(-point.x, LID as f64 - point.y, 0.0).normalize();
+    above_plane(light, point, DVec3::new(up.y, -up.x, 0.0))
+}
+
+/// Pairs of a place on the floor and its truth.
+fn places(r: &mut Renderer, truth: &[f32]) -> Vec<(DVec3, f64)> {
+    let (mask, position) = (r.read_mask().unwrap(), r.read_position().unwrap());
+    assert!(mask.iter().all(|m| *m == FACING));
+    position.iter().zip(truth).map(|(p, v)| (Vec3::from_slice(p).as_dvec3(), *v as f64)).collect()
+}
+
+/// Where the light's share rises through `level` as x grows, from the means over narrow strips along the edge.
+fn crossing(places: &[(DVec3, f64)], strip: f64, level: f64) -> f64 {
+    let mut strips = std::collections::BTreeMap::<i64, (f64, f64)>::new();
+    for (p, v) in places {
+        let (sum, n) = strips.entry((p.x / strip).floor() as i64).or_default();
+        *sum += v;
+        *n += 1.0;
+    }
+    // The outermost are cut by the picture.
+    let means: Vec<(f64, f64)> = strips.iter().map(|(i, (sum, n))| ((*i as f64 + 0.5) * strip, sum / n)).collect();
+    let means = &means[1..means.len() - 1];
+    let pair = means.windows(2).find(|w| w[0].1 < level && w[1].1 >= level).expect("the share rises through the level");
+    let ((x0, v0), (x1, v1)) = (pair[0], pair[1]);
+    x0 + (x1 - x0) * (level - v0) / (v1 - v0)
+}
+
+/// The penumbra of an edge right under the light's middle is as wide as similar triangles have it, and the light is half
+/// seen at the edge of the hard shadow.
+#[test]
+fn penumbras_are_as_wide_as_the_closed_form() {
+    let by_lamp = |height: f32, radius: f32| 2.0 * radius * LID / (height - LID);
+    let by_sun = |angle: f32| 2.0 * angle.to_radians().tan() * LID;
+    for (light, width) in [
+        (lamp(Vec3::new(0.0, 4.0, 0.0), 0.2), by_lamp(4.0, 0.2)),
+        (lamp(Vec3::new(0.0, 7.0, 0.0), 0.5), by_lamp(7.0, 0.5)),
+        (
+            Light::Omni { position: Vec3::new(0.0, 5.0, 0.0), range: 30.0, radius: 0.25, color: Vec3::ONE },
+            by_lamp(5.0, 0.25),
+        ),
+        (wide_sun(Vec3::Y, 3.0), by_sun(3.0)),
+        (wide_sun(Vec3::Y, 6.0), by_sun(6.0)),
+    ] {
+        let width = width as f64;
+        let (mut r, s) = under_the_lid(light, 0.0);
+        let mean = truth(&mut r, &s, 64);
+        let places = places(&mut r, &mean);
+        let at = |level| crossing(&places, 0.02, level);
+        // At 0.8 of the way from the middle to either end, where the share is not yet flat.
+        let measured = (at(share(0.8)) - at(share(-0.8))) / 0.8;
+        assert!((measured / width - 1.0).abs() < 0.03, "{light:?}: {measured} wide instead of {width}");
+        assert!(at(0.5).abs() < 0.01 * width, "{light:?}: half lit at {}", at(0.5));
+        // The hard shadow's edge lies there too, at x = 0.
+        let hard = r.read_hard_truth().unwrap();
+        for ((p, _), hard) in places.iter().zip(hard).filter(|((p, _), _)| p.x.abs() > 1e-4) {
+            assert_eq!(hard, (p.x > 0.0) as u32 as f32, "{light:?}: the hard truth at {p}");
+        }
+    }
+}
+
+/// Lights that stand aslant: the share that is seen agrees with the closed form all over the picture, where the samples of a
+/// pixel are better than random ones.
+#[test]
+fn the_share_seen_is_that_of_the_disc() {
+    for (light, x) in [
+        (lamp(Vec3::new(1.0, 4.0, 0.5), 0.25), -1.0),
+        (Light::Omni { position: Vec3::new(-0.6, 3.5, -0.4), range: 30.0, radius: 0.2, color: Vec3::ONE }, 0.8),
+        (wide_sun(Vec3::new(0.5, 1.0, 0.3), 4.0), -1.0),
+    ] {
+        let (mut r, s) = under_the_lid(light, x);
+        for samples in [4, 16, 64] {
+            let mean = truth(&mut r, &s, samples);
+            let (mut n, mut sum, mut squares, mut random) = (0.0, 0.0, 0.0, 0.0);
+            for (p, v) in places(&mut r, &mean) {
+                let exact = seen(&light, p);
+                // The samples lie all over the pixel, so that it may see a little from beside the penumbra.
+                if exact > 0.02 && exact < 0.98 {
+                    n += 1.0;
+                    sum += v - exact;
+                    squares += (v - exact) * (v - exact);
+                    random += exact * (1.0 - exact) / samples as f64;
+                } else {
+                    assert!(
+                        (v - exact).abs() < 2.0 / samples as f64 + 0.03,
+                        "{light:?}, {samples} samples: {v} instead of {exact} at {p}"
+                    );
+                }
+            }
+            assert!(n > 400.0, "{light:?}: {n} pixels in the penumbra");
+            let (bias, rms, random) = (sum / n, (squares / n).sqrt(), (random / n).sqrt());
+            assert!(
+                bias.abs() < 3.5 * rms / f64::sqrt(n) + 0.002,
+                "{light:?}, {samples} samples: off by {bias} in the mean"
+            );
+            // The more samples, the more it helps that they are spread evenly.
+            let most = [0.8, 0.6, 0.42][(samples.ilog2() / 2 - 1) as usize];
+            assert!(rms < most * random, "{light:?}, {samples} samples: off by {rms}; random ones by {random}");
+        }
+    }
+}
+
+/// Half of a sun that stands low has set behind the floor's own plane, and is not seen.
+#[test]
+fn what_has_set_is_not_seen() {
+    let (sine, cosine) = 2f32.to_radians().sin_cos();
+    for (light, share) in [
+        (wide_sun(Vec3::new(cosine, sine, 0.0), 5.0), None),
+        (Light::Omni { position: Vec3::new(0.0, 0.1, 0.0), range: 30.0, radius: 0.3, color: Vec3::ONE }, None),
+        (wide_sun(Vec3::new(cosine, sine, 0.0), 0.5), Some(1.0)),
+    ] {
+        let triangles = floor(Vec2::splat(-20.0), Vec2::splat(20.0), 0.0);
+        let view = camera(Vec3::new(1.0, 1.2, 0.3), Vec3::new(1.0, 0.0, 0.0));
+        let made = scene(vec![mesh(&triangles, 0)], vec![material(Vec3::ONE)], view, light);
+        let (mut r, s) = start(made, SIZE);
+        let mean = truth(&mut r, &s, 64);
+        let (mut off, mut n) = (0.0, 0.0);
+        for (p, v) in places(&mut r, &mean) {
+            let exact = share.unwrap_or_else(|| above_plane(&light, p, DVec3::Y));
+            assert!((v - exact).abs() < 0.07, "{light:?}: {v} instead of {exact} at {p}");
+            off += v - exact;
+            n += 1.0;
+        }
+        assert!((off / n).abs() < 0.004, "{light:?}: off by {} in the mean", off / n);
+        assert!(r.read_hard_truth().unwrap().iter().all(|v| *v == 1.0), "{light:?}");
+    }
+}
+
+/// A size changes the averaged truth alone; without it all is as under a point, and each run gives the same.
+#[test]
+fn a_size_changes_only_the_mean() {
+    let view = camera(Vec3::new(2.0, 3.0, 5.0), Vec3::new(0.0, 0.5, 0.0));
+    let lights: [fn(f32) -> Light; 3] = [
+        |size| Light::Spot {
+            position: Vec3::new(-2.0, 5.0, 2.0),
+            direction: Vec3::new(2.0, -5.0, -2.0),
+            outer_angle: 40.0,
+            range: 9.0,
+            radius: size,
+            color: Vec3::ONE,
+        },
+        |size| Light::Omni { position: Vec3::new(-2.0, 5.0, 2.0), range: 9.0, radius: size, color: Vec3::ONE },
+        |size| wide_sun(Vec3::new(0.6, 1.0, 0.3), 5.0 * size),
+    ];
+    for light in lights {
+        let made = || scene(vec![mesh(&yard(), 0)], vec![material(Vec3::ONE)], view, light(0.0));
+        let (mut r, mut s) = start(made(), [64, 48]);
+        let (point, hard) = (truth(&mut r, &s, 16), r.read_hard_truth().unwrap());
+        let mask = r.read_mask().unwrap();
+        s.light = light(1.0);
+        let soft = truth(&mut r, &s, 16);
+        assert_eq!(r.read_hard_truth().unwrap(), hard, "{:?}", s.light);
+        assert_eq!(r.read_mask().unwrap(), mask, "what the light reaches is asked of its centre");
+        let softer = soft.iter().zip(&point).filter(|(soft, point)| (*soft - *point).abs() > 0.1).count();
+        assert!(softer > 20, "{:?}: {softer}", s.light);
+        let (mut again, _) = start(made(), [64, 48]);
+        assert_eq!(truth(&mut again, &s, 16), soft, "{:?} is not repeated", s.light);
+        s.light = light(0.0);
+        assert_eq!(truth(&mut r, &s, 16), point);
+        assert_eq!(truth(&mut again, &s, 16), point);
+    }
+}
