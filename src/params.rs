@@ -249,8 +249,8 @@ impl Group {
         let mut constants = String::new();
         for s in self.specs {
             let ty = if matches!(s.kind, Kind::Float { .. }) { "f32" } else { "u32" };
-            // A name that WGSL keeps for itself.
-            let kept = if s.name == "filter" { "_" } else { "" };
+            // WGSL keeps some names for itself.
+            let kept = if wgpu::naga::keywords::wgsl::RESERVED.contains(&s.name) { "_" } else { "" };
             fields += &format!("    {}{kept}: {ty},\n", s.name);
             if let Kind::Choice { options, .. } = s.kind {
                 for (i, o) in options.iter().enumerate() {

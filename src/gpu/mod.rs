@@ -64,7 +64,10 @@ impl std::error::Error for GivenUp {}
 /// What we use where an adapter has it; nothing of it is required.
 const WANTED: wgpu::Features = wgpu::Features::TIMESTAMP_QUERY
     .union(wgpu::Features::DEPTH_CLIP_CONTROL)
-    .union(wgpu::Features::PIPELINE_STATISTICS_QUERY);
+    .union(wgpu::Features::PIPELINE_STATISTICS_QUERY)
+    .union(wgpu::Features::FLOAT32_FILTERABLE)
+    .union(wgpu::Features::TEXTURE_FORMAT_16BIT_NORM)
+    .union(wgpu::Features::TEXTURE_ADAPTER_SPECIFIC_FORMAT_FEATURES);
 
 /// The instance that windows and the command line share.
 pub fn instance() -> wgpu::Instance {

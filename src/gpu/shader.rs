@@ -11,6 +11,9 @@ use std::sync::{Arc, PoisonError};
 use std::time::SystemTime;
 use wgpu::naga;
 
+/// What shaders may use beside WebGPU's guarantee; passes that do are made only where the adapter can.
+const CAPABILITIES: naga::valid::Capabilities = naga::valid::Capabilities::STORAGE_TEXTURE_16BIT_NORM_FORMATS;
+
 static EMBEDDED: Dir = include_dir!("$CARGO_MANIFEST_DIR/shaders");
 
 /// Where shader text comes from: the binary, or the folder named by `SHADOWSCOPE_SHADERS`.
@@ -96,6 +99,10 @@ impl Shaders {
         match file {
             "palettes.wgsl" => return Ok(palette::wgsl()),
             "constants.wgsl" => return Ok(techniques::wgsl()),
+            _ if file.starts_with("store/") => {
+                let format = file.trim_start_matches("store/").trim_end_matches(".wgsl");
+                return Ok(format!("var moments_out: texture_storage_2d<{format}, write>;\n"));
+            }
             _ => {}
         }
         match &self.folder {
@@ -135,8 +142,7 @@ impl Shaders {
             };
         let module = naga::front::wgsl::parse_str(&source)
             .map_err(|e| anyhow!("{}: {}", place(e.location(&source)), e.message()))?;
-        let mut validator =
-            naga::valid::Validator::new(naga::valid::ValidationFlags::all(), naga::valid::Capabilities::default());
+        let mut validator = naga::valid::Validator::new(naga::valid::ValidationFlags::all(), CAPABILITIES);
         let info = validator.validate(&module).map_err(|e| {
             let detail = std::iter::successors(Some(e.as_inner() as &dyn std::error::Error), |e| e.source());
             let detail: Vec<String> = detail.map(|e| e.to_string()).collect();
@@ -265,6 +271,8 @@ fn binding_type(space: naga::AddressSpace, ty: &naga::TypeInner, sampled: bool) 
 fn storage_format(format: naga::StorageFormat) -> Result<wgpu::TextureFormat> {
     Ok(match format {
         naga::StorageFormat::R32Float => wgpu::TextureFormat::R32Float,
+        naga::StorageFormat::Rg32Float => wgpu::TextureFormat::Rg32Float,
+        naga::StorageFormat::Rgba16Unorm => wgpu::TextureFormat::Rgba16Unorm,
         naga::StorageFormat::R32Uint => wgpu::TextureFormat::R32Uint,
         naga::StorageFormat::Rgba32Uint => wgpu::TextureFormat::Rgba32Uint,
         naga::StorageFormat::Rgba8Unorm => wgpu::TextureFormat::Rgba8Unorm,

@@ -1,6 +1,7 @@
 //! How layers are looked up: a filter is a file in `shaders/map/filter/`, whatever fit or warp drew the layers.
 
 use super::Maps;
+use super::prefilter::{Moments, Prefilter};
 use crate::frame::{ANALYSIS, Frame, MapSizes};
 use crate::gpu::{Gpu, Pass, Resource, hold};
 use crate::params::{Group, Values};
@@ -22,6 +23,8 @@ pub struct Filter {
     /// Its WGSL: `lit` and `inspect_filter`, as `shaders/map/look_up.wgsl` tells.
     pub file: &'static str,
     pub reach: fn(&Values) -> Reach,
+    /// What it keeps of depth, if maps are filtered before the look-up.
+    pub moments: Option<fn(&Values) -> Moments>,
 }
 
 /// A technique's shader with the simplest filter, for its passes that look nothing up.
@@ -29,11 +32,17 @@ pub fn alone(file: &str) -> String {
     format!("{file} map/filter/nearest.wgsl")
 }
 
+/// A technique's shader with a filter, whose moments are kept so.
+pub fn shader(file: &str, filter: &Filter, moments: Option<Moments>) -> String {
+    let store = moments.map(|m| format!(" store/{:?}.wgsl", m.format)).unwrap_or_default();
+    format!("{file} {}{}", filter.file, store.to_lowercase())
+}
+
 /// The passes that look maps up and show how: put together from a technique's shader and a filter's.
 pub struct LookUp {
     file: &'static str,
     groups: &'static [Group],
-    passes: Option<(&'static str, Passes)>,
+    passes: Option<((&'static str, Option<Moments>), Passes)>,
     comparison: wgpu::Sampler,
 }
 
@@ -41,6 +50,7 @@ struct Passes {
     resolve: Pass,
     inspect: Pass,
     analyse: Pass,
+    prefilter: Option<Prefilter>,
 }
 
 impl LookUp {
@@ -70,10 +80,12 @@ impl LookUp {
         bound: &[(&'static str, Resource)],
     ) -> Result<()> {
         let (file, groups, gpu) = (self.file, self.groups, f.gpu);
-        let passes = hold(&mut self.passes, filter.id, |_| {
-            let file = format!("{file} {}", filter.file);
+        let moments = filter.moments.map(|moments| moments(f.values));
+        let passes = hold(&mut self.passes, (filter.id, moments), |_| {
+            let file = shader(file, filter, moments);
             let pass = |name, entry| Pass::compute(gpu, name, &file, entry, groups);
             Ok(Passes {
+                prefilter: moments.map(|_| Prefilter::new(gpu, &file, groups)).transpose()?,
                 resolve: pass("resolve", "resolve")?,
                 inspect: pass("inspect", "inspect")?,
                 analyse: pass(ANALYSIS, "analyse")?,
@@ -86,6 +98,9 @@ impl LookUp {
             ("light_views", (&maps.light_views).into()),
             ("compare_sampler", (&self.comparison).into()),
         ]);
+        if let (Some(prefilter), Some(moments)) = (&mut passes.prefilter, moments) {
+            all.extend(prefilter.run(f, maps, moments)?);
+        }
         f.held(maps.layers.bytes());
         f.keep_table("light_views", &maps.light_views);
         f.offer_maps(&maps.layers.each, &maps.light_views, &maps.sides);

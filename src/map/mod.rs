@@ -9,6 +9,7 @@ pub mod casters;
 pub mod filter;
 pub mod fit;
 mod layers;
+pub mod prefilter;
 pub mod single;
 pub mod warp;
 

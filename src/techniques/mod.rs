@@ -1,9 +1,13 @@
 //! The techniques: the trait they implement and the registry they stand in.
 
+mod csm_convolution;
 mod dsm;
+mod esm;
+mod evsm;
 mod fem_grid;
 mod lispsm;
 mod logpsm;
+mod msm;
 mod notw;
 mod pcf;
 mod psm;
@@ -13,12 +17,14 @@ mod rtw;
 mod sdsm;
 mod shadow_map;
 mod tsm;
+mod vsm;
 
 use crate::frame::Frame;
 use crate::gpu::Gpu;
 use crate::light::Light;
 use crate::map::MOST;
 use crate::map::filter::Filter;
+use crate::map::prefilter::PrefilterParams;
 use crate::params::{Condition, Group, Params, Spec, Values};
 use crate::view::View;
 use anyhow::{Context, Result, anyhow};
@@ -59,7 +65,8 @@ pub trait Technique {
 pub(crate) use shadow_map::MAPS;
 
 /// The filters, each declared with the technique that looks a single map up by it.
-pub const FILTERS: &[&Filter] = &[NEAREST, &pcf::FILTER];
+pub const FILTERS: &[&Filter] =
+    &[NEAREST, &pcf::FILTER, &vsm::FILTER, &esm::FILTER, &evsm::FILTER, &csm_convolution::FILTER, &msm::FILTER];
 pub const NEAREST: &Filter = &shadow_map::FILTER;
 
 /// Their names.
@@ -84,7 +91,17 @@ crate::params! {
 }
 
 /// The choice of a filter, and the parameters of each.
-pub const FILTERING: &[Group] = &[FilterParams::GROUP, pcf::PcfParams::GROUP.when("filter", &["pcf"])];
+pub const FILTERING: &[Group] = &[
+    FilterParams::GROUP,
+    pcf::PcfParams::GROUP.when("filter", &["pcf"]),
+    PrefilterParams::GROUP.when("filter", &["vsm", "esm", "evsm", "csm-convolution", "msm"]),
+    vsm::ChebyshevParams::GROUP.when("filter", &["vsm", "evsm"]),
+    vsm::VsmParams::GROUP.when("filter", &["vsm"]),
+    esm::EsmParams::GROUP.when("filter", &["esm"]),
+    evsm::EvsmParams::GROUP.when("filter", &["evsm"]),
+    csm_convolution::CsmConvolutionParams::GROUP.when("filter", &["csm-convolution"]),
+    msm::MsmParams::GROUP.when("filter", &["msm"]),
+];
 
 /// The filter that `filter` names.
 pub fn chosen(values: &Values) -> &'static Filter {
@@ -116,6 +133,11 @@ pub fn wgsl() -> String {
 pub static ALL: &[&Info] = &[
     &shadow_map::INFO,
     &pcf::INFO,
+    &vsm::INFO,
+    &esm::INFO,
+    &evsm::INFO,
+    &csm_convolution::INFO,
+    &msm::INFO,
     &pssm::INFO,
     &sdsm::INFO,
     &lispsm::INFO,

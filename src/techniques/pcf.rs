@@ -37,6 +37,7 @@ pub static FILTER: Filter = Filter {
             false => Reach { texels, metres: 0.0 },
         }
     },
+    moments: None,
 };
 
 pub static INFO: Info = Info {

@@ -11,7 +11,8 @@ use crate::view::{self, View};
 use anyhow::Result;
 
 /// One comparison with the nearest texel.
-pub static FILTER: Filter = Filter { id: "nearest", file: "map/filter/nearest.wgsl", reach: |_| Reach::default() };
+pub static FILTER: Filter =
+    Filter { id: "nearest", file: "map/filter/nearest.wgsl", reach: |_| Reach::default(), moments: None };
 
 /// The parameters of a single fitted map, beside its filter's.
 pub const GROUPS: &[Group] =

@@ -1,0 +1,62 @@
+//!include map/prefilter.wgsl
+//!include lib/labels.wgsl
+// Annen, Mertens, Seidel, Flerackers, Kautz 2008; Salvi 2008: the step of the depth test as an exponential, which can be averaged
+// before the receiver is known.
+
+var<uniform> esm: EsmParams;
+
+fn moments(z: f32, slope: f32, plane: u32) -> vec4f {
+    return vec4f(exp(esm.exponent * z), 0.0, 0.0, 0.0);
+}
+
+// The mean of exp(c (z - t)) over the kernel. Above 1 some of its texels lie behind the receiver, and it tells nothing of the rest.
+fn exponential(s: Surface, r: Receiver) -> f32 {
+    let t = depth_share(light_views[r.layer], r.depth) - esm.esm_offset;
+    return moments_at(s, r, 0u).x * exp(-esm.exponent * t);
+}
+
+// A texel behind the receiver by so much is no rounding, nor the slope of the receiver itself.
+const bound_margin = 1.05;
+
+// Comparisons over the kernel that was averaged.
+fn compared(s: Surface, layer: u32) -> f32 {
+    let radius = i32(prefiltering.blur_radius);
+    let r = receive(s, layer, f32(radius), 1.0);
+    let narrow = -2.0 / max(f32(radius * radius), 1.0);
+    var sum = 0.0;
+    var weight = 0.0;
+    for (var y = -radius; y <= radius; y++) {
+        for (var x = -radius; x <= radius; x++) {
+            let w = exp(narrow * f32(x * x + y * y));
+            sum += w * compare(r, r.texel + vec2f(f32(x), f32(y)));
+            weight += w;
+        }
+    }
+    return sum / weight;
+}
+
+fn lit(s: Surface, layer: u32) -> f32 {
+    let r = receive(s, layer, 0.0, 2.0);
+    if outside_map(r, r.texel) {
+        return 1.0;
+    }
+    let e = exponential(s, r);
+    if esm.fall_back != 0u && e > bound_margin {
+        return compared(s, layer);
+    }
+    return saturate(e);
+}
+
+fn inspect_filter(s: Surface) -> f32 {
+    let r = receive(s, choose(s).layer, 0.0, 2.0);
+    if frame.map == shows_over_bound || frame.map == shows_filtered_depth {
+        if !s.valid || outside_map(r, r.texel) || !faces_light(s) {
+            return -1.0;
+        }
+        if frame.map == shows_filtered_depth {
+            return log(moments_at(s, r, 0u).x) / esm.exponent;
+        }
+        return label(0u, select(0.0, 0.7, exponential(s, r) > bound_margin));
+    }
+    return inspect_look_up(s, r);
+}

@@ -1,0 +1,47 @@
+//!include map/prefilter.wgsl
+//!include map/filter/chebyshev.wgsl
+// Lauritzen, McCool 2008: variance shadow maps of depth warped by two exponentials. Each bounds the light from above; the
+// smaller bound counts.
+
+var<uniform> evsm: EvsmParams;
+
+// The positive and the negative warp of a depth from 0 to 1.
+fn warped_depth(z: f32) -> vec2f {
+    let at = 2.0 * z - 1.0;
+    return vec2f(exp(evsm.positive_exponent * at), -exp(-evsm.negative_exponent * at));
+}
+
+fn moments(z: f32, slope: f32, plane: u32) -> vec4f {
+    let w = warped_depth(z);
+    return vec4f(w.x, w.x * w.x, w.y, w.y * w.y);
+}
+
+// The bounds by the positive and the negative warp.
+fn bounds(s: Surface, r: Receiver) -> vec2f {
+    let m = moments_at(s, r, 0u);
+    let t = warped_depth(depth_share(light_views[r.layer], r.depth));
+    // Warped, a length is longer by the warp's slope.
+    let least = evsm.least_deviation * vec2f(evsm.positive_exponent, evsm.negative_exponent) * t;
+    return vec2f(chebyshev(m.xy, t.x, least.x * least.x), chebyshev(m.zw, t.y, least.y * least.y));
+}
+
+fn lit(s: Surface, layer: u32) -> f32 {
+    let r = receive(s, layer, 0.0, 2.0);
+    if outside_map(r, r.texel) {
+        return 1.0;
+    }
+    let b = bounds(s, r);
+    return without_bleeding(min(b.x, b.y));
+}
+
+fn inspect_filter(s: Surface) -> f32 {
+    let r = receive(s, choose(s).layer, 0.0, 2.0);
+    if frame.map == shows_positive_bound || frame.map == shows_negative_bound {
+        if !s.valid || outside_map(r, r.texel) || !faces_light(s) {
+            return -1.0;
+        }
+        let b = bounds(s, r);
+        return select(b.y, b.x, frame.map == shows_positive_bound);
+    }
+    return inspect_look_up(s, r);
+}

@@ -1,0 +1,46 @@
+// Peters, Klein 2015, algorithm 3: three depths, one of them the receiver's, that have given moments.
+
+struct Depths {
+    // The other two.
+    near: f32,
+    far: f32,
+    // The least share of depths before the receiver.
+    shadow: f32,
+    // Of the Hankel matrix: zero where one or two depths have these moments.
+    determinant: f32,
+}
+
+// `b`: the first four moments of depths; `t`: the receiver's depth.
+fn depths_of(b: vec4f, t: f32) -> Depths {
+    // The Hankel matrix [1 b1 b2; b1 b2 b3; b2 b3 b4] as L D Lᵀ.
+    let d2 = b.y - b.x * b.x;
+    let l32_d2 = b.z - b.x * b.y;
+    let d3_d2 = (b.w - b.y * b.y) * d2 - l32_d2 * l32_d2;
+    if d2 <= 1e-12 {
+        // One depth only.
+        return Depths(b.x, b.x, select(0.0, 1.0, t > b.x), 0.0);
+    }
+    let l32 = l32_d2 / d2;
+    let d3 = max(d3_d2 / d2, 1e-14);
+    // Solves for the polynomial whose roots are the depths sought: c · (1, z, z²).
+    var c = vec3f(1.0, t, t * t);
+    c.y -= b.x;
+    c.z -= b.y + l32 * c.y;
+    c.y /= d2;
+    c.z /= d3;
+    c.y -= l32 * c.z;
+    c.x -= c.y * b.x + c.z * b.y;
+    let p = c.y / c.z;
+    let q = c.x / c.z;
+    let root = sqrt(max(0.25 * p * p - q, 0.0));
+    let z1 = -0.5 * p - root;
+    let z2 = -0.5 * p + root;
+    var shadow = 0.0;
+    if t > z2 {
+        shadow = 1.0 - (z1 * z2 - b.x * (z1 + z2) + b.y) / ((t - z1) * (t - z2));
+    } else if t > z1 {
+        shadow = (t * z2 - b.x * (t + z2) + b.y) / ((z2 - z1) * (t - z1));
+    }
+    // NaN compares false.
+    return Depths(z1, z2, select(0.0, saturate(shadow), shadow > 0.0), max(d3_d2, 0.0));
+}

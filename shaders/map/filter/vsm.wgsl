@@ -1,0 +1,42 @@
+//!include map/prefilter.wgsl
+//!include map/filter/chebyshev.wgsl
+// Donnelly, Lauritzen 2006: mean and mean square of depth bound the share of casters behind the receiver.
+
+var<uniform> vsm: VsmParams;
+
+// A texel's surface is not flat: within it, depth varies by a quarter of the squared slope (their equation 5).
+fn moments(z: f32, slope: f32, plane: u32) -> vec4f {
+    let varied = min(slope, vsm.slope_within);
+    return vec4f(z, z * z + 0.25 * varied * varied, 0.0, 0.0);
+}
+
+fn bound(s: Surface, r: Receiver) -> f32 {
+    let t = depth_share(light_views[r.layer], r.depth);
+    return chebyshev(moments_at(s, r, 0u).xy, t, vsm.least_variance);
+}
+
+fn lit(s: Surface, layer: u32) -> f32 {
+    let r = receive(s, layer, 0.0, 2.0);
+    if outside_map(r, r.texel) {
+        return 1.0;
+    }
+    return without_bleeding(bound(s, r));
+}
+
+fn inspect_filter(s: Surface) -> f32 {
+    let r = receive(s, choose(s).layer, 0.0, 2.0);
+    if !s.valid || outside_map(r, r.texel) {
+        return -1.0;
+    }
+    if frame.map == shows_mean_depth {
+        return moments_at(s, r, 0u).x;
+    }
+    if frame.map == shows_deviation {
+        let m = moments_at(s, r, 0u);
+        return sqrt(max(m.y - m.x * m.x, 0.0));
+    }
+    if frame.map == shows_bound {
+        return select(-1.0, bound(s, r), faces_light(s));
+    }
+    return inspect_look_up(s, r);
+}

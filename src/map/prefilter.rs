@@ -1,0 +1,232 @@
+//! Moments of depth, averaged over texels before they are looked up (`shaders/map/prefilter.wgsl`).
+
+use super::filter::Reach;
+use super::{MOST, Maps};
+use crate::frame::Frame;
+use crate::gpu::{Gpu, Pass, Resource, bytes, hold};
+use crate::light::LightView;
+use crate::params::{Group, Params, Values};
+use anyhow::{Result, ensure};
+use bytemuck::{Pod, Zeroable};
+use wgpu::{TextureFormat as Format, TextureUsages as Use};
+
+crate::params! {
+    /// How a map is filtered before it is looked up.
+    pub struct PrefilterParams {
+        "Filter" {
+            /// Radius of the Gaussian that the map is blurred with; it ends at twice its standard deviation. 0: no blur.
+            blur_radius: int(3, 0..=16, "texels"),
+            /// Bits of each number that the map holds. 16: floating-point numbers, or, of moment shadow maps, whole numbers in a basis of their own.
+            precision: choice("32", ["32", "16"]),
+            /// Average the map over as many texels as a pixel covers, too.
+            mipmaps: flag(true),
+            /// How many times longer than wide such a pixel's trace in the map may be.
+            anisotropy: int(1, 1..=16, "") if mipmaps = true,
+        }
+    }
+}
+
+/// How far a filtered map's texels come from: the blur, and the bilinear sample.
+pub fn reach(values: &Values) -> Reach {
+    Reach { texels: PrefilterParams::read(values).blur_radius as f32 + 1.0, metres: 0.0 }
+}
+
+/// What a filter keeps of a depth.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Moments {
+    /// Textures of four numbers, or fewer.
+    pub planes: u32,
+    pub format: Format,
+}
+
+impl Moments {
+    /// So many planes of so many numbers each, with the precision that the values ask for.
+    pub fn of(values: &Values, planes: u32, numbers: u32) -> Moments {
+        let format = match (PrefilterParams::read(values).precision.as_str(), numbers) {
+            ("16", _) => Format::Rgba16Float,
+            (_, 1) => Format::R32Float,
+            (_, 2) => Format::Rg32Float,
+            _ => Format::Rgba32Float,
+        };
+        Moments { planes, format }
+    }
+}
+
+/// As `Prefiltered` in WGSL.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct Prefiltered {
+    pub side: u32,
+    pub planes: u32,
+    pub plane: u32,
+    pub down: u32,
+}
+
+/// What the textures depend on: width, layers and levels, and what they hold.
+type Size = ([u32; 3], Format);
+
+/// The passes and textures of one filter.
+pub struct Prefilter {
+    make: Pass,
+    blur: Pass,
+    halve: Pass,
+    textures: Option<(Size, Textures)>,
+    /// For an anisotropy.
+    sampler: Option<(u32, wgpu::Sampler)>,
+    uniforms: Vec<(Prefiltered, wgpu::Buffer)>,
+    /// The light view of each layer alone.
+    single: Vec<wgpu::Buffer>,
+}
+
+struct Textures {
+    moments: wgpu::Texture,
+    all: wgpu::TextureView,
+    /// Level by level of each layer.
+    levels: Vec<Vec<wgpu::TextureView>>,
+    /// One layer on its way.
+    scratch: wgpu::Texture,
+}
+
+impl Prefilter {
+    /// From a shader that includes `map/prefilter.wgsl`.
+    ///
+    /// # Errors
+    /// Passes that cannot be made.
+    pub fn new(gpu: &Gpu, file: &str, groups: &[Group]) -> Result<Prefilter> {
+        let pass = |name, entry| Pass::compute(gpu, name, file, entry, groups);
+        let view = |_| gpu.buffer("light view", &[0; size_of::<LightView>()], wgpu::BufferUsages::UNIFORM);
+        Ok(Prefilter {
+            make: pass("moments", "make_moments")?,
+            blur: pass("blur", "blur_moments")?,
+            halve: pass("levels of detail", "halve_moments")?,
+            textures: None,
+            sampler: None,
+            uniforms: Vec::new(),
+            single: (0..MOST).map(view).collect(),
+        })
+    }
+
+    /// Filters maps; what the look-up binds, by name.
+    ///
+    /// # Errors
+    /// Textures that the adapter cannot hold or filter.
+    pub fn run(&mut self, f: &mut Frame, maps: &Maps, of: Moments) -> Result<Vec<(&'static str, Resource)>> {
+        let p = PrefilterParams::read(f.values);
+        let (side, layers) = (maps.layers.texture.width(), maps.sides.len() as u32 * of.planes);
+        let limit = f.gpu.device.limits().max_texture_array_layers;
+        ensure!(layers <= limit, "{layers} layers of moments are more than {} takes", f.gpu.info.name);
+        check(f.gpu, of.format)?;
+        let levels = if p.mipmaps { side.ilog2() + 1 } else { 1 };
+        let gpu = f.gpu;
+        let passes = [&self.make, &self.blur, &self.halve];
+        let textures = hold(&mut self.textures, ([side, layers, levels], of.format), |(size, format)| {
+            passes.iter().for_each(|pass| pass.forget());
+            Ok(Textures::new(gpu, *size, *format))
+        })?;
+        f.held(bytes(&textures.moments) + bytes(&textures.scratch));
+        let scratch = textures.scratch.create_view(&Default::default());
+        let view_size = size_of::<LightView>() as u64;
+        let groups = |size: u32| size.div_ceil(8);
+        for (layer, (depth, map_side)) in maps.layers.each.iter().zip(&maps.sides).enumerate() {
+            f.copy(&maps.light_views, layer as u64 * view_size, &self.single[layer], view_size);
+            for plane in 0..of.planes {
+                let level = &textures.levels[layer * of.planes as usize + plane as usize];
+                let uniform = |down| Prefiltered { side: *map_side, planes: of.planes, plane, down };
+                let [across, down] = [0, 1].map(|down| uniform_buffer(&mut self.uniforms, gpu, uniform(down)));
+                f.run(&self.make)
+                    .bind("layer_depth", depth)
+                    .bind("light_view", &self.single[layer])
+                    .bind("prefiltered", &across)
+                    .bind("moments_out", &level[0])
+                    .dispatch(groups(side), groups(side), 1);
+                if p.blur_radius > 0 {
+                    for (uniform, from, to) in [(&across, &level[0], &scratch), (&down, &scratch, &level[0])] {
+                        let run = f.run(&self.blur).bind("prefiltered", uniform);
+                        run.bind("unfiltered", from).bind("moments_out", to).dispatch(groups(side), groups(side), 1);
+                    }
+                }
+                for (i, pair) in level.windows(2).enumerate() {
+                    let size = groups(side >> (i + 1));
+                    let run = f.run(&self.halve).bind("unfiltered", &pair[0]);
+                    run.bind("moments_out", &pair[1]).dispatch(size, size, 1);
+                }
+            }
+        }
+        let sampler = hold(&mut self.sampler, p.anisotropy, |anisotropy| {
+            Ok(gpu.device.create_sampler(&wgpu::SamplerDescriptor {
+                label: Some("moments"),
+                mag_filter: wgpu::FilterMode::Linear,
+                min_filter: wgpu::FilterMode::Linear,
+                mipmap_filter: wgpu::MipmapFilterMode::Linear,
+                anisotropy_clamp: *anisotropy as u16,
+                ..Default::default()
+            }))
+        })?;
+        let looked_up =
+            uniform_buffer(&mut self.uniforms, gpu, Prefiltered { planes: of.planes, ..Zeroable::zeroed() });
+        Ok(vec![
+            ("moments_map", (&textures.all).into()),
+            ("moments_sampler", (&*sampler).into()),
+            ("prefiltered", (&looked_up).into()),
+        ])
+    }
+}
+
+/// Refuses formats that the adapter cannot write or average.
+fn check(gpu: &Gpu, format: Format) -> Result<()> {
+    let features = match format {
+        Format::R32Float | Format::Rg32Float | Format::Rgba32Float => wgpu::Features::FLOAT32_FILTERABLE,
+        Format::Rgba16Unorm => wgpu::Features::TEXTURE_FORMAT_16BIT_NORM,
+        _ => wgpu::Features::empty(),
+    };
+    let other = if format == Format::Rgba16Unorm { "32" } else { "16" };
+    ensure!(
+        gpu.features.contains(features),
+        "{} cannot average textures of {format:?}; choose precision = {other}",
+        gpu.info.name
+    );
+    Ok(())
+}
+
+fn uniform_buffer(held: &mut Vec<(Prefiltered, wgpu::Buffer)>, gpu: &Gpu, words: Prefiltered) -> wgpu::Buffer {
+    if let Some((_, buffer)) = held.iter().find(|(w, _)| *w == words) {
+        return buffer.clone();
+    }
+    let buffer = gpu.buffer("prefiltered map", bytemuck::bytes_of(&words), wgpu::BufferUsages::UNIFORM);
+    held.push((words, buffer.clone()));
+    buffer
+}
+
+impl Textures {
+    fn new(gpu: &Gpu, [side, layers, levels]: [u32; 3], format: Format) -> Textures {
+        let texture = |label, layers, levels| {
+            gpu.device.create_texture(&wgpu::TextureDescriptor {
+                label: Some(label),
+                size: wgpu::Extent3d { width: side, height: side, depth_or_array_layers: layers },
+                mip_level_count: levels,
+                sample_count: 1,
+                dimension: wgpu::TextureDimension::D2,
+                format,
+                usage: Use::STORAGE_BINDING | Use::TEXTURE_BINDING | Use::COPY_SRC,
+                view_formats: &[],
+            })
+        };
+        let moments = texture("moments", layers, levels);
+        let view = |dimension, layer: Option<u32>, level: Option<u32>| {
+            moments.create_view(&wgpu::TextureViewDescriptor {
+                dimension: Some(dimension),
+                base_array_layer: layer.unwrap_or(0),
+                array_layer_count: layer.map(|_| 1),
+                base_mip_level: level.unwrap_or(0),
+                mip_level_count: level.map(|_| 1),
+                ..Default::default()
+            })
+        };
+        let level = |layer| {
+            let one = |level| view(wgpu::TextureViewDimension::D2, Some(layer), Some(level));
+            (0..levels).map(one).collect()
+        };
+        let (all, levels) = (view(wgpu::TextureViewDimension::D2Array, None, None), (0..layers).map(level).collect());
+        Textures { all, levels, scratch: texture("moments on their way", 1, 1), moments }
+    }
+}
