@@ -613,7 +613,7 @@ impl Renderer {
         let scene = &self.scene_gpu;
         know_scene(&mut recorder, scene);
         recorder.set("frame", &self.frame_buffer);
-        let view = view::find(&setup.view, info);
+        let view = view::find(&setup.view, info, values);
         let analysed = ask.analysis || view.is_some_and(View::needs_analysis);
         self.analysis.start(gpu, analysed);
         gpu.queue.write_buffer(&self.tally, 0, bytemuck::cast_slice(&[0, 0, analysed as u32, 0]));
@@ -799,7 +799,7 @@ impl Renderer {
         let info = techniques::find_or_say(&setup.technique)?;
         let uniform = FrameUniform::new(setup, self.targets.size()?, self.scene_gpu.bounds);
         self.gpu.queue.write_buffer(&self.frame_buffer, 0, bytemuck::bytes_of(&uniform));
-        self.seen = view::find(&setup.view, info);
+        self.seen = view::find(&setup.view, info, setup.values());
         let drawn = self.seen.map_or(Drawn::Common(Legend::None), |v| v.drawn);
         let rows = self.figure.rows(setup, &self.truth);
         self.shade_again(Drawing { rows, ..Drawing::new(setup, uniform.view, drawn) }, false)

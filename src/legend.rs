@@ -408,7 +408,7 @@ pub fn axes(key: &Key, [w, h]: [f32; 2], free: f32, size: f32) -> Vec<Mark> {
 /// The part of a figure in which the first side that has this view draws it; all of it where the others are cut out of the
 /// same picture.
 fn part(setup: &Setup, view: &str) -> [f32; 4] {
-    let has = |side| setup.info(side).is_some_and(|info| view::find(view, info).is_some());
+    let has = |side| setup.view_of(side, view).is_some();
     const WHOLE: u32 = 1 << 14;
     let panes = frame::panes(setup, [WHOLE; 2]);
     let Some(p) = panes.iter().find(|p| has(p.side)) else { return [0.0, 0.0, 1.0, 1.0] };

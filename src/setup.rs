@@ -406,7 +406,19 @@ impl Setup {
 
     /// A view that every technique has, or that of one of the sides; another side without it is drawn shaded.
     pub fn find_view(&self, id: &str) -> Option<&'static View> {
-        (0..self.sides()).filter_map(|side| self.info(side)).find_map(|info| view::find(id, info))
+        (0..self.sides()).find_map(|side| self.view_of(side, id))
+    }
+
+    /// A view of a side's technique; the truth has those that every technique has.
+    pub fn view_of(&self, side: usize, id: &str) -> Option<&'static View> {
+        let values = match side.checked_sub(1) {
+            None => self.values(),
+            Some(i) => &self.against.get(i)?.params,
+        };
+        match self.info(side) {
+            Some(info) => view::find(id, info, values),
+            None => view::VIEWS.iter().find(|v| v.id == id),
+        }
     }
 
     /// Samples per pixel of the truth that all sides are held against: the most that one of them asks for.
@@ -517,7 +529,7 @@ impl Setup {
     pub fn check(&self) -> Result<()> {
         let info = techniques::find_or_say(&self.technique)?;
         // Of a comparison one side's view is enough.
-        let has = |id: &str| if self.find_view(id).is_some() { Ok(()) } else { view::check(id, info) };
+        let has = |id: &str| if self.find_view(id).is_some() { Ok(()) } else { view::check(id, info, self.values()) };
         has(&self.view)?;
         in_range("split", self.split, 0.0, 1.0, "")?;
         ensure!(self.against.len() < 4, "there are {} sides in against; at most 3 can be shown", self.against.len());

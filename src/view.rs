@@ -1,10 +1,11 @@
 //! What can be drawn of a frame, and what its colours mean.
 
+use crate::map::filter::Filter;
 use crate::measure::Errors;
 use crate::measure::causes::CAUSES;
 use crate::palette::{CAUSE_COLORS, FALSE_SHADOW, GREY, LABELS, LEAK, Palette, RAMP, Rgb};
 use crate::params::{self, Kind, Spec};
-use crate::techniques::Info;
+use crate::techniques::{self, Info};
 use anyhow::{Result, bail};
 
 /// One way to look at a frame.
@@ -202,7 +203,7 @@ fn caused(errors: &Errors, cause: usize) -> Option<f64> {
     Some(errors.causes?[cause] as f64 / errors.facing.max(1) as f64)
 }
 
-/// The views that every technique has; a technique's own maps come on top ([`Info::maps`]).
+/// The views that every technique has; a technique's own maps come on top ([`Info::views`]).
 pub const VIEWS: &[View] = &[
     common(
         "shaded",
@@ -377,9 +378,9 @@ pub fn index(id: &str) -> Option<usize> {
     VIEWS.iter().position(|v| v.id == id)
 }
 
-/// A view of this technique.
-pub fn find(id: &str, info: &Info) -> Option<&'static View> {
-    VIEWS.iter().chain(info.maps()).find(|v| v.id == id)
+/// A view of this technique with these values.
+pub fn find(id: &str, info: &Info, values: &params::Values) -> Option<&'static View> {
+    VIEWS.iter().chain(info.views(values)).find(|v| v.id == id)
 }
 
 /// Whether a view needs the truth.
@@ -388,9 +389,13 @@ pub fn needs_truth(id: &str) -> bool {
 }
 
 /// Refuses a view that the technique does not have.
-pub fn check(id: &str, info: &Info) -> Result<()> {
-    if find(id, info).is_none() {
-        let all: Vec<&str> = VIEWS.iter().chain(info.maps()).map(|v| v.id).collect();
+pub fn check(id: &str, info: &Info, values: &params::Values) -> Result<()> {
+    if find(id, info, values).is_none() {
+        let of = |f: &&&'static Filter| f.views.iter().any(|v| v.id == id);
+        if let Some(filter) = techniques::FILTERS.iter().find(of).filter(|_| info.all_views().any(|v| v.id == id)) {
+            bail!("view = {id} needs filter = {}", filter.id);
+        }
+        let all: Vec<&str> = VIEWS.iter().chain(info.views(values)).map(|v| v.id).collect();
         bail!("view = {id} is unknown; {} has {}", info.id, all.join(", "));
     }
     Ok(())
@@ -455,14 +460,13 @@ impl Drawn {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::techniques;
     use std::collections::BTreeSet;
 
     /// What a view needs follows from its declaration.
     #[test]
     fn views_tell_what_they_need() {
         let ids = |needs: fn(&View) -> bool| {
-            let maps = techniques::ALL.iter().flat_map(|info| info.maps());
+            let maps = techniques::ALL.iter().flat_map(|info| info.all_views());
             let all: BTreeSet<&str> = VIEWS.iter().chain(maps).filter(|v| needs(v)).map(|v| v.id).collect();
             Vec::from_iter(all).join(" ")
         };

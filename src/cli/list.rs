@@ -52,7 +52,7 @@ pub fn list(what: Listed, json: bool) -> Result<()> {
                 serde_json::json!({
                     "id": i.id, "title": i.title, "paper": i.paper, "doc": i.doc, "lights": i.lights,
                     "filters": i.filters(&Default::default()),
-                    "maps": i.maps().map(|m| m.id).collect::<Vec<_>>(), "params": params.collect::<Vec<_>>(),
+                    "maps": i.all_views().map(|m| m.id).collect::<Vec<_>>(), "params": params.collect::<Vec<_>>(),
                 })
             });
             let text = techniques::ALL.iter().map(|i| {
@@ -70,7 +70,7 @@ pub fn list(what: Listed, json: bool) -> Result<()> {
             (value.collect(), text.collect())
         }
         Listed::Views => {
-            let own = techniques::ALL.iter().flat_map(|i| i.maps().map(move |m| (m, Some(i.id))));
+            let own = techniques::ALL.iter().flat_map(|i| i.all_views().map(move |m| (m, Some(i.id))));
             let rows: Vec<_> = view::VIEWS.iter().map(|v| (v, None)).chain(own).collect();
             let value = rows.iter().map(|(v, of)| serde_json::json!({"id": v.id, "doc": v.doc, "technique": of}));
             let text = rows.iter().map(|(v, of)| match of {

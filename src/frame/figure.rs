@@ -132,7 +132,7 @@ pub(super) fn shaded(setup: &Setup) -> Drawing {
 fn drawn_side(setup: &Setup, side: usize) -> Result<Setup> {
     let mut own = setup.side(side);
     let info = techniques::find_or_say(&own.technique)?;
-    let lacks = |id: &str| view::find(id, info).is_none();
+    let lacks = |id: &str| view::find(id, info, own.values()).is_none();
     if lacks(&own.view) || own.overlay.as_ref().is_some_and(|o| lacks(&o.view)) {
         own.view = VIEWS[0].id.into();
         own.overlay = None;

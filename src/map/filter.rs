@@ -5,6 +5,7 @@ use super::prefilter::{Moments, Prefilter};
 use crate::frame::{ANALYSIS, Frame, MapSizes};
 use crate::gpu::{Gpu, Pass, Resource, hold};
 use crate::params::{Group, Values};
+use crate::view::View;
 use anyhow::Result;
 
 /// How far a filter's taps lie from the receiver: so much stays free at the borders of a fitted map.
@@ -25,6 +26,8 @@ pub struct Filter {
     pub reach: fn(&Values) -> Reach,
     /// What it keeps of depth, if maps are filtered before the look-up.
     pub moments: Option<fn(&Values) -> Moments>,
+    /// What it shows of itself.
+    pub views: &'static [View],
 }
 
 /// A technique's shader with the simplest filter, for its passes that look nothing up.

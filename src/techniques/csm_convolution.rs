@@ -26,6 +26,7 @@ pub static FILTER: Filter = Filter {
     file: "map/filter/csm_convolution.wgsl",
     reach,
     moments: Some(|values| Moments::of(values, CsmConvolutionParams::read(values).terms.div_ceil(2), 4)),
+    views: VIEWS,
 };
 
 const VIEWS: &[View] = &[
@@ -55,6 +56,6 @@ pub static INFO: Info = Info {
     filter: Some(&FILTER),
     params: crate::groups!(&[PrefilterParams::GROUP, CsmConvolutionParams::GROUP], GROUPS),
     main: &[("resolution", "256..2048*2"), ("terms", "4,8,16")],
-    maps: &[MAPS.split_at(3).0, VIEWS, MAPS.split_at(3).1],
+    maps: &[MAPS],
     make: single,
 };

@@ -21,8 +21,13 @@ crate::params! {
     }
 }
 
-pub static FILTER: Filter =
-    Filter { id: "esm", file: "map/filter/esm.wgsl", reach, moments: Some(|values| Moments::of(values, 1, 1)) };
+pub static FILTER: Filter = Filter {
+    id: "esm",
+    file: "map/filter/esm.wgsl",
+    reach,
+    moments: Some(|values| Moments::of(values, 1, 1)),
+    views: VIEWS,
+};
 
 const VIEWS: &[View] = &[
     view::map(
@@ -52,6 +57,6 @@ pub static INFO: Info = Info {
     filter: Some(&FILTER),
     params: crate::groups!(&[PrefilterParams::GROUP, EsmParams::GROUP], GROUPS),
     main: &[("resolution", "256..4096*2"), ("blur_radius", "1,3,7")],
-    maps: &[MAPS.split_at(3).0, VIEWS, MAPS.split_at(3).1],
+    maps: &[MAPS],
     make: single,
 };

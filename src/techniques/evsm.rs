@@ -22,8 +22,13 @@ crate::params! {
     }
 }
 
-pub static FILTER: Filter =
-    Filter { id: "evsm", file: "map/filter/evsm.wgsl", reach, moments: Some(|values| Moments::of(values, 1, 4)) };
+pub static FILTER: Filter = Filter {
+    id: "evsm",
+    file: "map/filter/evsm.wgsl",
+    reach,
+    moments: Some(|values| Moments::of(values, 1, 4)),
+    views: VIEWS,
+};
 
 const VIEWS: &[View] = &[
     view::map(
@@ -52,6 +57,6 @@ pub static INFO: Info = Info {
     filter: Some(&FILTER),
     params: crate::groups!(&[PrefilterParams::GROUP, EvsmParams::GROUP, ChebyshevParams::GROUP], GROUPS),
     main: &[("resolution", "256..4096*2"), ("blur_radius", "1,3,7")],
-    maps: &[MAPS.split_at(3).0, VIEWS, MAPS.split_at(3).1],
+    maps: &[MAPS],
     make: single,
 };

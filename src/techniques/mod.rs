@@ -51,7 +51,7 @@ pub struct Info {
     /// The parameters that decide between speed and accuracy, with values worth trying as `sweep` writes them. A chart's
     /// line runs over the first.
     pub main: &'static [(&'static str, &'static str)],
-    /// Views of its own, on top of [`crate::view::VIEWS`], list after list; see [`Info::maps`].
+    /// Views of its own, on top of [`crate::view::VIEWS`] and its filter's, list after list; see [`Info::views`].
     pub maps: &'static [&'static [View]],
     pub make: fn(&Gpu, &'static Info) -> Result<Box<dyn Technique>>,
 }
@@ -111,7 +111,7 @@ pub fn chosen(values: &Values) -> &'static Filter {
 
 /// The ids of all techniques' own views, each once.
 fn map_ids() -> impl Iterator<Item = &'static str> {
-    let all = || ALL.iter().flat_map(|info| info.maps()).map(|v| v.id);
+    let all = || ALL.iter().flat_map(|info| info.all_views()).map(|v| v.id);
     all().enumerate().filter(move |(i, id)| !all().take(*i).any(|other| other == *id)).map(|(_, id)| id)
 }
 
@@ -183,9 +183,17 @@ impl Info {
         self.filter(values).is_some_and(|f| f.id != NEAREST.id)
     }
 
-    /// Views of its own.
-    pub fn maps(&self) -> impl Iterator<Item = &'static View> + use<> {
-        self.maps.iter().copied().flatten()
+    /// Views of its own with these values: its maps', then its filter's.
+    pub fn views(&self, values: &Values) -> impl Iterator<Item = &'static View> + use<> {
+        self.maps.iter().copied().flatten().chain(self.filter(values).map_or(&[][..], |f| f.views))
+    }
+
+    /// Views of its own with any values.
+    pub fn all_views(&self) -> impl Iterator<Item = &'static View> + use<> {
+        let choice = self.specs().any(|s| s.name == "filter");
+        let chosen = if choice { FILTERS } else { &[] };
+        let filters = self.filter.into_iter().chain(chosen.iter().copied());
+        self.maps.iter().copied().flatten().chain(filters.flat_map(|f| f.views))
     }
 
     /// Fails with the reason if it cannot serve a light.

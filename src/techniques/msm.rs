@@ -30,6 +30,7 @@ pub static FILTER: Filter = Filter {
         Moments { format: Format::Rgba16Float, planes } => Moments { format: Format::Rgba16Unorm, planes },
         exact => exact,
     }),
+    views: VIEWS,
 };
 
 const VIEWS: &[View] = &[
@@ -65,6 +66,6 @@ pub static INFO: Info = Info {
     filter: Some(&FILTER),
     params: crate::groups!(&[PrefilterParams::GROUP, MsmParams::GROUP], GROUPS),
     main: &[("resolution", "256..4096*2"), ("blur_radius", "1,3,7")],
-    maps: &[MAPS.split_at(3).0, VIEWS, MAPS.split_at(3).1],
+    maps: &[MAPS],
     make: single,
 };

@@ -38,6 +38,20 @@ pub static FILTER: Filter = Filter {
         }
     },
     moments: None,
+    views: &[
+        view::map(
+            "transition",
+            "Transition",
+            "Where the filter gives neither full light nor full shadow: bright is half lit.",
+            view::ramp("nearness to half light", "", [0.0, 1.0]),
+        ),
+        view::map(
+            "taps",
+            "Tap pattern",
+            "The filter's taps, enlarged: squares are shadow-map texels, each dot is as bright as its weight.",
+            view::ramp("weight over the largest", "", [0.0, 1.0]),
+        ),
+    ],
 };
 
 pub static INFO: Info = Info {
@@ -52,23 +66,6 @@ pub static INFO: Info = Info {
     filter: Some(&FILTER),
     params: crate::groups!(&[PcfParams::GROUP], GROUPS),
     main: &[("resolution", "256..8192*2"), ("mode", "grid,tent"), ("kernel", "3,5,7")],
-    maps: &[
-        MAPS.split_at(3).0,
-        &[
-            view::map(
-                "transition",
-                "Transition",
-                "Where the filter gives neither full light nor full shadow: bright is half lit.",
-                view::ramp("nearness to half light", "", [0.0, 1.0]),
-            ),
-            view::map(
-                "taps",
-                "Tap pattern",
-                "The filter's taps, enlarged: squares are shadow-map texels, each dot is as bright as its weight.",
-                view::ramp("weight over the largest", "", [0.0, 1.0]),
-            ),
-        ],
-        MAPS.split_at(3).1,
-    ],
+    maps: &[MAPS],
     make: single,
 };

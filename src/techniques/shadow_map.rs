@@ -12,7 +12,7 @@ use anyhow::Result;
 
 /// One comparison with the nearest texel.
 pub static FILTER: Filter =
-    Filter { id: "nearest", file: "map/filter/nearest.wgsl", reach: |_| Reach::default(), moments: None };
+    Filter { id: "nearest", file: "map/filter/nearest.wgsl", reach: |_| Reach::default(), moments: None, views: &[] };
 
 /// The parameters of a single fitted map, beside its filter's.
 pub const GROUPS: &[Group] =

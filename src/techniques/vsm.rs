@@ -29,8 +29,13 @@ crate::params! {
     }
 }
 
-pub static FILTER: Filter =
-    Filter { id: "vsm", file: "map/filter/vsm.wgsl", reach, moments: Some(|values| Moments::of(values, 1, 2)) };
+pub static FILTER: Filter = Filter {
+    id: "vsm",
+    file: "map/filter/vsm.wgsl",
+    reach,
+    moments: Some(|values| Moments::of(values, 1, 2)),
+    views: VIEWS,
+};
 
 const VIEWS: &[View] = &[
     view::map(
@@ -66,6 +71,6 @@ pub static INFO: Info = Info {
     filter: Some(&FILTER),
     params: crate::groups!(&[PrefilterParams::GROUP, VsmParams::GROUP, ChebyshevParams::GROUP], GROUPS),
     main: &[("resolution", "256..4096*2"), ("blur_radius", "1,3,7")],
-    maps: &[MAPS.split_at(3).0, VIEWS, MAPS.split_at(3).1],
+    maps: &[MAPS],
     make: single,
 };

@@ -8,7 +8,6 @@ use crate::legend::{letter, percent, side_name};
 use crate::params::{Spec, Value};
 use crate::setup::{Arrange, Setup, Side};
 use crate::techniques;
-use crate::view;
 use egui::{
     Button, Color32, CursorIcon, Frame, Id, Margin, Pos2, Rect, RichText, Role, Sense, Stroke, Ui, UiBuilder,
     WidgetInfo, pos2, vec2,
@@ -202,7 +201,7 @@ fn title(ui: &mut Ui, part: Rect, m: &mut Model, side: usize) {
                     ui.label(text).on_hover_text(reason);
                 }
                 let shown = m.setup.overlay.as_ref().map_or(&m.setup.view, |o| &o.view);
-                let has = info.map_or(view::index(shown).is_some(), |i| view::find(shown, i).is_some());
+                let has = m.setup.view_of(side, shown).is_some();
                 if let (false, Some(view)) = (has, m.setup.find_view(shown)) {
                     let text = RichText::new(format!("has no {}: shaded", view.title.to_lowercase()));
                     ui.label(text.color(ui.visuals().warn_fg_color));

@@ -222,7 +222,7 @@ pub fn show(ui: &mut Ui, rect: Rect, m: &mut Model) {
     let (bar, rest) = rect.split_top_bottom_at_y(rect.top() + bar_height(rect, m));
     let (image, range) = rest.split_top_bottom_at_y((rest.bottom() - RANGE).max(rest.top()));
     buttons(ui, bar, m);
-    let draws = m.info().maps().any(|v| v.group == Group::Map && v.id.starts_with("shadow-map"));
+    let draws = m.info().all_views().any(|v| v.group == Group::Map && v.id.starts_with("shadow-map"));
     let maps = &mut m.maps;
     if maps.held.is_none() {
         let text = if draws { "Reading the map …" } else { "This technique draws no depth map." };

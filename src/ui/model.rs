@@ -402,7 +402,7 @@ impl Model {
     }
 
     /// Shows the shaded view where no side has the present one.
-    fn settle_view(&mut self) {
+    pub(super) fn settle_view(&mut self) {
         let setup = &mut self.setup;
         if setup.find_view(&setup.view).is_none() {
             setup.view = view::VIEWS[0].id.into();

@@ -49,6 +49,8 @@ pub fn layout(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) -> Rect {
             side.size_range(panel::LEAST..=room - PICTURE).show(ui, |ui| panel::show(ui, m, out));
         }
     }
+    // Views come and go with the filter that is chosen.
+    m.settle_view();
     drawer::show(ui, m, out);
     let mut rect = ui.available_rect_before_wrap();
     if m.framed {

@@ -5,7 +5,6 @@ use super::errors::error_options;
 use super::model::Model;
 use crate::legend::letter;
 use crate::setup::{Overlay, Setup};
-use crate::techniques::Info;
 use crate::truth::{COUNTS, Samples};
 use crate::view::{self, Group, View};
 use egui::{ComboBox, RichText, Ui};
@@ -16,11 +15,11 @@ const TRUTH_TIP: &str = "Samples per pixel of the truth, which is the exact shad
      share one truth.";
 
 pub fn show(ui: &mut Ui, m: &mut Model) {
-    let (side, info) = whose(m);
+    let (side, own) = whose(m);
     let now = m.setup.view.clone();
     for group in Group::ALL {
         let of = |v: &&View| v.group == group;
-        let views: Vec<&View> = view::VIEWS.iter().chain(info.maps()).filter(of).collect();
+        let views: Vec<&View> = view::VIEWS.iter().chain(own.iter().copied()).filter(of).collect();
         if views.is_empty() {
             continue;
         }
@@ -64,15 +63,17 @@ pub fn show(ui: &mut Ui, m: &mut Model) {
     });
 }
 
-/// The side whose technique's own views are offered, and that technique: the one that is edited, or the first in place of the
+/// The side whose technique's own views are offered, and those views: the one that is edited, or the first in place of the
 /// truth.
-fn whose(m: &Model) -> (usize, &'static Info) {
-    m.edited().map_or((0, m.info()), |info| (m.side(), info))
+fn whose(m: &Model) -> (usize, Vec<&'static View>) {
+    let (side, info) = m.edited().map_or((0, m.info()), |info| (m.side(), info));
+    let values = side.checked_sub(1).map_or(m.setup.values(), |i| &m.setup.against[i].params);
+    (side, info.views(values).collect())
 }
 
 /// Which sides of a comparison do not have a view, in words; nothing where all have it.
 fn lacking(setup: &Setup, v: &View) -> String {
-    let has = |side: usize| setup.info(side).is_some_and(|info| view::find(v.id, info).is_some());
+    let has = |side: usize| setup.view_of(side, v.id).is_some();
     let without: Vec<&str> = (0..setup.sides()).filter(|side| !has(*side)).map(letter).collect();
     match without.len() {
         0 => String::new(),
@@ -84,7 +85,7 @@ fn lacking(setup: &Setup, v: &View) -> String {
 /// Which view lies over the shaded picture.
 fn overlay(ui: &mut Ui, m: &mut Model) {
     let tip = "A view blended over the shaded picture, or small in its corner.";
-    let (_, info) = whose(m);
+    let (_, own) = whose(m);
     row(ui, "overlay", tip, |ui, label| {
         let id = m.setup.overlay.as_ref().map(|o| o.view.clone());
         let title = id.as_deref().and_then(|id| m.setup.find_view(id)).map_or("none", |v| v.title);
@@ -95,7 +96,7 @@ fn overlay(ui: &mut Ui, m: &mut Model) {
             }
             let alone = m.setup.sides() == 1;
             let offered = |v: &&View| v.id != "shaded" && (alone || v.id != "difference");
-            for v in view::VIEWS.iter().chain(info.maps()).filter(offered) {
+            for v in view::VIEWS.iter().chain(own).filter(offered) {
                 let chosen = id.as_deref() == Some(v.id);
                 if ui.selectable_label(chosen, v.title).tip(v.doc).clicked() {
                     let (opacity, inset) =

@@ -601,7 +601,7 @@ fn degenerate_views_hold() {
                 let mut set_up = with(&s, name, &[]);
                 if set_up.set(set, &[name.into()]).is_ok() {
                     let info = shadowscope::techniques::find(name).unwrap();
-                    for map in info.maps() {
+                    for map in info.views(&Default::default()) {
                         set_up.view = map.id.into();
                         r.render(&set_up, ask(&set_up)).unwrap();
                         let v = r.read_visibility().unwrap();
@@ -865,7 +865,7 @@ fn a_spots_views_hold() {
         s.camera.target = target;
         for (name, sets) in FITS {
             let mut set = with(&s, name, sets);
-            for map in shadowscope::techniques::find(name).unwrap().maps() {
+            for map in shadowscope::techniques::find(name).unwrap().views(&Default::default()) {
                 set.view = map.id.into();
                 r.render(&set, ask(&set)).unwrap();
                 assert!(r.read_visibility().unwrap().iter().all(|v| (0.0..=1.0).contains(v)), "{name} {}", map.id);

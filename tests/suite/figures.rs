@@ -350,7 +350,7 @@ fn every_view_has_its_legend() {
     for info in shadowscope::techniques::ALL {
         let mut s = s.clone();
         s.select(info.id).unwrap();
-        for view in shadowscope::view::VIEWS.iter().chain(info.maps()) {
+        for view in shadowscope::view::VIEWS.iter().chain(info.views(&Default::default())) {
             s.view = view.id.into();
             r.draw(&s, Ask { truth: Truth::Off, timed: false, ..whole(&s) }).unwrap();
             let key = Key::new(&s, r.geometry().bounds, &r.known().unwrap());
@@ -493,7 +493,7 @@ fn maps_lie_in_the_lights_image_where_they_look() {
     let (mut r, mut s) = yard_setup();
     let sun = s.light;
     let lamp = spot(Vec3::new(4.0, 9.0, 3.0), Vec3::ZERO, 40.0);
-    for info in ALL.iter().filter(|t| t.maps().any(|v| v.id.starts_with("shadow-map"))) {
+    for info in ALL.iter().filter(|t| t.views(&Default::default()).any(|v| v.id.starts_with("shadow-map"))) {
         for light in [sun, lamp] {
             if info.refuses(&light).is_some() {
                 continue;

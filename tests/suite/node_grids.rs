@@ -548,7 +548,7 @@ fn nothing_breaks() {
     for technique in GRIDS {
         assert_eq!(errors(&mut r, &mut s, technique, &[]).facing, 0);
         for view in ["nodes", "cells", "energy", "edges"] {
-            if techniques::find(technique).unwrap().maps().any(|m| m.id == view) {
+            if techniques::find(technique).unwrap().views(&Default::default()).any(|m| m.id == view) {
                 s.view = view.into();
                 r.render(&s, ask(&s)).unwrap();
                 assert!(r.read_map().unwrap().iter().all(|x| x.is_finite()), "{technique} {view}");

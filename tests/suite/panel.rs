@@ -1544,7 +1544,9 @@ fn techniques_are_searched_for() {
 fn the_fonts_have_every_letter_of_the_tooltips() {
     let harness = harness("cubes", 800.0);
     let mut all: Vec<&str> = stability::CASES.iter().flat_map(|c| [c.title, c.doc, c.axis]).collect();
-    all.extend(view::VIEWS.iter().chain(techniques::ALL.iter().flat_map(|i| i.maps())).flat_map(|v| [v.title, v.doc]));
+    all.extend(
+        view::VIEWS.iter().chain(techniques::ALL.iter().flat_map(|i| i.all_views())).flat_map(|v| [v.title, v.doc]),
+    );
     all.extend(techniques::ALL.iter().flat_map(|i| [i.title, i.doc, i.paper]));
     all.extend(techniques::ALL.iter().flat_map(|i| i.specs()).flat_map(|s| [s.doc, s.unit]));
     let font = egui::FontId::proportional(13.5);

@@ -27,7 +27,7 @@ fn repeat(name: &str, size: [u32; 2], times: usize) {
             s.select(info.id).unwrap();
             // Smaller maps, where a technique has any: the same passes in less time.
             let _ = s.set("resolution=128", &[info.id.into()]);
-            for id in ["shaded", "error"].into_iter().chain(info.maps().map(|m| m.id)) {
+            for id in ["shaded", "error"].into_iter().chain(info.views(&Default::default()).map(|m| m.id)) {
                 s.view = id.into();
                 let seen: Vec<_> = (0..times)
                     .map(|_| {

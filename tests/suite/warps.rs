@@ -632,7 +632,7 @@ fn a_spots_views_hold() {
         (s.camera, s.light) = (view, light);
         for technique in WARPS {
             select(&mut s, technique, &["resolution=128"]);
-            for map in shadowscope::techniques::find(technique).unwrap().maps() {
+            for map in shadowscope::techniques::find(technique).unwrap().views(&Default::default()) {
                 s.view = map.id.into();
                 r.render(&s, ask(&s)).unwrap();
                 let v = r.read_visibility().unwrap();
