@@ -70,7 +70,7 @@ pub struct FrameUniform {
     pub shadow_forward: Vec3,
     pub shadow_far: f32,
     pub shadow_up: Vec3,
-    pub spare: u32,
+    pub probe: u32,
 }
 
 impl FrameUniform {
@@ -116,7 +116,7 @@ impl FrameUniform {
             shadow_forward: shadow.forward(),
             shadow_far: freeze::far(&shadow, bounds),
             shadow_up: (shadow.projection(aspect) * shadow.view()).row(1).truncate(),
-            spare: 0,
+            probe: probe(setup, size),
         }
     }
 
@@ -133,6 +133,12 @@ impl FrameUniform {
             ..*self
         }
     }
+}
+
+/// The probed pixel as `Frame::probe` in WGSL has it.
+fn probe(setup: &Setup, size: [u32; 2]) -> u32 {
+    let [x, y] = [0, 1].map(|i| ((setup.probe[i] * size[i] as f32) as u32).min(size[i] - 1));
+    x | y << 16
 }
 
 /// How a technique's map is drawn, as `drawn_map` in `shaders/shade.wgsl` has it; 0: there is none.

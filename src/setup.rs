@@ -69,6 +69,9 @@ pub struct Setup {
     /// Width of the window of the view `error-density`, pixels; odd.
     #[serde(default = "default_window")]
     pub error_window: u32,
+    /// The place in the picture that charts of a single pixel are of, shares of its sides from the upper left corner.
+    #[serde(default = "middle", skip_serializing_if = "is_middle")]
+    pub probe: [f32; 2],
     /// Draw what maps cover as lines into the scene; always drawn while there is a shadow camera.
     #[serde(default, skip_serializing_if = "is_default")]
     pub outlines: bool,
@@ -214,6 +217,14 @@ fn default_view() -> String {
 fn default_size() -> [u32; 2] {
     [1280, 720]
 }
+fn middle() -> [f32; 2] {
+    [0.5; 2]
+}
+
+fn is_middle(probe: &[f32; 2]) -> bool {
+    *probe == middle()
+}
+
 fn default_window() -> u32 {
     15
 }
@@ -246,6 +257,7 @@ impl Setup {
             error_dilation: 0,
             error_base: Base::Dark,
             error_window: default_window(),
+            probe: middle(),
             outlines: false,
             camera,
             shadow_camera: None,
@@ -465,6 +477,7 @@ impl Setup {
             error_dilation: 0,
             error_base: Base::Dark,
             error_window: default_window(),
+            probe: middle(),
             params: BTreeMap::new(),
             ..self.alone()
         }
@@ -532,6 +545,7 @@ impl Setup {
         let has = |id: &str| if self.find_view(id).is_some() { Ok(()) } else { view::check(id, info, self.values()) };
         has(&self.view)?;
         in_range("split", self.split, 0.0, 1.0, "")?;
+        self.probe.iter().try_for_each(|share| in_range("probe", *share, 0.0, 1.0, ""))?;
         ensure!(self.against.len() < 4, "there are {} sides in against; at most 3 can be shown", self.against.len());
         let truth = self.against.iter().find(|side| side.is_truth() && !side.params.is_empty());
         ensure!(truth.is_none(), "against: the truth has no parameters, but some are given");

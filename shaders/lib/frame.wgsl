@@ -42,7 +42,8 @@ struct Frame {
     shadow_far: f32,
     // Upwards in its picture, as long as 1 over the tangent of half its field of view.
     shadow_up: vec3f,
-    spare: u32,
+    // The pixel of the picture that charts are of: x, and y times 65536.
+    probe: u32,
 }
 
 const directional = 0u;

@@ -1,7 +1,10 @@
+//!include lib/labels.wgsl
 // Maps that are filtered before they are looked up: what a filter keeps of depth (its moments) is averaged over texels, and the
 // look-up takes one bilinear sample. A filter writes
 //     fn moments(z: f32, slope: f32, plane: u32) -> vec4f   of a depth z from 0 (near) to 1 (far) that changes by `slope` a
 //                                                           texel; the plane-th four of them
+//     fn light_at_depth(s: Surface, r: Receiver, z: f32) -> f32   visibility of a receiver, if its depth were z
+//     fn explaining_depths(s: Surface, r: Receiver) -> vec2f      depths that stand for all in the kernel; negative: none
 // A layer of the map is as many layers here as there are planes. The store/ file gives `moments_out`.
 
 var<uniform> prefiltering: PrefilterParams;
@@ -100,4 +103,80 @@ fn moments_at(s: Surface, r: Receiver, plane: u32) -> vec4f {
     let x = map_along(v, steps[0], clip).xy / side;
     let y = map_along(v, steps[1], clip).xy / side;
     return textureSampleGrad(moments_map, moments_sampler, at, layer, x, y);
+}
+
+// A receiver's depth, from 0 to 1, with every bias.
+fn receiver_share(r: Receiver) -> f32 {
+    return depth_share(light_views[r.layer], r.depth);
+}
+
+fn lit(s: Surface, layer: u32) -> f32 {
+    let r = receive(s, layer, 0.0, 2.0);
+    if outside_map(r, r.texel) {
+        return 1.0;
+    }
+    return light_at_depth(s, r, receiver_share(r));
+}
+
+// The share of the kernel's texels that lie at a depth z or beyond, weighted as the blur does.
+fn exact_share(r: Receiver, z: f32) -> f32 {
+    let v = light_views[r.layer];
+    let radius = i32(prefiltering.blur_radius);
+    let narrow = -2.0 / max(f32(radius * radius), 1.0);
+    let last = vec2i(i32(r.side) - 1);
+    var beyond = 0.0;
+    var weight = 0.0;
+    for (var y = -radius; y <= radius; y++) {
+        for (var x = -radius; x <= radius; x++) {
+            let at = clamp(vec2i(r.texel) + vec2i(x, y), vec2i(0), last);
+            let w = exp(narrow * f32(x * x + y * y));
+            beyond += select(0.0, w, depth_share(v, textureLoad(shadow_maps, at, r.layer, 0)) >= z);
+            weight += w;
+        }
+    }
+    return beyond / weight;
+}
+
+// A chart for the probed surface: visibility over the depth that its receiver might have, from the near plane at the left to
+// the far plane.
+fn curve(pixel: vec2u) -> f32 {
+    let size = vec2f(frame.size);
+    let s = load_surface(vec2u(frame.probe & 0xffffu, frame.probe >> 16u));
+    let at = ((vec2f(pixel) + 0.5) / size - 0.05) / 0.9;
+    if any(at < vec2f(0.0)) || any(at > vec2f(1.0)) || !s.valid {
+        return drawn(white, 0.0);
+    }
+    let r = receive(s, choose(s).layer, 0.0, 2.0);
+    let step = vec2f(1.0) / (0.9 * size);
+    let wide = max(1.0, size.y / 400.0);
+    let depths = explaining_depths(s, r);
+    if abs(at.x - receiver_share(r)) < 0.5 * wide * step.x {
+        return drawn(white, 0.9);
+    }
+    // From one column to the next the curves may fall steeply: they are drawn as far as they fall.
+    let y = 1.0 - at.y;
+    let half = 0.5 * wide * step.y;
+    let here = light_at_depth(s, r, at.x);
+    let next = light_at_depth(s, r, at.x + step.x);
+    if y > min(here, next) - half && y < max(here, next) + half {
+        return drawn(1u, 1.0);
+    }
+    let exact = exact_share(r, at.x);
+    let exact_next = exact_share(r, at.x + step.x);
+    if y > min(exact, exact_next) - half && y < max(exact, exact_next) + half {
+        return drawn(2u, 1.0);
+    }
+    if any(abs(at.x - depths) < vec2f(0.5 * wide * step.x)) {
+        return drawn(0u, 0.8);
+    }
+    let tenth = abs(fract(10.0 * vec2f(at.x, y) + 0.5) - 0.5) / 10.0;
+    return drawn(white, select(0.05, 0.2, tenth.x < 0.5 * step.x || tenth.y < 0.5 * step.y));
+}
+
+// The views of every filter of moments.
+fn inspect_moments(s: Surface, r: Receiver) -> f32 {
+    if frame.map == shows_curve {
+        return curve(s.pixel);
+    }
+    return inspect_look_up(s, r);
 }

@@ -152,6 +152,9 @@ struct Figure {
     /// Width of the window of the view error-density: an odd number of pixels.
     #[arg(long, value_name = "PIXELS")]
     error_window: Option<u32>,
+    /// Place in the picture that charts of a single pixel are of: X,Y, from 0 to 1 from its upper left corner.
+    #[arg(long, value_parser = parse_place, value_name = "X,Y")]
+    probe: Option<[f32; 2]>,
     /// Put the view's legend below the picture.
     #[arg(long)]
     legend: bool,
@@ -161,6 +164,13 @@ struct Figure {
     /// Draw what maps cover as lines into the scene; with a shadow camera they are drawn anyway.
     #[arg(long)]
     outlines: bool,
+}
+
+fn parse_place(text: &str) -> Result<[f32; 2]> {
+    match text.split_once(',').map(|(x, y)| [x.trim().parse(), y.trim().parse()]) {
+        Some([Ok(x), Ok(y)]) => Ok([x, y]),
+        _ => bail!("{text} is no place; write two numbers from 0 to 1, such as 0.5,0.25"),
+    }
 }
 
 impl Figure {
@@ -185,6 +195,7 @@ impl Figure {
         setup.error_dilation = self.error_dilation.unwrap_or(setup.error_dilation);
         setup.error_base = self.error_base.unwrap_or(setup.error_base);
         setup.error_window = self.error_window.unwrap_or(setup.error_window);
+        setup.probe = self.probe.unwrap_or(setup.probe);
         if let Some(overlay) = &self.overlay {
             let (view, opacity) = match overlay.split_once(':') {
                 Some((view, opacity)) => {

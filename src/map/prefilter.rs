@@ -6,6 +6,7 @@ use crate::frame::Frame;
 use crate::gpu::{Gpu, Pass, Resource, bytes, hold};
 use crate::light::LightView;
 use crate::params::{Group, Params, Values};
+use crate::view::{self, Area, Axis, Class, Drawn, Legend, Span, View};
 use anyhow::{Result, ensure};
 use bytemuck::{Pod, Zeroable};
 use wgpu::{TextureFormat as Format, TextureUsages as Use};
@@ -25,6 +26,25 @@ crate::params! {
         }
     }
 }
+
+/// The view that every filter of moments has.
+pub const CURVE: View = view::map(
+    "curve",
+    "Reconstruction",
+    "A chart for the probed pixel: how much light the filter takes a receiver to see, over the depth that it might have, from the \
+     map's near plane to its far plane. Green: how much it would see by the texels themselves. White: the receiver's own depth.",
+    Drawn::Labels(Legend::Chart(
+        Area::Margins,
+        Axis { what: "depth of the receiver, share of the map's", span: Span::Linear(0.0, 1.0) },
+        Axis { what: "visibility", span: Span::Linear(0.0, 1.0) },
+        &[
+            Class::label(1, "as the filter has it"),
+            Class::label(2, "by the texels"),
+            Class::label(0, "depths that stand for all"),
+            Class::label(8, "the receiver's depth"),
+        ],
+    )),
+);
 
 /// How far a filtered map's texels come from: the blur, and the bilinear sample.
 pub fn reach(values: &Values) -> Reach {

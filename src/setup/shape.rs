@@ -22,6 +22,10 @@ fn count(v: &Value) -> bool {
 fn three(v: &Value) -> bool {
     v.as_array().is_some_and(|v| v.len() == 3 && v.iter().all(number))
 }
+fn two_numbers(v: &Value) -> bool {
+    v.as_array().is_some_and(|v| v.len() == 2 && v.iter().all(number))
+}
+
 fn two_counts(v: &Value) -> bool {
     v.as_array().is_some_and(|v| v.len() == 2 && v.iter().all(count))
 }
@@ -46,6 +50,7 @@ const TOP: &[Rule] = &[
     ("error_dilation", count, "0, 1 or 2 pixels"),
     ("error_base", |v| matches!(v.as_str(), Some("dark" | "light")), "\"dark\" or \"light\""),
     ("error_window", count, "an odd number from 1 to 255 pixels"),
+    ("probe", two_numbers, "two numbers from 0 to 1"),
     ("outlines", Value::is_bool, "true or false"),
     ("camera", |v| v.is_str() || v.is_table(), "a camera's name, in quotes, or a table"),
     ("shadow_camera", |v| v.is_str() || v.is_table(), "a camera's name, in quotes, or a table"),

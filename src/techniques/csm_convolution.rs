@@ -3,7 +3,7 @@
 use super::Info;
 use super::shadow_map::{GROUPS, MAPS, single};
 use crate::map::filter::Filter;
-use crate::map::prefilter::{Moments, PrefilterParams, reach};
+use crate::map::prefilter::{CURVE, Moments, PrefilterParams, reach};
 use crate::params::Params;
 use crate::view::{self, View};
 
@@ -42,6 +42,7 @@ const VIEWS: &[View] = &[
         "The averaged sine of the last term of the series: grey where depths in the kernel differ.",
         view::ramp("(1 + sine) / 2", "", [0.0, 1.0]),
     ),
+    CURVE,
 ];
 
 pub static INFO: Info = Info {

@@ -3,7 +3,7 @@
 use super::Info;
 use super::shadow_map::{GROUPS, MAPS, single};
 use crate::map::filter::Filter;
-use crate::map::prefilter::{Moments, PrefilterParams, reach};
+use crate::map::prefilter::{CURVE, Moments, PrefilterParams, reach};
 use crate::params::Params;
 use crate::view::{self, View};
 
@@ -43,6 +43,7 @@ const VIEWS: &[View] = &[
          there, or taken for lit.",
         view::Drawn::Labels(view::Legend::Classes(&[view::Class::label(0, "part of the kernel lies behind")])),
     ),
+    CURVE,
 ];
 
 pub static INFO: Info = Info {

@@ -4,7 +4,7 @@ use super::Info;
 use super::shadow_map::{GROUPS, MAPS, single};
 use super::vsm::ChebyshevParams;
 use crate::map::filter::Filter;
-use crate::map::prefilter::{Moments, PrefilterParams, reach};
+use crate::map::prefilter::{CURVE, Moments, PrefilterParams, reach};
 use crate::params::Params;
 use crate::view::{self, View};
 
@@ -43,6 +43,7 @@ const VIEWS: &[View] = &[
         "The largest share of light that the moments of the negative exponential allow. The smaller of the two bounds counts.",
         view::ramp("share of light", "", [0.0, 1.0]),
     ),
+    CURVE,
 ];
 
 pub static INFO: Info = Info {

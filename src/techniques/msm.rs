@@ -3,7 +3,7 @@
 use super::Info;
 use super::shadow_map::{GROUPS, MAPS, single};
 use crate::map::filter::Filter;
-use crate::map::prefilter::{Moments, PrefilterParams, reach};
+use crate::map::prefilter::{CURVE, Moments, PrefilterParams, reach};
 use crate::params::Params;
 use crate::view::{self, View};
 use wgpu::TextureFormat as Format;
@@ -52,6 +52,7 @@ const VIEWS: &[View] = &[
         "The determinant of the moments' Hankel matrix, logarithmic. Dark: one or two depths explain all; rounding decides.",
         view::ramp("12 + log₁₀ of the determinant, over 12", "", [0.0, 1.0]),
     ),
+    CURVE,
 ];
 
 pub static INFO: Info = Info {

@@ -3,7 +3,7 @@
 use super::Info;
 use super::shadow_map::{GROUPS, MAPS, single};
 use crate::map::filter::Filter;
-use crate::map::prefilter::{Moments, PrefilterParams, reach};
+use crate::map::prefilter::{CURVE, Moments, PrefilterParams, reach};
 use crate::params::Params;
 use crate::view::{self, View};
 
@@ -57,6 +57,7 @@ const VIEWS: &[View] = &[
         "The largest share of light that the mean and the variance allow, before bleeding is reduced.",
         view::ramp("share of light", "", [0.0, 1.0]),
     ),
+    CURVE,
 ];
 
 pub static INFO: Info = Info {

@@ -45,4 +45,13 @@ pub fn error_options(ui: &mut Ui, m: &mut Model) {
             }
         });
     }
+    if view == "curve" {
+        let tip = "The place in the picture that the chart is of, in shares of its width and height from the upper left corner.";
+        row(ui, "probe", tip, |ui, label| {
+            for share in &mut s.probe {
+                let drag = DragValue::new(share).range(0.0..=1.0).speed(0.002).max_decimals(3);
+                ui.add(drag).labelled_by(label.id).tip(tip);
+            }
+        });
+    }
 }

@@ -151,6 +151,7 @@ fn changes(before: &Setup, after: &Setup) -> String {
     differ("error dilation", before.error_dilation.to_string(), after.error_dilation.to_string());
     differ("error base", format!("{:?}", before.error_base), format!("{:?}", after.error_base));
     differ("error window", before.error_window.to_string(), after.error_window.to_string());
+    differ("probe", format!("{:.3?}", before.probe), format!("{:.3?}", after.probe));
     differ("front", before.front.to_string(), after.front.to_string());
     differ("time", format!("{:.2} s", before.time), format!("{:.2} s", after.time));
     for (i, (a, b)) in

@@ -512,6 +512,7 @@ impl Model {
             error_dilation: now.error_dilation,
             error_base: now.error_base,
             error_window: now.error_window,
+            probe: now.probe,
             outlines: now.outlines,
             overlay: now.overlay.clone(),
             shadow_camera: now.shadow_camera.filter(|_| now.scene == setup.scene),

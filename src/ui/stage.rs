@@ -81,7 +81,7 @@ impl Order {
         }
         let technique = |s: &Setup| {
             let maps = (s.shadow_camera, s.outlines);
-            (s.technique.clone(), s.truth_samples, s.values().clone(), s.against.clone(), maps)
+            (s.technique.clone(), (s.truth_samples, s.probe), s.values().clone(), s.against.clone(), maps)
         };
         if technique(now) != technique(old) {
             return Change::Technique;

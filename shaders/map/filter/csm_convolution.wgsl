@@ -31,12 +31,8 @@ fn term(k: u32, m: vec2f, t: f32) -> f32 {
     return term_weight(k) * (cos(at) * m.x - sin(at) * m.y);
 }
 
-fn lit(s: Surface, layer: u32) -> f32 {
-    let r = receive(s, layer, 0.0, 2.0);
-    if outside_map(r, r.texel) {
-        return 1.0;
-    }
-    let t = share_used * (depth_share(light_views[layer], r.depth) - csm.csm_offset);
+fn light_at_depth(s: Surface, r: Receiver, z: f32) -> f32 {
+    let t = share_used * (z - csm.csm_offset);
     var v = 0.5;
     for (var k = 1u; k <= csm.terms; k += 2u) {
         let m = moments_at(s, r, k / 2u);
@@ -47,6 +43,10 @@ fn lit(s: Surface, layer: u32) -> f32 {
     }
     // On the caster the series is at one half: there the light begins to be whole.
     return saturate(2.0 * v);
+}
+
+fn explaining_depths(s: Surface, r: Receiver) -> vec2f {
+    return vec2f(-1.0);
 }
 
 fn inspect_filter(s: Surface) -> f32 {
@@ -60,5 +60,5 @@ fn inspect_filter(s: Surface) -> f32 {
         let m = moments_at(s, r, k / 2u);
         return 0.5 + 0.5 * select(m.x, m.z, k % 2u == 1u);
     }
-    return inspect_look_up(s, r);
+    return inspect_moments(s, r);
 }

@@ -1,5 +1,4 @@
 //!include map/prefilter.wgsl
-//!include lib/labels.wgsl
 // Annen, Mertens, Seidel, Flerackers, Kautz 2008; Salvi 2008: the step of the depth test as an exponential, which can be averaged
 // before the receiver is known.
 
@@ -10,18 +9,18 @@ fn moments(z: f32, slope: f32, plane: u32) -> vec4f {
 }
 
 // The mean of exp(c (z - t)) over the kernel. Above 1 some of its texels lie behind the receiver, and it tells nothing of the rest.
-fn exponential(s: Surface, r: Receiver) -> f32 {
-    let t = depth_share(light_views[r.layer], r.depth) - esm.esm_offset;
-    return moments_at(s, r, 0u).x * exp(-esm.exponent * t);
+fn exponential(s: Surface, r: Receiver, z: f32) -> f32 {
+    return moments_at(s, r, 0u).x * exp(-esm.exponent * (z - esm.esm_offset));
 }
 
 // A texel behind the receiver by so much is no rounding, nor the slope of the receiver itself.
 const bound_margin = 1.05;
 
-// Comparisons over the kernel that was averaged.
-fn compared(s: Surface, layer: u32) -> f32 {
+// Comparisons over the kernel that was averaged, of a receiver whose depth is `moved` from the surface's.
+fn compared(s: Surface, layer: u32, moved: f32) -> f32 {
     let radius = i32(prefiltering.blur_radius);
-    let r = receive(s, layer, f32(radius), 1.0);
+    var r = receive(s, layer, f32(radius), 1.0);
+    r.depth = max(r.depth + moved, 0.0);
     let narrow = -2.0 / max(f32(radius * radius), 1.0);
     var sum = 0.0;
     var weight = 0.0;
@@ -35,16 +34,17 @@ fn compared(s: Surface, layer: u32) -> f32 {
     return sum / weight;
 }
 
-fn lit(s: Surface, layer: u32) -> f32 {
-    let r = receive(s, layer, 0.0, 2.0);
-    if outside_map(r, r.texel) {
-        return 1.0;
-    }
-    let e = exponential(s, r);
+fn light_at_depth(s: Surface, r: Receiver, z: f32) -> f32 {
+    let e = exponential(s, r, z);
     if esm.fall_back != 0u && e > bound_margin {
-        return compared(s, layer);
+        let v = light_views[r.layer];
+        return compared(s, r.layer, stored_depth(v, mix(v.near, v.far, z)) - r.depth);
     }
     return saturate(e);
+}
+
+fn explaining_depths(s: Surface, r: Receiver) -> vec2f {
+    return vec2f(log(moments_at(s, r, 0u).x) / esm.exponent, -1.0);
 }
 
 fn inspect_filter(s: Surface) -> f32 {
@@ -56,7 +56,7 @@ fn inspect_filter(s: Surface) -> f32 {
         if frame.map == shows_filtered_depth {
             return log(moments_at(s, r, 0u).x) / esm.exponent;
         }
-        return label(0u, select(0.0, 0.7, exponential(s, r) > bound_margin));
+        return label(0u, select(0.0, 0.7, exponential(s, r, receiver_share(r)) > bound_margin));
     }
-    return inspect_look_up(s, r);
+    return inspect_moments(s, r);
 }

@@ -17,21 +17,21 @@ fn moments(z: f32, slope: f32, plane: u32) -> vec4f {
 }
 
 // The bounds by the positive and the negative warp.
-fn bounds(s: Surface, r: Receiver) -> vec2f {
+fn bounds(s: Surface, r: Receiver, z: f32) -> vec2f {
     let m = moments_at(s, r, 0u);
-    let t = warped_depth(depth_share(light_views[r.layer], r.depth));
+    let t = warped_depth(z);
     // Warped, a length is longer by the warp's slope.
     let least = evsm.least_deviation * vec2f(evsm.positive_exponent, evsm.negative_exponent) * t;
     return vec2f(chebyshev(m.xy, t.x, least.x * least.x), chebyshev(m.zw, t.y, least.y * least.y));
 }
 
-fn lit(s: Surface, layer: u32) -> f32 {
-    let r = receive(s, layer, 0.0, 2.0);
-    if outside_map(r, r.texel) {
-        return 1.0;
-    }
-    let b = bounds(s, r);
+fn light_at_depth(s: Surface, r: Receiver, z: f32) -> f32 {
+    let b = bounds(s, r, z);
     return without_bleeding(min(b.x, b.y));
+}
+
+fn explaining_depths(s: Surface, r: Receiver) -> vec2f {
+    return vec2f(-1.0);
 }
 
 fn inspect_filter(s: Surface) -> f32 {
@@ -40,8 +40,8 @@ fn inspect_filter(s: Surface) -> f32 {
         if !s.valid || outside_map(r, r.texel) || !faces_light(s) {
             return -1.0;
         }
-        let b = bounds(s, r);
+        let b = bounds(s, r, receiver_share(r));
         return select(b.y, b.x, frame.map == shows_positive_bound);
     }
-    return inspect_look_up(s, r);
+    return inspect_moments(s, r);
 }

@@ -33,8 +33,8 @@ fn moments(z: f32, slope: f32, plane: u32) -> vec4f {
     return b;
 }
 
-// What is known of the depths around a receiver.
-fn known(s: Surface, r: Receiver) -> Depths {
+// What is known of the depths around a receiver, if it were at depth z.
+fn known(s: Surface, r: Receiver, z: f32) -> Depths {
     var b = moments_at(s, r, 0u);
     var bias = 1e-6 * msm.moment_bias;
     if sixteen_bits() {
@@ -42,16 +42,16 @@ fn known(s: Surface, r: Receiver) -> Depths {
         // Rounding is so much coarser.
         bias *= 20.0;
     }
-    let t = depth_share(light_views[r.layer], r.depth) - msm.msm_offset;
-    return depths_of(mix(b, vec4f(0.5), bias), t);
+    return depths_of(mix(b, vec4f(0.5), bias), z - msm.msm_offset);
 }
 
-fn lit(s: Surface, layer: u32) -> f32 {
-    let r = receive(s, layer, 0.0, 2.0);
-    if outside_map(r, r.texel) {
-        return 1.0;
-    }
-    return 1.0 - saturate(msm.overestimation * known(s, r).shadow);
+fn light_at_depth(s: Surface, r: Receiver, z: f32) -> f32 {
+    return 1.0 - saturate(msm.overestimation * known(s, r, z).shadow);
+}
+
+fn explaining_depths(s: Surface, r: Receiver) -> vec2f {
+    let d = known(s, r, receiver_share(r));
+    return vec2f(d.near, d.far);
 }
 
 fn inspect_filter(s: Surface) -> f32 {
@@ -60,12 +60,12 @@ fn inspect_filter(s: Surface) -> f32 {
         if !s.valid || outside_map(r, r.texel) || !faces_light(s) {
             return -1.0;
         }
-        let d = known(s, r);
+        let d = known(s, r, receiver_share(r));
         if frame.map == shows_determinant {
             // From 10⁻¹² to 1.
             return saturate(1.0 + log2(max(d.determinant, 1e-12)) / 39.8631);
         }
         return saturate(select(d.far, d.near, frame.map == shows_near_depth));
     }
-    return inspect_look_up(s, r);
+    return inspect_moments(s, r);
 }

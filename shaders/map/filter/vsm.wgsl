@@ -10,17 +10,16 @@ fn moments(z: f32, slope: f32, plane: u32) -> vec4f {
     return vec4f(z, z * z + 0.25 * varied * varied, 0.0, 0.0);
 }
 
-fn bound(s: Surface, r: Receiver) -> f32 {
-    let t = depth_share(light_views[r.layer], r.depth);
-    return chebyshev(moments_at(s, r, 0u).xy, t, vsm.least_variance);
+fn bound(s: Surface, r: Receiver, z: f32) -> f32 {
+    return chebyshev(moments_at(s, r, 0u).xy, z, vsm.least_variance);
 }
 
-fn lit(s: Surface, layer: u32) -> f32 {
-    let r = receive(s, layer, 0.0, 2.0);
-    if outside_map(r, r.texel) {
-        return 1.0;
-    }
-    return without_bleeding(bound(s, r));
+fn light_at_depth(s: Surface, r: Receiver, z: f32) -> f32 {
+    return without_bleeding(bound(s, r, z));
+}
+
+fn explaining_depths(s: Surface, r: Receiver) -> vec2f {
+    return vec2f(moments_at(s, r, 0u).x, -1.0);
 }
 
 fn inspect_filter(s: Surface) -> f32 {
@@ -36,7 +35,7 @@ fn inspect_filter(s: Surface) -> f32 {
         return sqrt(max(m.y - m.x * m.x, 0.0));
     }
     if frame.map == shows_bound {
-        return select(-1.0, bound(s, r), faces_light(s));
+        return select(-1.0, bound(s, r, receiver_share(r)), faces_light(s));
     }
-    return inspect_look_up(s, r);
+    return inspect_moments(s, r);
 }
