@@ -474,7 +474,7 @@ mod tests {
         assert_eq!(ids(View::needs_analysis), "aliasing causes counts perspective-aliasing projection-aliasing");
         assert_eq!(ids(View::is_judged), "causes error-density flip");
         let counts =
-            "causes counts counts-before counts-between energy error-density flip histogram occupancy profiles";
+            "causes counts counts-before counts-between curve energy error-density flip histogram occupancy profiles";
         assert_eq!(ids(View::counts_pixels), counts);
     }
 }

@@ -14,6 +14,7 @@ mod light_size;
 mod logpsm;
 mod measures;
 mod metrics;
+mod moments;
 mod node_grids;
 mod notw;
 mod origin;
