@@ -3,7 +3,7 @@
 use super::Maps;
 use crate::frame::{ANALYSIS, Frame, MapSizes};
 use crate::gpu::{Gpu, Pass, Resource, hold};
-use crate::params::{Group, Values};
+use crate::params::Group;
 use anyhow::Result;
 
 /// How far a filter's taps lie from the receiver: so much stays free at the borders of a fitted map.
@@ -13,6 +13,8 @@ pub struct Reach {
     pub texels: f32,
     /// Metres across the light, in filters that are as wide in every layer.
     pub metres: f32,
+    /// The filter asks how far casters are: no layer may move any of them to its near plane.
+    pub casters: bool,
 }
 
 /// A way to look layers up.
@@ -21,7 +23,7 @@ pub struct Filter {
     pub id: &'static str,
     /// Its WGSL: `lit` and `inspect_filter`, as `shaders/map/look_up.wgsl` tells.
     pub file: &'static str,
-    pub reach: fn(&Values) -> Reach,
+    pub reach: fn(&Frame) -> Reach,
 }
 
 /// A technique's shader with the simplest filter, for its passes that look nothing up.

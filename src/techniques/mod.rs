@@ -6,6 +6,7 @@ mod lispsm;
 mod logpsm;
 mod notw;
 mod pcf;
+mod pcss;
 mod psm;
 pub mod pssm;
 mod rt_hard;
@@ -59,7 +60,7 @@ pub trait Technique {
 pub(crate) use shadow_map::MAPS;
 
 /// The filters, each declared with the technique that looks a single map up by it.
-pub const FILTERS: &[&Filter] = &[NEAREST, &pcf::FILTER];
+pub const FILTERS: &[&Filter] = &[NEAREST, &pcf::FILTER, &pcss::FILTER];
 pub const NEAREST: &Filter = &shadow_map::FILTER;
 
 /// Their names.
@@ -84,7 +85,11 @@ crate::params! {
 }
 
 /// The choice of a filter, and the parameters of each.
-pub const FILTERING: &[Group] = &[FilterParams::GROUP, pcf::PcfParams::GROUP.when("filter", &["pcf"])];
+pub const FILTERING: &[Group] = &[
+    FilterParams::GROUP,
+    pcf::PcfParams::GROUP.when("filter", &["pcf"]),
+    pcss::PcssParams::GROUP.when("filter", &["pcss"]),
+];
 
 /// The filter that `filter` names.
 pub fn chosen(values: &Values) -> &'static Filter {
@@ -116,6 +121,7 @@ pub fn wgsl() -> String {
 pub static ALL: &[&Info] = &[
     &shadow_map::INFO,
     &pcf::INFO,
+    &pcss::INFO,
     &pssm::INFO,
     &sdsm::INFO,
     &lispsm::INFO,
