@@ -65,7 +65,7 @@ pub static INFO: Info = Info {
                 "penumbra-width",
                 "Penumbra width",
                 "The width that the penumbra of a straight edge would have at the depth that the search found.",
-                view::ramp("penumbra width", "m", [0.0, 0.5]),
+                view::ramp("penumbra width", "m", [0.0, 1.0]),
             ),
         ],
         MAPS.split_at(3).1,
