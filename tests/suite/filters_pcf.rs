@@ -200,6 +200,37 @@ fn the_disk_turns_by_interleaved_gradient_noise() {
     }
 }
 
+/// Of the two noises the gradient one is finer: as large at each pixel, it leaves less in the means of 3 × 3.
+#[test]
+fn gradient_noise_is_finer_than_white() {
+    let (mut r, mut s) = under_a_lid(sun(Vec3::new(0.05, 1.0, 0.02)), 1.0);
+    let mut seen = |sets: &[&str]| {
+        let disk = ["mode=disk", "fit=scene", "resolution=2048", "blur=0.3"];
+        select(&mut s, "pcf", &[&disk, sets].concat());
+        r.render(&s, Ask { truth: Truth::Off, ..ask(&s) }).unwrap();
+        r.read_visibility().unwrap()
+    };
+    let smooth = seen(&["samples=64"]);
+    let [w, h] = [216usize, 162];
+    let mut left = |noise: &str| {
+        let v = seen(&["samples=8", "rotate=true", noise]);
+        let off: Vec<f64> = v.iter().zip(&smooth).map(|(v, smooth)| (v - smooth) as f64).collect();
+        let (mut n, mut each, mut mean) = (0.0, 0.0, 0.0);
+        for i in (1..h - 1).flat_map(|y| (1..w - 1).map(move |x| y * w + x)) {
+            if smooth[i] > 0.1 && smooth[i] < 0.9 {
+                let sum: f64 = [i - w, i, i + w].iter().map(|j| off[j - 1] + off[*j] + off[j + 1]).sum();
+                (n, each, mean) = (n + 1.0, each + off[i] * off[i], mean + sum * sum / 81.0);
+            }
+        }
+        assert!(n > 3000.0, "{n}");
+        [each / n, mean / n].map(f64::sqrt)
+    };
+    let [white, gradient] = [left("noise=white"), left("noise=ign")];
+    println!("each pixel and 3 × 3: white {white:?}, gradient {gradient:?}");
+    assert!((gradient[0] / white[0] - 1.0).abs() < 0.15, "{gradient:?}, {white:?}");
+    assert!(gradient[1] < 0.85 * white[1], "{gradient:?}, {white:?}");
+}
+
 /// DPCF mixes the share of the disk that is seen with its hardened form, by how far off the casters are.
 #[test]
 fn dpcf_hardens_where_casters_are_close() {
