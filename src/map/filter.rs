@@ -15,6 +15,8 @@ pub struct Reach {
     pub texels: f32,
     /// Metres across the light, in filters that are as wide in every layer.
     pub metres: f32,
+    /// The filter asks how far casters are: no layer may move any of them to its near plane.
+    pub casters: bool,
 }
 
 /// A way to look layers up.
@@ -23,7 +25,7 @@ pub struct Filter {
     pub id: &'static str,
     /// Its WGSL: `lit` and `inspect_filter`, as `shaders/map/look_up.wgsl` tells.
     pub file: &'static str,
-    pub reach: fn(&Values) -> Reach,
+    pub reach: fn(&Frame) -> Reach,
     /// What it keeps of depth, if maps are filtered before the look-up.
     pub moments: Option<fn(&Values) -> Moments>,
     /// What it shows of itself.

@@ -47,8 +47,8 @@ pub const CURVE: View = view::map(
 );
 
 /// How far a filtered map's texels come from: the blur, and the bilinear sample.
-pub fn reach(values: &Values) -> Reach {
-    Reach { texels: PrefilterParams::read(values).blur_radius as f32 + 1.0, metres: 0.0 }
+pub fn reach(f: &Frame) -> Reach {
+    Reach { texels: PrefilterParams::read(f.values).blur_radius as f32 + 1.0, ..Reach::default() }
 }
 
 /// What a filter keeps of a depth.

@@ -94,7 +94,7 @@ impl Technique for LightSpacePerspective {
     fn render(&mut self, f: &mut Frame) -> Result<()> {
         let p = LispsmParams::read(f.values);
         let filter = chosen(f.values);
-        let reach = (filter.reach)(f.values);
+        let reach = (filter.reach)(f);
         let made = self.fit.get(f, scope(f, reach), |s| fitted(s, &p));
         let maps = self.map.render_view(f, made.as_ref().and_then(|m| m.view), reach, p.focus)?;
         self.look_up.run(f, &maps, filter, &[])?;

@@ -10,6 +10,7 @@ mod logpsm;
 mod msm;
 mod notw;
 mod pcf;
+mod pcss;
 mod psm;
 pub mod pssm;
 mod rt_hard;
@@ -65,8 +66,16 @@ pub trait Technique {
 pub(crate) use shadow_map::MAPS;
 
 /// The filters, each declared with the technique that looks a single map up by it.
-pub const FILTERS: &[&Filter] =
-    &[NEAREST, &pcf::FILTER, &vsm::FILTER, &esm::FILTER, &evsm::FILTER, &csm_convolution::FILTER, &msm::FILTER];
+pub const FILTERS: &[&Filter] = &[
+    NEAREST,
+    &pcf::FILTER,
+    &pcss::FILTER,
+    &vsm::FILTER,
+    &esm::FILTER,
+    &evsm::FILTER,
+    &csm_convolution::FILTER,
+    &msm::FILTER,
+];
 pub const NEAREST: &Filter = &shadow_map::FILTER;
 
 /// Their names.
@@ -94,6 +103,7 @@ crate::params! {
 pub const FILTERING: &[Group] = &[
     FilterParams::GROUP,
     pcf::PcfParams::GROUP.when("filter", &["pcf"]),
+    pcss::PcssParams::GROUP.when("filter", &["pcss"]),
     PrefilterParams::GROUP.when("filter", &["vsm", "esm", "evsm", "csm-convolution", "msm"]),
     vsm::ChebyshevParams::GROUP.when("filter", &["vsm", "evsm"]),
     vsm::VsmParams::GROUP.when("filter", &["vsm"]),
@@ -133,6 +143,7 @@ pub fn wgsl() -> String {
 pub static ALL: &[&Info] = &[
     &shadow_map::INFO,
     &pcf::INFO,
+    &pcss::INFO,
     &vsm::INFO,
     &esm::INFO,
     &evsm::INFO,

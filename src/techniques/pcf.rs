@@ -10,18 +10,22 @@ crate::params! {
     /// The filter of PCF.
     pub struct PcfParams {
         "Filter" {
-            /// How the taps are laid out. Grid: single comparisons with equal weights. Hw2x2: bilinear comparisons of four texels each. Tent: the smoothest edge for its number of taps. Disk: a spiral of single comparisons.
-            mode: choice("grid", ["grid", "hw2x2", "tent", "disk"]),
+            /// How the taps are laid out. Grid: single comparisons with equal weights. Hw2x2: bilinear comparisons of four texels each. Tent: the smoothest edge for its number of taps. Disk: a spiral of single comparisons. Tent3, 5 and 7: tents of that many texels in 4, 9 and 16 bilinear comparisons. Dpcf: a disk whose edges are sharpened where casters are close.
+            mode: choice("grid", ["grid", "hw2x2", "tent", "disk", "tent3", "tent5", "tent7", "dpcf"]),
             /// Width of the filter. Wider: softer edges, more taps.
             kernel: int(3, 1..=9, "texels", 2) if mode = ["grid", "hw2x2", "tent"],
             /// Comparisons in the disk.
-            samples: int(16, 4..=64, "taps") if mode = "disk",
-            /// Radius of the disk.
-            radius: float(2.0, 0.5..=16.0, "texels") if mode = "disk",
+            samples: int(16, 4..=64, "taps") if mode = ["disk", "dpcf"],
+            /// Radius of the disk, in dpcf that of the widest penumbra.
+            radius: float(2.0, 0.5..=16.0, "texels") if mode = ["disk", "dpcf"],
             /// Width of the filter in the world, the same in all maps; 0: `kernel` texels, or a disk of `radius` texels.
-            blur: float(0.0, 0.0..=1.0, "m") if mode = ["grid", "hw2x2", "disk"],
+            blur: float(0.0, 0.0..=1.0, "m") if mode = ["grid", "hw2x2", "disk", "dpcf"],
+            /// How fast edges soften as the receiver moves away from the caster.
+            ratio_scale: float(1.0, 0.1..=10.0, "") if mode = "dpcf",
             /// Turn the disk by a different angle at every pixel: bands become noise.
-            rotate: flag(false) if mode = "disk",
+            rotate: flag(false) if mode = ["disk", "dpcf"],
+            /// The angles. White: at random. Ign: interleaved gradient noise, more evenly spread among neighbours, so that it looks finer.
+            noise: choice("white", ["white", "ign"]) if rotate = true,
         }
     }
 }
@@ -29,12 +33,19 @@ crate::params! {
 pub static FILTER: Filter = Filter {
     id: "pcf",
     file: "map/filter/pcf.wgsl",
-    reach: |values| {
-        let p = PcfParams::read(values);
-        let texels = if p.mode == "disk" { p.radius } else { p.kernel as f32 / 2.0 };
-        match p.blur > 0.0 && p.mode != "tent" {
-            true => Reach { texels: 0.0, metres: p.blur / 2.0 },
-            false => Reach { texels, metres: 0.0 },
+    reach: |f| {
+        let p = PcfParams::read(f.values);
+        let (texels, scales) = match p.mode.as_str() {
+            "disk" | "dpcf" => (p.radius, true),
+            "tent3" => (2.0, false),
+            "tent5" => (3.0, false),
+            "tent7" => (4.0, false),
+            mode => (p.kernel as f32 / 2.0, mode != "tent"),
+        };
+        let casters = p.mode == "dpcf";
+        match p.blur > 0.0 && scales {
+            true => Reach { texels: 0.0, metres: p.blur / 2.0, casters },
+            false => Reach { texels, metres: 0.0, casters },
         }
     },
     moments: None,

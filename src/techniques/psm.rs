@@ -103,7 +103,7 @@ impl Technique for Perspective {
     fn render(&mut self, f: &mut Frame) -> Result<()> {
         let p = PsmParams::read(f.values);
         let filter = chosen(f.values);
-        let reach = (filter.reach)(f.values);
+        let reach = (filter.reach)(f);
         let made = self.fit.get(f, scope(f, reach), |s| fitted(s, &p));
         let maps = self.map.render_view(f, made.as_ref().and_then(|m| m.view), reach, true)?;
         self.look_up.run(f, &maps, filter, &[])?;

@@ -214,6 +214,16 @@ pub fn light_views(
     views
 }
 
+/// Moves the near plane of a view under the sun back to where the scene's casters begin; `whole`: the view of all of it.
+fn hold_casters(v: &mut LightView, whole: &LightView) {
+    let back = whole.axis.w - v.axis.w;
+    if back > 0.0 {
+        v.axis = whole.axis;
+        v.far += back;
+        v.row_z = (Vec4::W * v.far - v.axis) / v.far;
+    }
+}
+
 /// A spot light's views of the cascades between `splits`, by the fits that need no look at the picture. `whole`: its view of
 /// the whole cone; `reach`: metres that the filter's taps lie from the receiver. A cascade that the cone does not meet gets that too: no sample will ask for it.
 ///
@@ -326,7 +336,7 @@ impl Technique for Pssm {
         let p = PssmParams::read(f.values);
         let c = CascadeParams::read(f.values);
         let filter = chosen(f.values);
-        let reach = (filter.reach)(f.values);
+        let reach = (filter.reach)(f);
         let whole = self.cascades.whole(f, &c, reach)?;
         let camera = &f.camera;
         let scope = Scope::of(f, c.resolution, whole.margin);
@@ -339,7 +349,11 @@ impl Technique for Pssm {
             Boxes::Given(lamp_views(&p, &c, &splits, &scope, (whole, reach.metres), &crops()))
         } else {
             let seen = Seen { camera, aspect: f.size[0] as f64 / f.size[1] as f64, whole, reach: reach.metres };
-            Boxes::Given(light_views(&p, &c, &splits, &seen, &crops()))
+            let mut views = light_views(&p, &c, &splits, &seen, &crops());
+            if reach.casters {
+                views.iter_mut().for_each(|v| hold_casters(v, &whole));
+            }
+            Boxes::Given(views)
         };
         self.cascades.prepare(f, &c, reach, &boxes);
         if p.fit == "samples" && p.range == "visible" {

@@ -130,7 +130,7 @@ impl Technique for Sdsm {
         let p = SdsmParams::read(f.values);
         let c = CascadeParams::read(f.values);
         let filter = chosen(f.values);
-        let reach = (filter.reach)(f.values);
+        let reach = (filter.reach)(f);
         let whole = self.cascades.whole(f, &c, reach)?;
         let boxes = Boxes::Samples { dilate: p.dilate, least: p.min_box, smoothing: p.smoothing };
         self.cascades.prepare(f, &c, reach, &boxes);

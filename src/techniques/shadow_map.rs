@@ -107,7 +107,7 @@ pub fn single(gpu: &Gpu, info: &'static Info) -> Result<Box<dyn Technique>> {
 
 impl Technique for Single {
     fn render(&mut self, f: &mut Frame) -> Result<()> {
-        let maps = self.map.render(f, (self.filter.reach)(f.values))?;
+        let maps = self.map.render(f, (self.filter.reach)(f))?;
         self.look_up.run(f, &maps, self.filter, &[])
     }
 }

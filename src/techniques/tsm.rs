@@ -83,7 +83,7 @@ impl Technique for Trapezoidal {
     fn render(&mut self, f: &mut Frame) -> Result<()> {
         let p = TsmParams::read(f.values);
         let filter = chosen(f.values);
-        let reach = (filter.reach)(f.values);
+        let reach = (filter.reach)(f);
         let (t, view) = self.fit.get(f, scope(f, reach), |s| fitted(s, &p));
         let maps = self.map.render_view(f, *view, reach, false)?;
         self.look_up.run(f, &maps, filter, &[])?;

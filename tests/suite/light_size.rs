@@ -18,7 +18,7 @@ fn lamp(position: Vec3, radius: f32) -> Light {
     Light::Spot { position, direction, outer_angle: 60.0, range: 30.0, radius, color: Vec3::splat(20.0) }
 }
 
-fn wide_sun(to_light: Vec3, angular_radius: f32) -> Light {
+pub fn wide_sun(to_light: Vec3, angular_radius: f32) -> Light {
     Light::Directional { to_light, angular_radius, color: Vec3::ONE }
 }
 
@@ -37,7 +37,7 @@ fn truth(r: &mut Renderer, s: &Setup, samples: u32) -> Vec<f32> {
 }
 
 /// Share of a disc that lies on one side of a line, of which its centre is `t` radii inside.
-fn share(t: f64) -> f64 {
+pub fn share(t: f64) -> f64 {
     let t = t.clamp(-1.0, 1.0);
     0.5 + (t * (1.0 - t * t).sqrt() + t.asin()) / PI
 }
@@ -67,14 +67,14 @@ fn seen(light: &Light, point: DVec3) -> f64 {
 }
 
 /// Pairs of a place on the floor and its truth.
-fn places(r: &mut Renderer, truth: &[f32]) -> Vec<(DVec3, f64)> {
+pub fn places(r: &mut Renderer, truth: &[f32]) -> Vec<(DVec3, f64)> {
     let (mask, position) = (r.read_mask().unwrap(), r.read_position().unwrap());
     assert!(mask.iter().all(|m| *m == FACING));
     position.iter().zip(truth).map(|(p, v)| (Vec3::from_slice(p).as_dvec3(), *v as f64)).collect()
 }
 
 /// Where the light's share rises through `level` as x grows, from the means over narrow strips along the edge.
-fn crossing(places: &[(DVec3, f64)], strip: f64, level: f64) -> f64 {
+pub fn crossing(places: &[(DVec3, f64)], strip: f64, level: f64) -> f64 {
     let mut strips = std::collections::BTreeMap::<i64, (f64, f64)>::new();
     for (p, v) in places {
         let (sum, n) = strips.entry((p.x / strip).floor() as i64).or_default();

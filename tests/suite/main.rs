@@ -7,6 +7,7 @@ mod cli;
 mod common;
 mod culling;
 mod figures;
+mod filters_pcf;
 mod flatland;
 mod gltf;
 mod hulls;

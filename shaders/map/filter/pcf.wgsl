@@ -1,3 +1,4 @@
+//!include map/filter/disk.wgsl
 // Reeves, Salesin, Cook 1987: compare first, average after.
 
 var<uniform> filtering: PcfParams;
@@ -9,30 +10,45 @@ struct Tap {
     weight: f32,
 }
 
+// Taps in a disk.
+fn round_mode() -> bool {
+    return filtering.mode == mode_disk || filtering.mode == mode_dpcf;
+}
+
+// A tent of texels, blended with the receiver's place between them.
+fn folded() -> bool {
+    return filtering.mode == mode_tent3 || filtering.mode == mode_tent5 || filtering.mode == mode_tent7;
+}
+
 fn hardware() -> bool {
-    return filtering.mode == mode_hw2x2 || filtering.mode == mode_tent;
+    return filtering.mode == mode_hw2x2 || filtering.mode == mode_tent || folded();
+}
+
+// Texels of the kernel's side.
+fn kernel() -> u32 {
+    return select(filtering.kernel, 3u + 2u * (filtering.mode - mode_tent3), folded());
 }
 
 fn taps() -> u32 {
-    let k = filtering.kernel;
-    if filtering.mode == mode_disk {
+    let k = kernel();
+    if round_mode() {
         return filtering.samples;
     }
-    let side = select(k, (k + 1u) / 2u, filtering.mode == mode_tent);
+    let side = select(k, (k + 1u) / 2u, filtering.mode == mode_tent || folded());
     return side * side;
 }
 
 // How far the outermost tap reaches, texels.
 fn radius() -> f32 {
-    return select(0.5 * f32(filtering.kernel - 1u), filtering.radius, filtering.mode == mode_disk);
+    return select(0.5 * f32(kernel() - 1u), filtering.radius, round_mode());
 }
 
 // By how much the pattern is stretched, so that it is as wide in the world in every layer as `blur` says.
 fn stretch(s: Surface, layer: u32) -> vec2f {
-    if filtering.blur == 0.0 || filtering.mode == mode_tent {
+    if filtering.blur == 0.0 || filtering.mode == mode_tent || folded() {
         return vec2f(1.0);
     }
-    let width = select(f32(filtering.kernel), 2.0 * filtering.radius, filtering.mode == mode_disk);
+    let width = select(f32(filtering.kernel), 2.0 * filtering.radius, round_mode());
     return filtering.blur / width * texels_per_metre(s, layer);
 }
 
@@ -58,14 +74,38 @@ fn tent_pair(i: u32, place: f32) -> vec2f {
     return vec2f(a + 0.5 + second / max(weight, 1e-9), weight);
 }
 
+// One axis of the kernel [1 2 1] / 4, [1 3 4 3 1] / 12 or [1 5 12 16 12 5 1] / 52 of texels, blended with its copy a texel on
+// by the place between the two; two texels in one bilinear tap: offset and weight (Castaño 2013).
+fn folded_pair(i: u32, place: f32) -> vec2f {
+    let s = fract(place + 0.5);
+    // Offsets from the texel before the place.
+    var o: vec4f;
+    var w: vec4f;
+    if filtering.mode == mode_tent3 {
+        w = vec4f(3.0 - 2.0 * s, 1.0 + 2.0 * s, 0.0, 0.0) / 4.0;
+        o = vec4f((2.0 - s) / (3.0 - 2.0 * s) - 1.0, s / (1.0 + 2.0 * s) + 1.0, 0.0, 0.0);
+    } else if filtering.mode == mode_tent5 {
+        w = vec4f(4.0 - 3.0 * s, 7.0, 1.0 + 3.0 * s, 0.0) / 12.0;
+        o = vec4f((3.0 - 2.0 * s) / (4.0 - 3.0 * s) - 2.0, (3.0 + s) / 7.0, s / (1.0 + 3.0 * s) + 2.0, 0.0);
+    } else {
+        w = vec4f(6.0 - 5.0 * s, 28.0 - 11.0 * s, 17.0 + 11.0 * s, 1.0 + 5.0 * s) / 52.0;
+        o = vec4f((5.0 - 4.0 * s) / (6.0 - 5.0 * s) - 3.0, (16.0 - 4.0 * s) / (28.0 - 11.0 * s) - 1.0,
+                  (5.0 + 7.0 * s) / (17.0 + 11.0 * s) + 1.0, s / (1.0 + 5.0 * s) + 3.0);
+    }
+    return vec2f(o[i] - s, w[i]);
+}
+
 fn tap(i: u32, place: vec2f, turn: f32) -> Tap {
-    let k = filtering.kernel;
+    let k = kernel();
     let n = f32(taps());
-    if filtering.mode == mode_disk {
-        // Vogel's spiral: the golden angle between neighbours, equal areas.
-        let r = filtering.radius * sqrt((f32(i) + 0.5) / n);
-        let angle = f32(i) * 2.3999632 + turn;
-        return Tap(r * vec2f(cos(angle), sin(angle)), 1.0 / n);
+    if round_mode() {
+        return Tap(in_disk(i, n, filtering.radius, turn), 1.0 / n);
+    }
+    if folded() {
+        let side = (k + 1u) / 2u;
+        let x = folded_pair(i % side, place.x);
+        let y = folded_pair(i / side, place.y);
+        return Tap(vec2f(x.x, y.x), x.y * y.y);
     }
     if filtering.mode == mode_tent {
         let side = (k + 1u) / 2u;
@@ -81,7 +121,10 @@ fn turn_of(pixel: vec2u) -> f32 {
     if filtering.rotate == 0u {
         return 0.0;
     }
-    return f32(hash(pixel.x + hash(pixel.y + hash(frame.seed)))) * (6.2831853 / 4294967296.0);
+    if filtering.noise == noise_ign {
+        return interleaved_turn(pixel);
+    }
+    return white_turn(pixel);
 }
 
 fn lit(s: Surface, layer: u32) -> f32 {
@@ -89,6 +132,8 @@ fn lit(s: Surface, layer: u32) -> f32 {
     let r = receiver(s, layer, stretched);
     let turn = turn_of(s.pixel);
     var lit = 0.0;
+    // Depths of what is in the way.
+    var before = 0.0;
     let n = taps();
     for (var i = 0u; i < n; i++) {
         let t = tap(i, r.texel, turn);
@@ -100,11 +145,37 @@ fn lit(s: Surface, layer: u32) -> f32 {
             }
             lit += t.weight * v;
         } else {
-            lit += t.weight * compare(r, texel);
+            let v = compare(r, texel);
+            lit += t.weight * v;
+            if filtering.mode == mode_dpcf && v == 0.0 {
+                before += t.weight * linear_depth(light_views[layer], textureLoad(shadow_maps, vec2u(texel), layer, 0));
+            }
         }
     }
     // Weights of many taps add up to 1 only nearly; fully lit is exactly 1.
-    return saturate(select(lit, round(lit), abs(lit - round(lit)) < 1e-5));
+    lit = saturate(select(lit, round(lit), abs(lit - round(lit)) < 1e-5));
+    if filtering.mode == mode_dpcf && lit < 1.0 {
+        return 1.0 - mix(hardened(1.0 - lit), 1.0 - lit, softness(s, layer, before / (1.0 - lit)));
+    }
+    return lit;
+}
+
+// A share, steeper around one half.
+fn hardened(share: f32) -> f32 {
+    let y = 2.0 * share - 1.0;
+    let rest = 1.0 - abs(y);
+    return 0.5 + 0.5 * sign(y) * (1.0 - rest * rest * rest);
+}
+
+// The penumbra's width, as a share of the widest, under casters at this mean depth: how much farther from the lamp, or from
+// where the sun enters the scene's box, the receiver is than they are.
+fn softness(s: Surface, layer: u32, casters: f32) -> f32 {
+    let v = light_views[layer];
+    // The corner of the box that the light meets first; a view's own near plane may be another in each cascade.
+    let corner = select(frame.bounds_max, frame.bounds_min, v.axis.xyz > vec3f(0.0));
+    let first = select(0.0, dot(v.axis, vec4f(corner, 1.0)), frame.light_kind == directional);
+    let depth = dot(v.axis, vec4f(s.position, 1.0));
+    return saturate(filtering.ratio_scale * (depth - casters) / max(casters - first, 1e-6 * max(depth - first, 1e-6)));
 }
 
 // The pattern of taps, enlarged: each a dot as bright as its weight, over one receiver in the middle of a texel.

@@ -1,0 +1,123 @@
+//!include map/filter/disk.wgsl
+// Fernando 2005: how far off the casters are says how wide the penumbra is, and that how wide to filter.
+
+var<uniform> soft: PcssParams;
+
+// What a pixel knows before its taps.
+struct Search {
+    // Compared with at the receiver, and `radius` texels from it: biases grow with the distance.
+    here: Receiver,
+    there: Receiver,
+    radius: f32,
+    // Depth along the light's axis, metres.
+    depth: f32,
+    // Texels a metre.
+    density: vec2f,
+    turn: f32,
+}
+
+fn turn_of(pixel: vec2u) -> f32 {
+    if soft.turn == turn_none {
+        return 0.0;
+    }
+    if soft.turn == turn_ign {
+        return interleaved_turn(pixel);
+    }
+    return white_turn(pixel);
+}
+
+// As far from the receiver as taps may lie, texels: what fits leave free.
+fn most_texels(layer: u32) -> f32 {
+    return max(min(soft.max_radius, light_views[layer].margin - 1.0 - biases.normal_offset), 0.0);
+}
+
+// A radius in metres across the light, in texels.
+fn in_texels(search: Search, metres: f32) -> vec2f {
+    let wanted = metres * search.density;
+    let longest = max(wanted.x, wanted.y);
+    return wanted * min(1.0, most_texels(search.here.layer) / max(longest, 1e-30));
+}
+
+// Width of the penumbra, metres, of a straight edge at this depth.
+fn penumbra(search: Search, casters: f32) -> f32 {
+    let away = max(search.depth - casters, 0.0);
+    return 2.0 * frame.light_radius * select(away / max(casters, 1e-6 * search.depth), away, frame.light_kind == directional);
+}
+
+fn begin(s: Surface, layer: u32) -> Search {
+    let v = light_views[layer];
+    var search: Search;
+    search.here = receive(s, layer, 0.0, 1.0);
+    search.there = search.here;
+    search.depth = dot(v.axis, vec4f(s.position, 1.0));
+    search.density = texels_per_metre(s, layer);
+    search.turn = turn_of(s.pixel);
+    return search;
+}
+
+// What to compare with `offset` texels from the receiver.
+fn at_tap(search: Search, offset: vec2f) -> Receiver {
+    var r = search.here;
+    r.depth = mix(r.depth, search.there.depth, length(offset) / max(search.radius, 1e-6));
+    return r;
+}
+
+// Mean depth of the casters before the receiver, metres; negative: there are none. The search covers what the light's disc takes
+// of the map's near plane, seen from the receiver.
+fn search_casters(s: Surface, layer: u32, search: ptr<function, Search>) -> f32 {
+    let v = light_views[layer];
+    let radii = in_texels(*search, 0.5 * penumbra(*search, v.near));
+    (*search).radius = max(radii.x, radii.y);
+    (*search).there = receive(s, layer, (*search).radius, 1.0);
+    var sum = 0.0;
+    var found = 0u;
+    for (var i = 0u; i < soft.search_taps; i++) {
+        let offset = in_disk(i, f32(soft.search_taps), 1.0, (*search).turn) * radii;
+        let r = at_tap(*search, offset);
+        let texel = r.texel + offset;
+        if compare(r, texel) == 0.0 {
+            sum += linear_depth(v, textureLoad(shadow_maps, vec2u(texel), layer, 0));
+            found++;
+        }
+    }
+    return select(-1.0, sum / f32(found), found > 0u);
+}
+
+fn lit(s: Surface, layer: u32) -> f32 {
+    var search = begin(s, layer);
+    if frame.light_radius == 0.0 {
+        return compare(search.here, search.here.texel);
+    }
+    let casters = search_casters(s, layer, &search);
+    if casters < 0.0 {
+        return 1.0;
+    }
+    let radii = in_texels(search, 0.5 * penumbra(search, casters));
+    var seen = 0.0;
+    for (var i = 0u; i < soft.filter_taps; i++) {
+        let offset = in_disk(i, f32(soft.filter_taps), 1.0, search.turn) * radii;
+        let r = at_tap(search, offset);
+        seen += compare(r, r.texel + offset);
+    }
+    return seen / f32(soft.filter_taps);
+}
+
+fn inspect_filter(s: Surface) -> f32 {
+    let layer = choose(s).layer;
+    if frame.map != shows_blocker_depth && frame.map != shows_penumbra_width {
+        return inspect_look_up(s, receive(s, layer, 0.0, 1.0));
+    }
+    if !s.valid || !faces_light(s) {
+        return -1.0;
+    }
+    let v = light_views[layer];
+    var search = begin(s, layer);
+    let casters = search_casters(s, layer, &search);
+    if casters < 0.0 {
+        return -1.0;
+    }
+    if frame.map == shows_blocker_depth {
+        return saturate((casters - v.near) / (v.far - v.near));
+    }
+    return penumbra(search, casters);
+}
