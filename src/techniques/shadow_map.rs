@@ -4,6 +4,7 @@ use super::{Info, NEAREST, Technique};
 use crate::frame::Frame;
 use crate::gpu::Gpu;
 use crate::map::filter::{Filter, LookUp, Reach};
+use crate::map::peel::StoredParams;
 use crate::map::single::{FitParams, ShadowMap};
 use crate::map::{BiasParams, CasterParams, HardwareParams, MapParams};
 use crate::params::{Group, Params};
@@ -14,8 +15,14 @@ use anyhow::Result;
 pub static FILTER: Filter = Filter { id: "nearest", file: "map/filter/nearest.wgsl", reach: |_| Reach::default() };
 
 /// The parameters of a single fitted map, beside its filter's.
-pub const GROUPS: &[Group] =
-    &[FitParams::GROUP, MapParams::GROUP, CasterParams::GROUP, BiasParams::GROUP, HardwareParams::GROUP];
+pub const GROUPS: &[Group] = &[
+    FitParams::GROUP,
+    MapParams::GROUP,
+    CasterParams::GROUP,
+    BiasParams::GROUP,
+    StoredParams::GROUP,
+    HardwareParams::GROUP,
+];
 
 pub static INFO: Info = Info {
     id: "shadow-map",
