@@ -148,22 +148,26 @@ fn compare(r: Receiver, texel: vec2f) -> f32 {
     return select(0.0, 1.0, depth_at(r, floor(texel) + 0.5) >= textureLoad(shadow_maps, vec2u(texel), r.layer, 0));
 }
 
-// The four texels around a place, weighted as a bilinear sampler does, but each compared with the depth at its own centre.
-fn compare_four(r: Receiver, texel: vec2f) -> f32 {
-    let first = floor(texel - 0.5) + 0.5;
-    let share = texel - first;
-    let near = mix(compare(r, first), compare(r, first + vec2f(1.0, 0.0)), share.x);
-    let far = mix(compare(r, first + vec2f(0.0, 1.0)), compare(r, first + 1.0), share.x);
-    return mix(near, far, share.y);
-}
-
 // What to compare with at a place in the map: the depth at which its light ray meets the receiver's plane, if that is followed.
 fn depth_at(r: Receiver, texel: vec2f) -> f32 {
     var step = texel - r.texel;
     if biases.kind == kind_ray_plane {
         step = map_step(light_views[r.layer], r.clip, r.texel, texel);
     }
-    return max(r.depth + dot(r.gradient, step) / max(1.0 - dot(r.bend, step), 0.1), 0.0);
+    var rise = dot(r.gradient, step) / max(1.0 - dot(r.bend, step), 0.1);
+    if biases.kind == kind_ray_plane && biases.toward_light != 0u {
+        rise = max(rise, 0.0);
+    }
+    return max(r.depth + rise, 0.0);
+}
+
+// What a bilinear tap compares its four texels with: as near the light as the receiver's plane may be at any of them.
+fn depth_at_four(r: Receiver, texel: vec2f) -> f32 {
+    if biases.kind != kind_ray_plane {
+        return depth_at(r, texel);
+    }
+    let low = max(depth_at(r, texel - 1.0), depth_at(r, texel + vec2f(1.0, -1.0)));
+    return max(low, max(depth_at(r, texel + vec2f(-1.0, 1.0)), depth_at(r, texel + 1.0)));
 }
 
 fn visibility(s: Surface) -> f32 {

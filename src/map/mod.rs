@@ -50,7 +50,9 @@ crate::params! {
             /// How the comparison is moved. None: not at all. Slope: by a constant and in proportion to the receiver's slope. Ray-plane: each texel is compared with the depth at which its own light ray meets the receiver's plane.
             kind: choice("slope", ["none", "slope", "ray-plane"]),
             /// How far the light's ray must meet something before the receiver's plane, as a share of the scene's diagonal. Only for rounding: one value serves all scenes.
-            epsilon: float(1e-5, 1e-7..=1e-2, "× scene") if kind = "ray-plane",
+            epsilon: float(1e-4, 1e-7..=1e-2, "× scene") if kind = "ray-plane",
+            /// Never compare farther from the light than the receiver is, though its plane may fall away there. Off: the plane's depth everywhere, as Dou et al. have it. Shadows then stay whole at contacts, but inner corners that are lit turn dark.
+            toward_light: flag(true) if kind = "ray-plane",
             /// Depth added before the comparison, along the light's axis. Too little: acne. Too much: shadows detach (peter-panning).
             bias: float(0.002, 0.0..=100.0, "m", 0.1 of view) if kind = "slope",
             /// Depth added in proportion to the receiver's slope and the texel's size; 0.71 (half a texel's diagonal) is just enough for one nearest sample on a plane.

@@ -93,12 +93,10 @@ fn lit(s: Surface, layer: u32) -> f32 {
     for (var i = 0u; i < n; i++) {
         let t = tap(i, r.texel, turn);
         let texel = r.texel + t.offset * stretched;
-        if hardware() && biases.kind == kind_ray_plane {
-            lit += t.weight * compare_four(r, texel);
-        } else if hardware() {
+        if hardware() {
             var v = 1.0;
             if !outside_map(r, texel) {
-                v = textureSampleCompareLevel(shadow_maps, compare_sampler, texel / f32(textureDimensions(shadow_maps).x), layer, depth_at(r, texel));
+                v = textureSampleCompareLevel(shadow_maps, compare_sampler, texel / f32(textureDimensions(shadow_maps).x), layer, depth_at_four(r, texel));
             }
             lit += t.weight * v;
         } else {
