@@ -44,12 +44,12 @@ const snapped = 0.0078125;
 
 // Depth that every comparison is moved by, metres.
 fn constant_bias() -> f32 {
-    switch biases.kind {
-        case kind_slope: {
+    switch biases.bias_kind {
+        case bias_kind_slope: {
             return biases.bias;
         }
-        case kind_ray_plane: {
-            return biases.epsilon * distance(frame.bounds_min, frame.bounds_max);
+        case bias_kind_ray_plane: {
+            return 1e-6 * biases.epsilon * distance(frame.bounds_min, frame.bounds_max);
         }
         default: {
             return 0.0;
@@ -59,7 +59,7 @@ fn constant_bias() -> f32 {
 
 // Texels that a receiver is moved by along its normal, where the light grazes it.
 fn normal_offset() -> f32 {
-    return select(0.0, biases.normal_offset, biases.kind == kind_slope);
+    return select(0.0, biases.normal_offset, biases.bias_kind == bias_kind_slope);
 }
 
 // `radius`: how far the filter's taps reach from the receiver, texels; `tap`: how far the centre of a
@@ -80,8 +80,8 @@ fn receive(s: Surface, layer: u32, radius: f32, tap: f32) -> Receiver {
     let steepest = biases.slope_limit * abs(stored_depth(v, z - texel) - stored_depth(v, z));
     let steepness = length(gradient);
     gradient *= min(1.0, steepest / max(steepness, 1e-30));
-    let by_ray = biases.kind == kind_ray_plane;
-    let sloped = biases.kind == kind_slope;
+    let by_ray = biases.bias_kind == bias_kind_ray_plane;
+    let sloped = biases.bias_kind == bias_kind_slope;
     let followed = by_ray || (sloped && biases.receiver_plane != 0u);
     // A wider filter compares with farther texels of a sloping receiver, unless its plane is followed.
     let reach = tap + select(2.0 * radius, 0.0, followed);
@@ -151,11 +151,11 @@ fn compare(r: Receiver, texel: vec2f) -> f32 {
 // What to compare with at a place in the map: the depth at which its light ray meets the receiver's plane, if that is followed.
 fn depth_at(r: Receiver, texel: vec2f) -> f32 {
     var step = texel - r.texel;
-    if biases.kind == kind_ray_plane {
+    if biases.bias_kind == bias_kind_ray_plane {
         step = map_step(light_views[r.layer], r.clip, r.texel, texel);
     }
     var rise = dot(r.gradient, step) / max(1.0 - dot(r.bend, step), 0.1);
-    if biases.kind == kind_ray_plane && biases.toward_light != 0u {
+    if biases.bias_kind == bias_kind_ray_plane && biases.toward_light != 0u {
         rise = max(rise, 0.0);
     }
     return max(r.depth + rise, 0.0);
@@ -163,7 +163,7 @@ fn depth_at(r: Receiver, texel: vec2f) -> f32 {
 
 // What a bilinear tap compares its four texels with: as near the light as the receiver's plane may be at any of them.
 fn depth_at_four(r: Receiver, texel: vec2f) -> f32 {
-    if biases.kind != kind_ray_plane {
+    if biases.bias_kind != bias_kind_ray_plane {
         return depth_at(r, texel);
     }
     let low = max(depth_at(r, texel - 1.0), depth_at(r, texel + vec2f(1.0, -1.0)));

@@ -48,21 +48,21 @@ crate::params! {
     pub struct BiasParams {
         "Bias" {
             /// How the comparison is moved. None: not at all. Slope: by a constant and in proportion to the receiver's slope. Ray-plane: each texel is compared with the depth at which its own light ray meets the receiver's plane.
-            kind: choice("slope", ["none", "slope", "ray-plane"]),
-            /// How far the light's ray must meet something before the receiver's plane, as a share of the scene's diagonal. Only for rounding: one value serves all scenes.
-            epsilon: float(1e-4, 1e-7..=1e-2, "× scene") if kind = "ray-plane",
+            bias_kind: choice("slope", ["none", "slope", "ray-plane"]),
+            /// How far the light's ray must meet something before the receiver's plane, in millionths of the scene's diagonal. Only for rounding: one value serves all scenes.
+            epsilon: float(100.0, 0.1..=10000.0, "ppm") if bias_kind = "ray-plane",
             /// Never compare farther from the light than the receiver is, though its plane may fall away there. Off: the plane's depth everywhere, as Dou et al. have it. Shadows then stay whole at contacts, but inner corners that are lit turn dark.
-            toward_light: flag(true) if kind = "ray-plane",
+            toward_light: flag(true) if bias_kind = "ray-plane",
             /// Depth added before the comparison, along the light's axis. Too little: acne. Too much: shadows detach (peter-panning).
-            bias: float(0.002, 0.0..=100.0, "m", 0.1 of view) if kind = "slope",
+            bias: float(0.002, 0.0..=100.0, "m", 0.1 of view) if bias_kind = "slope",
             /// Depth added in proportion to the receiver's slope and the texel's size; 0.71 (half a texel's diagonal) is just enough for one nearest sample on a plane.
-            slope_bias: float(0.75, 0.0..=8.0, "× texel") if kind = "slope",
+            slope_bias: float(0.75, 0.0..=8.0, "× texel") if bias_kind = "slope",
             /// Tilts the comparison along the receiver's plane, so that wide filters need no larger bias.
-            receiver_plane: flag(false) if kind = "slope",
+            receiver_plane: flag(false) if bias_kind = "slope",
             /// The largest tangent of the receiver's slope that is followed; 57 is what the sun 1° above the ground needs.
-            slope_limit: float(10.0, 1.0..=60.0, "") if slope_bias > 0.0 or receiver_plane = true or kind = "ray-plane",
+            slope_limit: float(10.0, 1.0..=60.0, "") if slope_bias > 0.0 or receiver_plane = true or bias_kind = "ray-plane",
             /// Moves the receiver along its normal before the look-up, farther where light grazes it. Shifts the edges of all shadows sideways.
-            normal_offset: float(0.0, 0.0..=4.0, "texels") if kind = "slope",
+            normal_offset: float(0.0, 0.0..=4.0, "texels") if bias_kind = "slope",
         }
     }
 }
@@ -115,5 +115,5 @@ pub fn whole(scope: &Scope) -> Result<LightView> {
 pub fn margin(f: &Frame) -> f32 {
     use crate::params::Params;
     let p = BiasParams::read(f.values);
-    1.0 + if p.kind == "slope" { p.normal_offset } else { 0.0 }
+    1.0 + if p.bias_kind == "slope" { p.normal_offset } else { 0.0 }
 }
