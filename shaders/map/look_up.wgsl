@@ -25,16 +25,41 @@ struct Receiver {
     layer: u32,
     // Side of the layer's map, texels.
     side: f32,
-    // Position in the map, texels.
+    // Position in the map, texels, and in clip space.
     texel: vec2f,
+    clip: vec4f,
     // Stored depth to compare with: lit where it is not below the map's (depth is reversed).
     depth: f32,
     // Change of `depth` per texel along the receiver's plane; zero unless asked for.
     gradient: vec2f,
     // Share by which a warp's w grows per texel along that plane.
     bend: vec2f,
-    // How far all biases move the comparison towards the light, in texels.
+    // How far all biases move the comparison along the light's axis, in texels.
     moved: f32,
+}
+
+// The rasteriser moves a triangle's corners by up to a 512th of a texel along each side, and rounding moves a receiver's place
+// in a large map as far. On a slope that changes depths.
+const snapped = 0.0078125;
+
+// Depth that every comparison is moved by, metres.
+fn constant_bias() -> f32 {
+    switch biases.bias_kind {
+        case bias_kind_slope: {
+            return biases.bias;
+        }
+        case bias_kind_ray_plane: {
+            return 1e-6 * biases.epsilon * distance(frame.bounds_min, frame.bounds_max);
+        }
+        default: {
+            return 0.0;
+        }
+    }
+}
+
+// Texels that a receiver is moved by along its normal, where the light grazes it.
+fn normal_offset() -> f32 {
+    return select(0.0, biases.normal_offset, biases.bias_kind == bias_kind_slope);
 }
 
 // `radius`: how far the filter's taps reach from the receiver, texels; `tap`: how far the centre of a
@@ -46,7 +71,7 @@ fn receive(s: Surface, layer: u32, radius: f32, tap: f32) -> Receiver {
     let straight = dot(v.axis, vec4f(s.position, 1.0));
     let texel = map_texel_size(v, s.position, to_light);
 
-    let position = s.position + s.normal * (biases.normal_offset * texel * sqrt(max(1.0 - cosine * cosine, 0.0)));
+    let position = s.position + s.normal * (normal_offset() * texel * sqrt(max(1.0 - cosine * cosine, 0.0)));
     let clip = light_clip(v, position);
     let z = dot(v.axis, vec4f(position, 1.0));
     // No steeper than the slope limit.
@@ -55,7 +80,9 @@ fn receive(s: Surface, layer: u32, radius: f32, tap: f32) -> Receiver {
     let steepest = biases.slope_limit * abs(stored_depth(v, z - texel) - stored_depth(v, z));
     let steepness = length(gradient);
     gradient *= min(1.0, steepest / max(steepness, 1e-30));
-    let followed = biases.receiver_plane != 0u;
+    let by_ray = biases.bias_kind == bias_kind_ray_plane;
+    let sloped = biases.bias_kind == bias_kind_slope;
+    let followed = by_ray || (sloped && biases.receiver_plane != 0u);
     // A wider filter compares with farther texels of a sloping receiver, unless its plane is followed.
     let reach = tap + select(2.0 * radius, 0.0, followed);
     // Half a texel's diagonal farther a warp's plane has grown steeper than it is here.
@@ -64,14 +91,17 @@ fn receive(s: Surface, layer: u32, radius: f32, tap: f32) -> Receiver {
     r.layer = layer;
     r.side = v.resolution;
     r.texel = map_texel(v, clip);
+    r.clip = clip;
     // A bias of half a texel's diagonal, 0.7071, holds on a plane; under a warp that turns it takes what the ray asks.
     let turned = 1.4143 * abs(dot(gradient, map_spread(v, clip, r.texel)));
-    let slope = biases.slope_bias * max(min(steepness, steepest) * reach / grown, turned);
+    let climb = min(steepness, steepest);
+    let slope = select(0.0, biases.slope_bias * max(climb * reach / grown, turned), sloped) + select(0.0, snapped * climb, by_ray);
     // Cleared texels hold 0: what lies beyond the far plane is compared as if on it.
-    r.depth = max(stored_depth(v, z - biases.bias) + slope, 0.0);
+    r.depth = max(stored_depth(v, z - constant_bias()) + slope, 0.0);
     r.gradient = select(vec2f(0.0), gradient, followed);
     r.bend = plane.bend;
-    r.moved = (straight - linear_depth(v, r.depth)) / texel;
+    let compared = select(r.depth, depth_at(r, floor(r.texel) + 0.5), by_ray);
+    r.moved = abs(straight - linear_depth(v, compared)) / texel;
     return r;
 }
 
@@ -118,10 +148,26 @@ fn compare(r: Receiver, texel: vec2f) -> f32 {
     return select(0.0, 1.0, depth_at(r, floor(texel) + 0.5) >= textureLoad(shadow_maps, vec2u(texel), r.layer, 0));
 }
 
-// What to compare with at a place in the map: the receiver's plane there, if it is followed.
+// What to compare with at a place in the map: the depth at which its light ray meets the receiver's plane, if that is followed.
 fn depth_at(r: Receiver, texel: vec2f) -> f32 {
-    let step = texel - r.texel;
-    return max(r.depth + dot(r.gradient, step) / max(1.0 - dot(r.bend, step), 0.1), 0.0);
+    var step = texel - r.texel;
+    if biases.bias_kind == bias_kind_ray_plane {
+        step = map_step(light_views[r.layer], r.clip, r.texel, texel);
+    }
+    var rise = dot(r.gradient, step) / max(1.0 - dot(r.bend, step), 0.1);
+    if biases.bias_kind == bias_kind_ray_plane && biases.toward_light != 0u {
+        rise = max(rise, 0.0);
+    }
+    return max(r.depth + rise, 0.0);
+}
+
+// What a bilinear tap compares its four texels with: as near the light as the receiver's plane may be at any of them.
+fn depth_at_four(r: Receiver, texel: vec2f) -> f32 {
+    if biases.bias_kind != bias_kind_ray_plane {
+        return depth_at(r, texel);
+    }
+    let low = max(depth_at(r, texel - 1.0), depth_at(r, texel + vec2f(1.0, -1.0)));
+    return max(low, max(depth_at(r, texel + vec2f(-1.0, 1.0)), depth_at(r, texel + 1.0)));
 }
 
 fn visibility(s: Surface) -> f32 {

@@ -75,7 +75,7 @@ fn shape_of_view() {
     // At 1 - 2e-5 f_w/n_w is 1e5.
     let h = clamp(dot(v.row_w.xyz, along) / dot(v.row_y.xyz, along), 0.0, 1.0 - 2e-5);
     let tight = ln_1p(2.0 * h / (1.0 - h));
-    let margin = 1.0 + biases.normal_offset;
+    let margin = 1.0 + normal_offset();
     let share = margin / max(v.resolution - 2.0 * margin, 1.0);
     var low = -1.0 - 2.0 * share;
     var high = 1.0 + 2.0 * share;

@@ -1,12 +1,12 @@
 //! Cascades: several shadow maps that share the camera's depth range, one after the other.
 
-use super::casters::{Casters, DRAW, Triangles, format};
+use super::casters::{Casters, DRAW, Triangles};
 use super::filter::Reach;
-use super::{CasterParams, Layers, MOST, Maps, light_views, margin};
+use super::peel::{Depths, Held};
+use super::{MOST, Maps, light_views, margin};
 use crate::frame::Frame;
 use crate::gpu::{Gpu, Pass};
 use crate::light::LightView;
-use crate::params::Params;
 use crate::view::{self, Drawn, Legend, View, map};
 use anyhow::{Context, Result};
 use bytemuck::{Pod, Zeroable};
@@ -140,7 +140,7 @@ pub enum Boxes {
 
 /// The maps, and what they are drawn and looked up with.
 pub struct Cascades {
-    layers: Option<Layers>,
+    layers: Held,
     /// The light's view of the whole scene.
     pub whole: wgpu::Buffer,
     /// Where the cascades meet: nine floats, metres along the camera's axis.
@@ -175,7 +175,7 @@ impl Cascades {
         let zero = |label, size: usize, usage| gpu.buffer(label, &vec![0; size], usage);
         let pass = |name, entry| Pass::compute(gpu, name, "map/cascades.wgsl", entry, &[]);
         Ok(Cascades {
-            layers: None,
+            layers: Held::default(),
             whole: zero("whole light view", size_of::<LightView>(), Use::UNIFORM),
             splits: zero("splits", 48, Use::UNIFORM | Use::STORAGE | Use::COPY_SRC),
             fitting: zero("fitting", size_of::<Fitting>(), Use::UNIFORM),
@@ -251,7 +251,7 @@ impl Cascades {
     /// Maps that the adapter cannot hold.
     pub fn draw(&mut self, f: &mut Frame, p: &CascadeParams) -> Result<Maps> {
         let sides = p.sides();
-        let layers = Layers::hold(&mut self.layers, f.gpu, &sides, format(&CasterParams::read(f.values)))?;
+        let depths = Depths::hold(&mut self.layers, f, &sides)?;
         let [w, h] = f.size;
         f.clear(&self.extents);
         f.run(if self.narrow { &self.gather } else { &self.mark })
@@ -281,11 +281,11 @@ impl Cascades {
                 .dispatch(groups, rows, 1);
         }
         let size = size_of::<LightView>() as u64;
-        for ((i, layer), side) in layers.each.iter().enumerate().zip(&sides) {
+        for (i, side) in sides.iter().enumerate() {
             f.copy(&self.light_views, i as u64 * size, &self.single[i], size);
             let indices = self.indices.as_ref().unwrap_or(&scene.indices);
             let triangles = Triangles::Listed { indices, draws: &self.draws, at: 2 * i as u64 * DRAW };
-            self.casters.draw(f, layer, *side, &self.single[i], &triangles, false)?;
+            self.casters.draw_depths(f, (&depths, i), *side, &self.single[i], &triangles, false)?;
         }
         f.held(self.indices.as_ref().map_or(0, |b| b.size()) + self.small());
         let bound: Vec<_> = vec![("fitting", (&self.fitting).into()), ("splits", (&self.splits).into())];
@@ -293,7 +293,7 @@ impl Cascades {
         let outlined = [("light_views", (&self.light_views).into()), ("cascade_draws", (&self.draws).into())];
         f.outline_cascades(p.cascades, bound.iter().cloned().chain(outlined).collect());
         f.tell_splits(&self.splits, p.cascades);
-        Ok(Maps { layers, light_views: self.light_views.clone(), sides, bound })
+        Ok(Maps { layers: depths.looked_up(), light_views: self.light_views.clone(), sides, bound })
     }
 
     /// Bytes of the buffers whose size does not change.

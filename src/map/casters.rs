@@ -1,10 +1,11 @@
 //! Drawing casters into layers.
 
+use super::peel::{Depths, Peel};
 use super::{CasterParams, HardwareParams};
 use crate::frame::Frame;
 use crate::gpu::{Gpu, Pass, Raster, hold};
 use crate::params::Params;
-use crate::scene::geometry::Vertex;
+use crate::scene::geometry::{SceneGpu, Vertex};
 use anyhow::Result;
 
 /// What the pipelines depend on: culling, the layer's format, the rasteriser's bias, and whether the view is warped.
@@ -14,6 +15,7 @@ type State = (String, wgpu::TextureFormat, HardwareParams, bool);
 pub struct Casters {
     names: [&'static str; 2],
     passes: Option<(State, [Pass; 2])>,
+    peel: Peel,
 }
 
 /// The triangles that a layer draws.
@@ -42,7 +44,7 @@ pub fn format(p: &CasterParams) -> wgpu::TextureFormat {
 impl Casters {
     /// Passes timed under these names.
     pub fn named(names: [&'static str; 2]) -> Casters {
-        Casters { names, passes: None }
+        Casters { names, passes: None, peel: Peel::default() }
     }
 
     /// Draws casters into a layer, all of it cleared before. `side`: texels of the map in it; `warped`: the view's
@@ -64,17 +66,7 @@ impl Casters {
         let names = self.names;
         let [opaque, masked] = hold(&mut self.passes, state, |state| passes(f.gpu, names, state))?;
         let scene = f.scene;
-        let issue = |p: &mut wgpu::RenderPass, which: u64| {
-            p.set_viewport(0.0, 0.0, side as f32, side as f32, 0.0, 1.0);
-            match triangles {
-                Triangles::All if which == 0 => scene.draw_opaque(p),
-                Triangles::All => scene.draw_masked(p),
-                Triangles::Listed { indices, draws, at } => {
-                    scene.set_casters(p, indices);
-                    p.draw_indexed_indirect(draws, at + which * DRAW);
-                }
-            }
-        };
+        let issue = |p: &mut wgpu::RenderPass, which| triangles.draw(scene, p, side, which);
         let depth = Some((layer, 0.0));
         f.run(opaque).bind("light_view", light_view).draw(&[], depth, true, |p| issue(p, 0));
         if scene.opaque_count < scene.triangle_count {
@@ -82,11 +74,59 @@ impl Casters {
         }
         Ok(())
     }
+
+    /// Draws the layer number `i`: the nearest surfaces, and what is made of the two nearest where that is looked up.
+    ///
+    /// # Errors
+    /// Passes that cannot be made.
+    pub fn draw_depths(
+        &mut self,
+        f: &mut Frame,
+        (depths, i): (&Depths, usize),
+        side: u32,
+        light_view: &wgpu::Buffer,
+        triangles: &Triangles,
+        warped: bool,
+    ) -> Result<()> {
+        let nearest = &depths.nearest.each[i];
+        self.draw(f, nearest, side, light_view, triangles, warped)?;
+        match &depths.peeled {
+            Some(to) => self.peel.draw(f, [nearest, &to.each[i]], side, light_view, triangles, warped),
+            None => Ok(()),
+        }
+    }
+}
+
+impl Triangles<'_> {
+    /// Draws the opaque (0) or the masked ones (1).
+    pub fn draw(&self, scene: &SceneGpu, p: &mut wgpu::RenderPass, side: u32, which: u64) {
+        p.set_viewport(0.0, 0.0, side as f32, side as f32, 0.0, 1.0);
+        match self {
+            Triangles::All if which == 0 => scene.draw_opaque(p),
+            Triangles::All => scene.draw_masked(p),
+            Triangles::Listed { indices, draws, at } => {
+                scene.set_casters(p, indices);
+                p.draw_indexed_indirect(draws, at + which * DRAW);
+            }
+        }
+    }
+}
+
+/// Vertex shaders for opaque and masked casters, and whether casters between the light and the near plane stay by themselves:
+/// they lie flat on it (pancaking).
+pub fn vertices(gpu: &Gpu, warped: bool) -> ([&'static str; 2], bool) {
+    let unclipped_depth = !warped && gpu.features.contains(wgpu::Features::DEPTH_CLIP_CONTROL);
+    let names = match (warped, unclipped_depth) {
+        (true, _) => ["warped_caster", "warped_caster"],
+        (false, true) => ["caster", "masked_caster"],
+        // Clamped by their corners where the rasteriser does not clamp.
+        (false, false) => ["clamped_caster", "clamped_masked_caster"],
+    };
+    (names, unclipped_depth)
 }
 
 fn passes(gpu: &Gpu, names: [&'static str; 2], (cull, format, hardware, warped): &State) -> Result<[Pass; 2]> {
-    // Casters between the light and the near plane stay: they lie flat on it (pancaking).
-    let unclipped_depth = !warped && gpu.features.contains(wgpu::Features::DEPTH_CLIP_CONTROL);
+    let ([opaque, masked], unclipped_depth) = vertices(gpu, *warped);
     let pass = |name, vertex, fragment: Option<&str>| {
         let raster = Raster {
             vertex,
@@ -107,11 +147,6 @@ fn passes(gpu: &Gpu, names: [&'static str; 2], (cull, format, hardware, warped):
         };
         Pass::render(gpu, name, "map/casters.wgsl", raster, &[])
     };
-    let [opaque, masked] = match (warped, unclipped_depth) {
-        (true, _) => [("warped_caster", Some("warped")), ("warped_caster", Some("warped_masked"))],
-        (false, true) => [("caster", None), ("masked_caster", Some("masked"))],
-        // Clamped by their corners where the rasteriser does not clamp.
-        (false, false) => [("clamped_caster", None), ("clamped_masked_caster", Some("masked"))],
-    };
-    Ok([pass(names[0], opaque.0, opaque.1)?, pass(names[1], masked.0, masked.1)?])
+    let fragments = if *warped { [Some("warped"), Some("warped_masked")] } else { [None, Some("masked")] };
+    Ok([pass(names[0], opaque, fragments[0])?, pass(names[1], masked, fragments[1])?])
 }

@@ -9,6 +9,7 @@ pub mod casters;
 pub mod filter;
 pub mod fit;
 mod layers;
+pub mod peel;
 pub mod prefilter;
 pub mod single;
 pub mod warp;
@@ -47,16 +48,22 @@ crate::params! {
     /// How the comparison with a map is moved.
     pub struct BiasParams {
         "Bias" {
+            /// How the comparison is moved. None: not at all. Slope: by a constant and in proportion to the receiver's slope. Ray-plane: each texel is compared with the depth at which its own light ray meets the receiver's plane.
+            bias_kind: choice("slope", ["none", "slope", "ray-plane"]),
+            /// How far the light's ray must meet something before the receiver's plane, in millionths of the scene's diagonal. Only for rounding: one value serves all scenes.
+            epsilon: float(100.0, 0.1..=10000.0, "ppm") if bias_kind = "ray-plane",
+            /// Never compare farther from the light than the receiver is, though its plane may fall away there. Off: the plane's depth everywhere, as Dou et al. have it. Shadows then stay whole at contacts, but inner corners that are lit turn dark.
+            toward_light: flag(true) if bias_kind = "ray-plane",
             /// Depth added before the comparison, along the light's axis. Too little: acne. Too much: shadows detach (peter-panning).
-            bias: float(0.002, 0.0..=100.0, "m", 0.1 of view),
+            bias: float(0.002, 0.0..=100.0, "m", 0.1 of view) if bias_kind = "slope",
             /// Depth added in proportion to the receiver's slope and the texel's size; 0.71 (half a texel's diagonal) is just enough for one nearest sample on a plane.
-            slope_bias: float(0.75, 0.0..=8.0, "× texel"),
+            slope_bias: float(0.75, 0.0..=8.0, "× texel") if bias_kind = "slope",
             /// Tilts the comparison along the receiver's plane, so that wide filters need no larger bias.
-            receiver_plane: flag(false),
-            /// The largest tangent of the slope that the slope-scaled bias follows; 57 is what the sun 1° above the ground needs.
-            slope_limit: float(10.0, 1.0..=60.0, "") if slope_bias > 0.0 or receiver_plane = true,
+            receiver_plane: flag(false) if bias_kind = "slope",
+            /// The largest tangent of the receiver's slope that is followed; 57 is what the sun 1° above the ground needs.
+            slope_limit: float(10.0, 1.0..=60.0, "") if slope_bias > 0.0 or receiver_plane = true or bias_kind = "ray-plane",
             /// Moves the receiver along its normal before the look-up, farther where light grazes it. Shifts the edges of all shadows sideways.
-            normal_offset: float(0.0, 0.0..=4.0, "texels"),
+            normal_offset: float(0.0, 0.0..=4.0, "texels") if bias_kind = "slope",
         }
     }
 }
@@ -108,5 +115,6 @@ pub fn whole(scope: &Scope) -> Result<LightView> {
 /// it by.
 pub fn margin(f: &Frame) -> f32 {
     use crate::params::Params;
-    1.0 + BiasParams::read(f.values).normal_offset
+    let p = BiasParams::read(f.values);
+    1.0 + if p.bias_kind == "slope" { p.normal_offset } else { 0.0 }
 }

@@ -1,9 +1,10 @@
 //! A single map: one light view, as it is given or narrowed to the receivers in the picture.
 
-use super::casters::{Casters, Triangles, format};
+use super::casters::{Casters, Triangles};
 use super::filter::Reach;
 use super::fit::{Kept, Scope, msf};
-use super::{CasterParams, Layers, MapParams, Maps, light_views, margin, whole};
+use super::peel::{Depths, Held};
+use super::{MapParams, Maps, light_views, margin, whole};
 use crate::frame::Frame;
 use crate::gpu::{Gpu, Pass};
 use crate::light::LightView;
@@ -67,7 +68,7 @@ impl Fit {
 /// One map, fitted and drawn. Depth is reversed: 1 near, 0 far.
 pub struct ShadowMap {
     fit: Fit,
-    layers: Option<Layers>,
+    layers: Held,
     casters: Casters,
     least: Kept<Option<LightView>>,
 }
@@ -76,7 +77,7 @@ impl ShadowMap {
     pub fn new(gpu: &Gpu) -> Result<ShadowMap> {
         Ok(ShadowMap {
             fit: Fit::new(gpu)?,
-            layers: None,
+            layers: Held::default(),
             casters: Casters::named(["shadow map", "shadow map (masked)"]),
             least: Kept::default(),
         })
@@ -111,11 +112,11 @@ impl ShadowMap {
         let view = LightView { reach: reach.metres, ..view };
         let light_views = self.fit.run(f, view, narrow);
         let sides = vec![MapParams::read(f.values).resolution];
-        let layers = Layers::hold(&mut self.layers, f.gpu, &sides, format(&CasterParams::read(f.values)))?;
+        let depths = Depths::hold(&mut self.layers, f, &sides)?;
         let warped = view.perspective == LightView::WARPED;
-        self.casters.draw(f, &layers.each[0], sides[0], &light_views, &Triangles::All, warped)?;
+        self.casters.draw_depths(f, (&depths, 0), sides[0], &light_views, &Triangles::All, warped)?;
         f.outline_view(&light_views);
-        Ok(Maps { layers, light_views, sides, bound: Vec::new() })
+        Ok(Maps { layers: depths.looked_up(), light_views, sides, bound: Vec::new() })
     }
 }
 

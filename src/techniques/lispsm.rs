@@ -8,6 +8,7 @@ use crate::map::filter::LookUp;
 use crate::map::fit::diagram::{self, Diagram, Drawing};
 use crate::map::fit::lispsm::{self, Lispsm, Strength};
 use crate::map::fit::{Kept, Scope};
+use crate::map::peel::StoredParams;
 use crate::map::single::{ShadowMap, scope};
 use crate::map::{BiasParams, CasterParams, MapParams};
 use crate::params::Params;
@@ -41,7 +42,7 @@ pub static INFO: Info = Info {
     params: crate::groups!(
         &[LispsmParams::GROUP, MapParams::GROUP, CasterParams::GROUP],
         FILTERING,
-        &[BiasParams::GROUP],
+        &[BiasParams::GROUP, StoredParams::GROUP],
     ),
     main: &[("resolution", "256..8192*2"), ("strength", "0.5,1,1.5")],
     maps: &[

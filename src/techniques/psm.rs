@@ -8,6 +8,7 @@ use crate::map::filter::LookUp;
 use crate::map::fit::diagram::{self, Diagram, Drawing, GRID, HULL, MARK};
 use crate::map::fit::psm::{self, Psm, Slide};
 use crate::map::fit::{Kept, Scope};
+use crate::map::peel::StoredParams;
 use crate::map::single::{ShadowMap, scope};
 use crate::map::{BiasParams, CasterParams, MapParams};
 use crate::params::Params;
@@ -41,7 +42,11 @@ pub static INFO: Info = Info {
           of the camera the light becomes a point, behind it a sink, and the map changes as the camera turns.",
     lights: &["directional", "spot"],
     filter: None,
-    params: crate::groups!(&[PsmParams::GROUP, MapParams::GROUP, CasterParams::GROUP], FILTERING, &[BiasParams::GROUP],),
+    params: crate::groups!(
+        &[PsmParams::GROUP, MapParams::GROUP, CasterParams::GROUP],
+        FILTERING,
+        &[BiasParams::GROUP, StoredParams::GROUP],
+    ),
     main: &[("resolution", "256..8192*2"), ("min_near", "0.5,1,2,4")],
     maps: &[
         MAPS,

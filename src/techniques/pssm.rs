@@ -8,6 +8,7 @@ use crate::map::cascades::{ANALYSED, Boxes, CascadeParams, Cascades, MAPS};
 use crate::map::filter::{LookUp, alone};
 use crate::map::fit::crop::{Extent, crop};
 use crate::map::fit::{Scope, hull};
+use crate::map::peel::StoredParams;
 use crate::map::{BiasParams, CasterParams, HardwareParams};
 use crate::params::Params;
 use crate::scene::Camera;
@@ -67,7 +68,7 @@ pub static INFO: Info = Info {
     params: crate::groups!(
         &[CascadeParams::GROUP, CasterParams::GROUP, PssmParams::GROUP],
         FILTERING,
-        &[BiasParams::GROUP, HardwareParams::GROUP],
+        &[BiasParams::GROUP, StoredParams::GROUP, HardwareParams::GROUP],
     ),
     main: &[("resolution", "256..4096*2"), ("cascades", "2,4"), ("lambda", "0.5,0.9")],
     maps: &[&MAPS, ANALYSED],

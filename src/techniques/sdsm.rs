@@ -6,6 +6,7 @@ use crate::gpu::{Gpu, Pass};
 use crate::light::LightView;
 use crate::map::cascades::{ANALYSED, Boxes, CascadeParams, Cascades, MAPS};
 use crate::map::filter::{LookUp, alone};
+use crate::map::peel::StoredParams;
 use crate::map::{BiasParams, CasterParams, HardwareParams};
 use crate::params::{Params, Values};
 use crate::scene::Camera;
@@ -45,7 +46,7 @@ pub static INFO: Info = Info {
     params: crate::groups!(
         &[CascadeParams::GROUP, CasterParams::GROUP, SdsmParams::GROUP],
         FILTERING,
-        &[BiasParams::GROUP, HardwareParams::GROUP],
+        &[BiasParams::GROUP, StoredParams::GROUP, HardwareParams::GROUP],
     ),
     main: &[("resolution", "256..4096*2"), ("cascades", "2,4"), ("scheme", "log,kmeans")],
     maps: &[

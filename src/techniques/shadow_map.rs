@@ -4,6 +4,7 @@ use super::{Info, NEAREST, Technique};
 use crate::frame::Frame;
 use crate::gpu::Gpu;
 use crate::map::filter::{Filter, LookUp, Reach};
+use crate::map::peel::StoredParams;
 use crate::map::single::{FitParams, ShadowMap};
 use crate::map::{BiasParams, CasterParams, HardwareParams, MapParams};
 use crate::params::{Group, Params};
@@ -15,8 +16,14 @@ pub static FILTER: Filter =
     Filter { id: "nearest", file: "map/filter/nearest.wgsl", reach: |_| Reach::default(), moments: None, views: &[] };
 
 /// The parameters of a single fitted map, beside its filter's.
-pub const GROUPS: &[Group] =
-    &[FitParams::GROUP, MapParams::GROUP, CasterParams::GROUP, BiasParams::GROUP, HardwareParams::GROUP];
+pub const GROUPS: &[Group] = &[
+    FitParams::GROUP,
+    MapParams::GROUP,
+    CasterParams::GROUP,
+    BiasParams::GROUP,
+    StoredParams::GROUP,
+    HardwareParams::GROUP,
+];
 
 pub static INFO: Info = Info {
     id: "shadow-map",

@@ -8,6 +8,7 @@ use crate::map::filter::LookUp;
 use crate::map::fit::diagram::{self, Diagram, Drawing, MARK};
 use crate::map::fit::tsm::{self, Tsm};
 use crate::map::fit::{Kept, Scope};
+use crate::map::peel::StoredParams;
 use crate::map::single::{ShadowMap, scope};
 use crate::map::{BiasParams, CasterParams, MapParams};
 use crate::params::Params;
@@ -36,7 +37,11 @@ pub static INFO: Info = Info {
           It depends on the frustum alone, so that it moves steadily. Nothing is gained where light and gaze are parallel.",
     lights: &["directional", "spot"],
     filter: None,
-    params: crate::groups!(&[TsmParams::GROUP, MapParams::GROUP, CasterParams::GROUP], FILTERING, &[BiasParams::GROUP],),
+    params: crate::groups!(
+        &[TsmParams::GROUP, MapParams::GROUP, CasterParams::GROUP],
+        FILTERING,
+        &[BiasParams::GROUP, StoredParams::GROUP],
+    ),
     main: &[("resolution", "256..8192*2"), ("focus", "0.1,0.2,0.4")],
     maps: &[
         MAPS,

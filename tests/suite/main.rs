@@ -1,6 +1,7 @@
 //! All tests but that of the real window, in one program: it is linked once, and they share a device.
 
 mod averaged_truth;
+mod bias;
 mod cascades;
 mod chart;
 mod cli;

@@ -17,6 +17,9 @@ fn groups(file: &str) -> &'static [Group] {
     if file.starts_with("shade.wgsl") {
         return &[view::GROUP];
     }
+    if file == "map/peel.wgsl" {
+        return techniques::find("shadow-map").map_or(&[], |i| i.params);
+    }
     let file = file.split(' ').next().unwrap();
     let stem = file.trim_start_matches("techniques/").trim_end_matches(".wgsl").replace('_', "-");
     techniques::find(&stem).map_or(&[], |i| i.params)

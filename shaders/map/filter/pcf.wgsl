@@ -141,7 +141,7 @@ fn lit(s: Surface, layer: u32) -> f32 {
         if hardware() {
             var v = 1.0;
             if !outside_map(r, texel) {
-                v = textureSampleCompareLevel(shadow_maps, compare_sampler, texel / f32(textureDimensions(shadow_maps).x), layer, depth_at(r, texel));
+                v = textureSampleCompareLevel(shadow_maps, compare_sampler, texel / f32(textureDimensions(shadow_maps).x), layer, depth_at_four(r, texel));
             }
             lit += t.weight * v;
         } else {

@@ -21,6 +21,11 @@ fn map_density(v: LightView, position: vec3f, to_light: vec3f) -> vec2f {
     return 0.5 * v.resolution * scale_of(v) / select(1.0, dot(v.axis, vec4f(position, 1.0)), v.perspective == 1u);
 }
 
+// The step in the map from a receiver at one place to another place's ray, texels.
+fn map_step(v: LightView, clip: vec4f, here: vec2f, there: vec2f) -> vec2f {
+    return there - here;
+}
+
 // See map/place/warp.wgsl: here the ray of a texel is never farther than half its diagonal.
 fn map_spread(v: LightView, clip: vec4f, texel: vec2f) -> vec2f {
     return vec2f(0.0);

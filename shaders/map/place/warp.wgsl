@@ -40,10 +40,14 @@ fn map_density(v: LightView, position: vec3f, to_light: vec3f) -> vec2f {
     return vec2f(1.0 / map_texel_size(v, position, to_light));
 }
 
-// From a place in the map to the ray of its texel's centre, texels as the warp has them at the place: where the warp turns
-// within the texel, it lies farther than half a texel's diagonal.
-fn map_spread(v: LightView, clip: vec4f, texel: vec2f) -> vec2f {
+// From a receiver at one place in the map to the ray of another, texels as the warp has them at the first: along these the
+// receiver's plane is what it is before the warp.
+fn map_step(v: LightView, clip: vec4f, here: vec2f, there: vec2f) -> vec2f {
     let u = saturate(light_texel(v, clip) / v.resolution);
-    let centre = unwarp(saturate((floor(texel) + 0.5) / v.resolution));
-    return warp_slope(u) * (centre - u) * v.resolution;
+    return warp_slope(u) * (unwarp(saturate(there / v.resolution)) - u) * v.resolution;
+}
+
+// The step to the ray of the texel's centre: where the warp turns within the texel, it is longer than half a texel's diagonal.
+fn map_spread(v: LightView, clip: vec4f, texel: vec2f) -> vec2f {
+    return map_step(v, clip, texel, floor(texel) + 0.5);
 }

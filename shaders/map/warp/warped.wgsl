@@ -73,10 +73,10 @@ fn looked_up(s: Surface) -> LookedUp {
     let to_light = normalize(light_at(s.position).to_light);
     var position = s.position;
     // With the normal offset it is not where the sample lies.
-    if biases.normal_offset > 0.0 {
+    if normal_offset() > 0.0 {
         let cosine = dot(s.normal, to_light);
         let texel = map_texel_size(light_view, s.position, to_light);
-        position += s.normal * (biases.normal_offset * texel * sqrt(max(1.0 - cosine * cosine, 0.0)));
+        position += s.normal * (normal_offset() * texel * sqrt(max(1.0 - cosine * cosine, 0.0)));
     }
     let clip = light_clip(light_view, position);
     let size = abs(vec4f(position, 1.0));

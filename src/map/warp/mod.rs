@@ -84,7 +84,7 @@ const STATE: wgpu::BufferUsages = wgpu::BufferUsages::STORAGE
     .union(wgpu::BufferUsages::COPY_DST);
 
 /// Parameters that matter in the look-up only.
-const LOOK_UP: [&str; 4] = ["bias", "slope_bias", "slope_limit", "receiver_plane"];
+const LOOK_UP: [&str; 6] = ["epsilon", "toward_light", "bias", "slope_bias", "slope_limit", "receiver_plane"];
 
 /// A way to draw casters.
 trait Casters {
