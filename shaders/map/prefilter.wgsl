@@ -94,14 +94,13 @@ fn moments_at(s: Surface, r: Receiver, plane: u32) -> vec4f {
     // Where a map is smaller than its layer, what lies beside it stays out.
     let at = clamp(r.texel, vec2f(0.5), vec2f(r.side - 0.5)) / side;
     let layer = r.layer * prefiltered.planes + plane;
-    if prefiltering.mipmaps == 0u {
-        return textureSampleLevel(moments_map, moments_sampler, at, layer, 0.0);
-    }
+    // Without levels of detail there is only the finest.
     let v = light_views[r.layer];
     let clip = light_clip(v, s.position);
     let steps = pixel_steps(s);
-    let x = map_along(v, steps[0], clip).xy / side;
-    let y = map_along(v, steps[1], clip).xy / side;
+    let wide = select(0.0, 1.0 / side, prefiltering.mipmaps != 0u);
+    let x = wide * map_along(v, steps[0], clip).xy;
+    let y = wide * map_along(v, steps[1], clip).xy;
     return textureSampleGrad(moments_map, moments_sampler, at, layer, x, y);
 }
 
@@ -112,10 +111,8 @@ fn receiver_share(r: Receiver) -> f32 {
 
 fn lit(s: Surface, layer: u32) -> f32 {
     let r = receive(s, layer, 0.0, 2.0);
-    if outside_map(r, r.texel) {
-        return 1.0;
-    }
-    return light_at_depth(s, r, receiver_share(r));
+    let v = light_at_depth(s, r, receiver_share(r));
+    return select(v, 1.0, outside_map(r, r.texel));
 }
 
 // The share of the kernel's texels that lie at a depth z or beyond, weighted as the blur does.
@@ -126,13 +123,13 @@ fn exact_share(r: Receiver, z: f32) -> f32 {
     let last = vec2i(i32(r.side) - 1);
     var beyond = 0.0;
     var weight = 0.0;
-    for (var y = -radius; y <= radius; y++) {
-        for (var x = -radius; x <= radius; x++) {
-            let at = clamp(vec2i(r.texel) + vec2i(x, y), vec2i(0), last);
-            let w = exp(narrow * f32(x * x + y * y));
-            beyond += select(0.0, w, depth_share(v, textureLoad(shadow_maps, at, r.layer, 0)) >= z);
-            weight += w;
-        }
+    let side = 2 * radius + 1;
+    for (var i = 0; i < side * side; i++) {
+        let step = vec2i(i % side, i / side) - radius;
+        let at = clamp(vec2i(r.texel) + step, vec2i(0), last);
+        let w = exp(narrow * f32(step.x * step.x + step.y * step.y));
+        beyond += select(0.0, w, depth_share(v, textureLoad(shadow_maps, at, r.layer, 0)) >= z);
+        weight += w;
     }
     return beyond / weight;
 }
@@ -143,40 +140,34 @@ fn curve(pixel: vec2u) -> f32 {
     let size = vec2f(frame.size);
     let s = load_surface(vec2u(frame.probe & 0xffffu, frame.probe >> 16u));
     let at = ((vec2f(pixel) + 0.5) / size - 0.05) / 0.9;
-    if any(at < vec2f(0.0)) || any(at > vec2f(1.0)) || !s.valid {
-        return drawn(white, 0.0);
-    }
     let r = receive(s, choose(s).layer, 0.0, 2.0);
     let step = vec2f(1.0) / (0.9 * size);
     let wide = max(1.0, size.y / 400.0);
-    let depths = explaining_depths(s, r);
-    if abs(at.x - receiver_share(r)) < 0.5 * wide * step.x {
-        return drawn(white, 0.9);
-    }
+    let half = 0.5 * wide * step;
     // From one column to the next the curves may fall steeply: they are drawn as far as they fall.
     let y = 1.0 - at.y;
-    let half = 0.5 * wide * step.y;
-    let here = light_at_depth(s, r, at.x);
-    let next = light_at_depth(s, r, at.x + step.x);
-    if y > min(here, next) - half && y < max(here, next) + half {
-        return drawn(1u, 1.0);
+    var here = vec2f(0.0);
+    var next = vec2f(0.0);
+    for (var i = 0u; i < 2u; i++) {
+        here = next;
+        let z = at.x + f32(i) * step.x;
+        next = vec2f(light_at_depth(s, r, z), exact_share(r, z));
     }
-    let exact = exact_share(r, at.x);
-    let exact_next = exact_share(r, at.x + step.x);
-    if y > min(exact, exact_next) - half && y < max(exact, exact_next) + half {
-        return drawn(2u, 1.0);
-    }
-    if any(abs(at.x - depths) < vec2f(0.5 * wide * step.x)) {
-        return drawn(0u, 0.8);
-    }
+    let on = vec2f(y) > min(here, next) - half.y && vec2f(y) < max(here, next) + half.y;
     let tenth = abs(fract(10.0 * vec2f(at.x, y) + 0.5) - 0.5) / 10.0;
-    return drawn(white, select(0.05, 0.2, tenth.x < 0.5 * step.x || tenth.y < 0.5 * step.y));
+    // What lies below others first.
+    var v = drawn(white, select(0.05, 0.2, any(tenth < 0.5 * step)));
+    v = select(v, drawn(0u, 0.8), any(abs(at.x - explaining_depths(s, r)) < vec2f(half.x)));
+    v = select(v, drawn(2u, 1.0), on.y);
+    v = select(v, drawn(1u, 1.0), on.x);
+    v = select(v, drawn(white, 0.9), abs(at.x - receiver_share(r)) < half.x);
+    return select(v, drawn(white, 0.0), any(at < vec2f(0.0)) || any(at > vec2f(1.0)) || !s.valid);
 }
 
-// The views of every filter of moments.
-fn inspect_moments(s: Surface, r: Receiver) -> f32 {
-    if frame.map == shows_curve {
-        return curve(s.pixel);
+// A pass of its own: beside the other views it would nest deeper than drivers can take (Mesa 22.3 writes beyond its lists).
+@compute @workgroup_size(8, 8)
+fn draw_curve(@builtin(global_invocation_id) id: vec3u) {
+    if all(id.xy < frame.size) {
+        textureStore(map_out, id.xy, vec4f(curve(id.xy)));
     }
-    return inspect_look_up(s, r);
 }

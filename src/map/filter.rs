@@ -1,7 +1,7 @@
 //! How layers are looked up: a filter is a file in `shaders/map/filter/`, whatever fit or warp drew the layers.
 
 use super::Maps;
-use super::prefilter::{Moments, Prefilter};
+use super::prefilter::{CURVE, Moments, Prefilter};
 use crate::frame::{ANALYSIS, Frame, MapSizes};
 use crate::gpu::{Gpu, Pass, Resource, hold};
 use crate::params::{Group, Values};
@@ -54,6 +54,8 @@ pub struct LookUp {
 struct Passes {
     resolve: Pass,
     inspect: Pass,
+    /// Of filters that average first: the chart of their reconstruction.
+    curve: Option<Pass>,
     analyse: Pass,
     prefilter: Option<Prefilter>,
 }
@@ -93,6 +95,7 @@ impl LookUp {
                 prefilter: moments.map(|_| Prefilter::new(gpu, &file, groups)).transpose()?,
                 resolve: pass("resolve", "resolve")?,
                 inspect: pass("inspect", "inspect")?,
+                curve: moments.map(|_| pass("inspect", "draw_curve")).transpose()?,
                 analyse: pass(ANALYSIS, "analyse")?,
             })
         })?;
@@ -112,7 +115,8 @@ impl LookUp {
         f.analyse(&passes.analyse, MapSizes::of(&maps.sides), &all);
         f.run(&passes.resolve).bind_all(&all).per_pixel();
         if f.wants_any_map() {
-            f.run(&passes.inspect).bind_all(&all).per_pixel();
+            let curve = passes.curve.as_ref().filter(|_| f.view == CURVE.id);
+            f.run(curve.unwrap_or(&passes.inspect)).bind_all(&all).per_pixel();
         }
         Ok(())
     }

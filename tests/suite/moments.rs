@@ -198,7 +198,7 @@ fn every_filter_meets_every_fit() {
     }
 }
 
-/// An exponential that is too large for its numbers is infinite at the map's far end: what casts there casts no more.
+/// An exponential that is too large for its numbers is infinite at the map's far end: light and shadow are lost there.
 #[test]
 fn exponents_beyond_the_format_fail() {
     // Low boxes, far from the near plane that a high one sets.
@@ -207,8 +207,9 @@ fn exponents_beyond_the_format_fail() {
         [Vec3::new(4.0, 5.8, -5.0), Vec3::new(4.2, 6.0, -4.8)],
     ];
     let (mut r, mut s) = start(over_a_floor(&boxes, sun(Vec3::new(0.1, 1.0, 0.1))), [120, 90]);
-    let mut leak = |technique: &str, sets: &[&str]| {
-        errors(&mut r, &mut s, technique, &[&["resolution=512"], sets].concat()).lit_incorrect
+    let mut wrong = |technique: &str, sets: &[&str]| {
+        let e = errors(&mut r, &mut s, technique, &[&["resolution=512"], sets].concat());
+        e.lit_incorrect + e.shadow_incorrect
     };
     for (technique, precision, good, bad) in [
         ("esm", "precision=32", "exponent=80", "exponent=115"),
@@ -217,8 +218,8 @@ fn exponents_beyond_the_format_fail() {
         ("evsm", "precision=16", "positive_exponent=5", "positive_exponent=40"),
     ] {
         let more = if technique == "esm" { "fall_back=false" } else { "negative_exponent=5" };
-        let [good, bad] = [good, bad].map(|e| leak(technique, &[precision, more, e]));
-        assert!(bad > 3 * good + 100, "{technique} {precision}: {good} pixels leak, and {bad} beyond the format");
+        let [good, bad] = [good, bad].map(|e| wrong(technique, &[precision, more, e]));
+        assert!(bad > 3 * good + 100, "{technique} {precision}: {good} pixels wrong, and {bad} beyond the format");
     }
 }
 
@@ -232,7 +233,7 @@ fn leaks(setup: &Setup, r: &mut Renderer) -> (usize, f64) {
     (dark.iter().filter(|v| **v > 0.05).count(), dark.iter().map(|v| f64::from(*v)).sum())
 }
 
-/// Through two lattices the variance lets most light, four moments least.
+/// Through two lattices the variance lets most light, its exponential kin less, four moments less again.
 #[test]
 fn light_leaks_by_the_number_of_moments() {
     let (mut r, mut s) = built_in("st-fence", [240, 150]);
@@ -246,9 +247,10 @@ fn light_leaks_by_the_number_of_moments() {
         select(&mut s, technique, &[set, "resolution=2048", "blur_radius=2"]);
         leaks(&s, &mut r)
     });
-    println!("{found:?}");
+    // The exponential alone lets less light through lattices than any: its leaks lie where shadows touch their casters.
     let [vsm, esm, evsm, msm] = found;
-    assert!(vsm.1 > esm.1 && vsm.1 > evsm.1 && msm.1 < esm.1 && msm.1 < evsm.1, "{found:?}");
+    assert!(vsm.1 > 1.1 * evsm.1 && evsm.1 > 1.1 * msm.1 && vsm.1 > 1.1 * esm.1, "{found:?}");
+    assert!(vsm.0 > evsm.0 && evsm.0 > msm.0 && vsm.0 > esm.0, "{found:?}");
 }
 
 /// Memory and passes follow the parameters.

@@ -60,5 +60,5 @@ fn inspect_filter(s: Surface) -> f32 {
         let m = moments_at(s, r, k / 2u);
         return 0.5 + 0.5 * select(m.x, m.z, k % 2u == 1u);
     }
-    return inspect_moments(s, r);
+    return inspect_look_up(s, r);
 }

@@ -24,12 +24,14 @@ fn compared(s: Surface, layer: u32, moved: f32) -> f32 {
     let narrow = -2.0 / max(f32(radius * radius), 1.0);
     var sum = 0.0;
     var weight = 0.0;
-    for (var y = -radius; y <= radius; y++) {
-        for (var x = -radius; x <= radius; x++) {
-            let w = exp(narrow * f32(x * x + y * y));
-            sum += w * compare(r, r.texel + vec2f(f32(x), f32(y)));
-            weight += w;
-        }
+    // One loop for both directions: drivers fail on code that is nested too deep.
+    let side = 2 * radius + 1;
+    for (var i = 0; i < side * side; i++) {
+        let x = f32(i % side - radius);
+        let y = f32(i / side - radius);
+        let w = exp(narrow * (x * x + y * y));
+        sum += w * compare(r, r.texel + vec2f(x, y));
+        weight += w;
     }
     return sum / weight;
 }
@@ -58,5 +60,5 @@ fn inspect_filter(s: Surface) -> f32 {
         }
         return label(0u, select(0.0, 0.7, exponential(s, r, receiver_share(r)) > bound_margin));
     }
-    return inspect_moments(s, r);
+    return inspect_look_up(s, r);
 }

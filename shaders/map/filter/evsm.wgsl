@@ -43,5 +43,5 @@ fn inspect_filter(s: Surface) -> f32 {
         let b = bounds(s, r, receiver_share(r));
         return select(b.y, b.x, frame.map == shows_positive_bound);
     }
-    return inspect_moments(s, r);
+    return inspect_look_up(s, r);
 }

@@ -67,5 +67,5 @@ fn inspect_filter(s: Surface) -> f32 {
         }
         return saturate(select(d.far, d.near, frame.map == shows_near_depth));
     }
-    return inspect_moments(s, r);
+    return inspect_look_up(s, r);
 }

@@ -37,5 +37,5 @@ fn inspect_filter(s: Surface) -> f32 {
     if frame.map == shows_bound {
         return select(-1.0, bound(s, r, receiver_share(r)), faces_light(s));
     }
-    return inspect_moments(s, r);
+    return inspect_look_up(s, r);
 }
