@@ -153,7 +153,7 @@ fn curve(pixel: vec2u) -> f32 {
         let z = at.x + f32(i) * step.x;
         next = vec2f(light_at_depth(s, r, z), exact_share(r, z));
     }
-    let on = vec2f(y) > min(here, next) - half.y && vec2f(y) < max(here, next) + half.y;
+    let on = (vec2f(y) > min(here, next) - half.y) & (vec2f(y) < max(here, next) + half.y);
     let tenth = abs(fract(10.0 * vec2f(at.x, y) + 0.5) - 0.5) / 10.0;
     // What lies below others first.
     var v = drawn(white, select(0.05, 0.2, any(tenth < 0.5 * step)));

@@ -13,9 +13,9 @@ crate::params! {
     pub struct EvsmParams {
         "Filter" {
             /// How strongly the positive warp stretches what is far. Larger: less light leaks; above 42 numbers of 32 bits, above 5.5 of 16 bits overflow.
-            positive_exponent: float(40.0, 5.0..=60.0, ""),
+            far_exponent: float(40.0, 5.0..=60.0, ""),
             /// How strongly the negative warp stretches what is near.
-            negative_exponent: float(5.0, 1.0..=60.0, ""),
+            near_exponent: float(5.0, 1.0..=60.0, ""),
             /// The deviation of depth that is assumed at least. Too little: rounding shows as acne.
             least_deviation: float(0.001, 0.0001..=0.01, "× range"),
         }

@@ -12,7 +12,7 @@ crate::params! {
     pub struct ChebyshevParams {
         "Filter" {
             /// Shares of light below this count as none, and the rest is stretched: light that leaks through behind several casters goes dark, and penumbras get narrower.
-            bleeding_reduction: float(0.2, 0.0..=0.9, ""),
+            bleed_reduction: float(0.2, 0.0..=0.9, ""),
         }
     }
 }

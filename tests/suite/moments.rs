@@ -214,10 +214,10 @@ fn exponents_beyond_the_format_fail() {
     for (technique, precision, good, bad) in [
         ("esm", "precision=32", "exponent=80", "exponent=115"),
         ("esm", "precision=16", "exponent=10", "exponent=30"),
-        ("evsm", "precision=32", "positive_exponent=40", "positive_exponent=60"),
-        ("evsm", "precision=16", "positive_exponent=5", "positive_exponent=40"),
+        ("evsm", "precision=32", "far_exponent=40", "far_exponent=60"),
+        ("evsm", "precision=16", "far_exponent=5", "far_exponent=40"),
     ] {
-        let more = if technique == "esm" { "fall_back=false" } else { "negative_exponent=5" };
+        let more = if technique == "esm" { "fall_back=false" } else { "near_exponent=5" };
         let [good, bad] = [good, bad].map(|e| wrong(technique, &[precision, more, e]));
         assert!(bad > 3 * good + 100, "{technique} {precision}: {good} pixels wrong, and {bad} beyond the format");
     }
@@ -237,16 +237,12 @@ fn leaks(setup: &Setup, r: &mut Renderer) -> (usize, f64) {
 #[test]
 fn light_leaks_by_the_number_of_moments() {
     let (mut r, mut s) = built_in("st-fence", [240, 150]);
-    let found = [
-        ("vsm", "bleeding_reduction=0"),
-        ("esm", "exponent=60"),
-        ("evsm", "bleeding_reduction=0"),
-        ("msm", "precision=32"),
-    ]
-    .map(|(technique, set)| {
-        select(&mut s, technique, &[set, "resolution=2048", "blur_radius=2"]);
-        leaks(&s, &mut r)
-    });
+    let found =
+        [("vsm", "bleed_reduction=0"), ("esm", "exponent=60"), ("evsm", "bleed_reduction=0"), ("msm", "precision=32")]
+            .map(|(technique, set)| {
+                select(&mut s, technique, &[set, "resolution=2048", "blur_radius=2"]);
+                leaks(&s, &mut r)
+            });
     // The exponential alone lets less light through lattices than any: its leaks lie where shadows touch their casters.
     let [vsm, esm, evsm, msm] = found;
     assert!(vsm.1 > 1.1 * evsm.1 && evsm.1 > 1.1 * msm.1 && vsm.1 > 1.1 * esm.1, "{found:?}");

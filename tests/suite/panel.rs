@@ -1530,7 +1530,7 @@ fn techniques_are_searched_for() {
     let mut harness = harness("cubes", 800.0);
     harness.key_press_modifiers(egui::Modifiers::COMMAND, egui::Key::F);
     harness.run_steps(2);
-    harness.event(egui::Event::Text("lauritzen".into()));
+    harness.event(egui::Event::Text("lauritzen, salvi".into()));
     harness.run_steps(3);
     assert!(harness.query_by_label("Sample distribution shadow maps").is_some());
     assert!(harness.query_by_label("Shadow map").is_none_or(|n| n.rect().top() > 300.0), "only the view is left");
@@ -1795,7 +1795,7 @@ fn the_search_comes_into_view() {
     assert!(search.is_focused());
     let rect = search.rect();
     assert!(rect.top() > 30.0 && rect.bottom() < 350.0, "{rect:?}");
-    harness.event(egui::Event::Text("lauritzen".into()));
+    harness.event(egui::Event::Text("lauritzen, salvi".into()));
     harness.run_steps(3);
     let found = harness.get_by_label("Sample distribution shadow maps").rect();
     assert!(found.top() > rect.bottom() && found.bottom() < 700.0, "{found:?}");
@@ -1944,10 +1944,10 @@ fn tooltips_of_lists_stand_beside_them() {
     assert!(tip.right() <= left, "{tip:?} covers what stands at {left}");
 }
 
-/// A window of 1080 points and more shows all techniques at once.
+/// A window of 1440 points and more shows all techniques at once.
 #[test]
 fn a_high_window_shows_all_techniques() {
-    let harness = harness("cubes", 1080.0);
+    let harness = harness("cubes", 1440.0);
     let last = techniques::ALL.last().unwrap();
     let (_, rect, clip, ..) = texts(&harness).into_iter().find(|t| t.0 == last.title).expect("it is painted");
     assert!(clip.contains_rect(rect), "{rect:?} in {clip:?}");

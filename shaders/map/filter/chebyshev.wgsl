@@ -4,7 +4,7 @@ var<uniform> bounding: ChebyshevParams;
 
 // What of a share of light counts as none, so that light that bleeds through behind casters goes dark (Lauritzen 2007).
 fn without_bleeding(p: f32) -> f32 {
-    return saturate((p - bounding.bleeding_reduction) / (1.0 - bounding.bleeding_reduction));
+    return saturate((p - bounding.bleed_reduction) / (1.0 - bounding.bleed_reduction));
 }
 
 // Chebyshev's inequality: at most this share of what has these moments (mean, mean square) lies at t or beyond.

@@ -8,7 +8,7 @@ var<uniform> evsm: EvsmParams;
 // The positive and the negative warp of a depth from 0 to 1.
 fn warped_depth(z: f32) -> vec2f {
     let at = 2.0 * z - 1.0;
-    return vec2f(exp(evsm.positive_exponent * at), -exp(-evsm.negative_exponent * at));
+    return vec2f(exp(evsm.far_exponent * at), -exp(-evsm.near_exponent * at));
 }
 
 fn moments(z: f32, slope: f32, plane: u32) -> vec4f {
@@ -21,7 +21,7 @@ fn bounds(s: Surface, r: Receiver, z: f32) -> vec2f {
     let m = moments_at(s, r, 0u);
     let t = warped_depth(z);
     // Warped, a length is longer by the warp's slope.
-    let least = evsm.least_deviation * vec2f(evsm.positive_exponent, evsm.negative_exponent) * t;
+    let least = evsm.least_deviation * vec2f(evsm.far_exponent, evsm.near_exponent) * t;
     return vec2f(chebyshev(m.xy, t.x, least.x * least.x), chebyshev(m.zw, t.y, least.y * least.y));
 }
 
