@@ -4,6 +4,7 @@
 //     fn moments(z: f32, slope: f32, plane: u32) -> vec4f   of a depth z from 0 (near) to 1 (far) that changes by `slope` a
 //                                                           texel; the plane-th four of them
 //     fn light_at_depth(s: Surface, r: Receiver, z: f32) -> f32   visibility of a receiver, if its depth were z
+//     fn kernel_reach() -> f32                                    how far its comparisons reach, texels; 0 if it has none
 //     fn explaining_depths(s: Surface, r: Receiver) -> vec2f      depths that stand for all in the kernel; negative: none
 // A layer of the map is as many layers here as there are planes. The store/ file gives `moments_out`.
 
@@ -88,12 +89,18 @@ fn halve_moments(@builtin(global_invocation_id) id: vec3u) {
     textureStore(moments_out, id.xy, 0.25 * sum);
 }
 
-// The averaged moments at a receiver's place.
-fn moments_at(s: Surface, r: Receiver, plane: u32) -> vec4f {
+// Where a receiver's moments lie: a place of the first plane's layer, and how it changes from pixel to pixel.
+struct Averaged {
+    at: vec2f,
+    along_x: vec2f,
+    along_y: vec2f,
+    layer: u32,
+}
+
+fn averaged(s: Surface, r: Receiver) -> Averaged {
     let side = f32(textureDimensions(moments_map).x);
     // Where a map is smaller than its layer, what lies beside it stays out.
     let at = clamp(r.texel, vec2f(0.5), vec2f(r.side - 0.5)) / side;
-    let layer = r.layer * prefiltered.planes + plane;
     // Without levels of detail there is only the finest.
     let v = light_views[r.layer];
     let clip = light_clip(v, s.position);
@@ -101,7 +108,16 @@ fn moments_at(s: Surface, r: Receiver, plane: u32) -> vec4f {
     let wide = select(0.0, 1.0 / side, prefiltering.mipmaps != 0u);
     let x = wide * map_along(v, steps[0], clip).xy;
     let y = wide * map_along(v, steps[1], clip).xy;
-    return textureSampleGrad(moments_map, moments_sampler, at, layer, x, y);
+    return Averaged(at, x, y, r.layer * prefiltered.planes);
+}
+
+fn moments_of(a: Averaged, plane: u32) -> vec4f {
+    return textureSampleGrad(moments_map, moments_sampler, a.at, a.layer + plane, a.along_x, a.along_y);
+}
+
+// The averaged moments at a receiver's place, of the first plane.
+fn moments_at(s: Surface, r: Receiver) -> vec4f {
+    return moments_of(averaged(s, r), 0u);
 }
 
 // A receiver's depth, from 0 to 1, with every bias.
@@ -110,7 +126,7 @@ fn receiver_share(r: Receiver) -> f32 {
 }
 
 fn lit(s: Surface, layer: u32) -> f32 {
-    let r = receive(s, layer, 0.0, 2.0);
+    let r = receive(s, layer, kernel_reach(), 2.0);
     let v = light_at_depth(s, r, receiver_share(r));
     return select(v, 1.0, outside_map(r, r.texel));
 }

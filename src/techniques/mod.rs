@@ -26,7 +26,7 @@ use crate::light::Light;
 use crate::map::MOST;
 use crate::map::filter::Filter;
 use crate::map::prefilter::PrefilterParams;
-use crate::params::{Condition, Group, Params, Spec, Values};
+use crate::params::{Condition, Group, Kind, Params, Spec, Values};
 use crate::view::View;
 use anyhow::{Context, Result, anyhow};
 
@@ -98,6 +98,29 @@ crate::params! {
         }
     }
 }
+
+crate::params! {
+    /// How cascades are looked up.
+    pub struct CascadeFilterParams {
+        "Filter" {
+            /// How the maps are looked up. Nearest: one comparison. The others are the techniques of these names, with their parameters.
+            filter: choice("nearest", ["nearest", "pcf", "pcss", "vsm", "evsm", "msm"]),
+        }
+    }
+}
+
+/// The same for cascades: without `esm` and `csm-convolution`, whose loops in their look-up Mesa 22.3 cannot compile (it writes beyond
+/// its lists).
+pub const CASCADE_FILTERING: &[Group] = &[
+    CascadeFilterParams::GROUP,
+    pcf::PcfParams::GROUP.when("filter", &["pcf"]),
+    pcss::PcssParams::GROUP.when("filter", &["pcss"]),
+    PrefilterParams::GROUP.when("filter", &["vsm", "evsm", "msm"]),
+    vsm::ChebyshevParams::GROUP.when("filter", &["vsm", "evsm"]),
+    vsm::VsmParams::GROUP.when("filter", &["vsm"]),
+    evsm::EvsmParams::GROUP.when("filter", &["evsm"]),
+    msm::MsmParams::GROUP.when("filter", &["msm"]),
+];
 
 /// The choice of a filter, and the parameters of each.
 pub const FILTERING: &[Group] = &[
@@ -199,11 +222,18 @@ impl Info {
         self.maps.iter().copied().flatten().chain(self.filter(values).map_or(&[][..], |f| f.views))
     }
 
+    /// The filters that it lets be chosen.
+    pub fn choosable(&self) -> impl Iterator<Item = &'static Filter> + use<> {
+        let options: &[&str] = match self.specs().find(|s| s.name == "filter").map(|s| s.kind) {
+            Some(Kind::Choice { options, .. }) => options,
+            _ => &[],
+        };
+        FILTERS.iter().copied().filter(move |f| options.contains(&f.id))
+    }
+
     /// Views of its own with any values.
     pub fn all_views(&self) -> impl Iterator<Item = &'static View> + use<> {
-        let choice = self.specs().any(|s| s.name == "filter");
-        let chosen = if choice { FILTERS } else { &[] };
-        let filters = self.filter.into_iter().chain(chosen.iter().copied());
+        let filters = self.filter.into_iter().chain(self.choosable());
         self.maps.iter().copied().flatten().chain(filters.flat_map(|f| f.views))
     }
 

@@ -37,9 +37,7 @@ fn whole() -> Vec<(String, &'static [Group])> {
     for info in techniques::ALL {
         let own = format!("techniques/{}.wgsl", info.id.replace('-', "_"));
         let file = if shader_files().contains(&own) { &own } else { "map/single.wgsl" };
-        let chosen = info.specs().any(|s| s.name == "filter");
-        let filters: Vec<&Filter> =
-            if chosen { techniques::FILTERS.to_vec() } else { info.filter.into_iter().collect() };
+        let filters: Vec<&Filter> = info.filter.into_iter().chain(info.choosable()).collect();
         all.extend(filters.iter().map(|filter| (format!("{file} {}", filter.file), info.params)));
         if filters.is_empty() {
             all.push((own, info.params));

@@ -31,15 +31,18 @@ fn term(k: u32, m: vec2f, t: f32) -> f32 {
     return term_weight(k) * (cos(at) * m.x - sin(at) * m.y);
 }
 
+fn kernel_reach() -> f32 {
+    return 0.0;
+}
+
 fn light_at_depth(s: Surface, r: Receiver, z: f32) -> f32 {
     let t = share_used * (z - csm.csm_offset);
+    let places = averaged(s, r);
     var v = 0.5;
     for (var k = 1u; k <= csm.terms; k += 2u) {
-        let m = moments_at(s, r, k / 2u);
+        let m = moments_of(places, k / 2u);
         v += term(k, m.xy, t);
-        if k < csm.terms {
-            v += term(k + 1u, m.zw, t);
-        }
+        v += select(0.0, term(k + 1u, m.zw, t), k < csm.terms);
     }
     // On the caster the series is at one half: there the light begins to be whole.
     return saturate(2.0 * v);
@@ -57,7 +60,7 @@ fn inspect_filter(s: Surface) -> f32 {
         }
         let last = csm.terms - 1u;
         let k = select(last, 0u, frame.map == shows_first_term);
-        let m = moments_at(s, r, k / 2u);
+        let m = moments_of(averaged(s, r), k / 2u);
         return 0.5 + 0.5 * select(m.x, m.z, k % 2u == 1u);
     }
     return inspect_look_up(s, r);

@@ -35,7 +35,7 @@ fn moments(z: f32, slope: f32, plane: u32) -> vec4f {
 
 // What is known of the depths around a receiver, if it were at depth z.
 fn known(s: Surface, r: Receiver, z: f32) -> Depths {
-    var b = moments_at(s, r, 0u);
+    var b = moments_at(s, r);
     var bias = 1e-6 * msm.moment_bias;
     if sixteen_bits() {
         b = unpacked(b);
@@ -43,6 +43,10 @@ fn known(s: Surface, r: Receiver, z: f32) -> Depths {
         bias *= 20.0;
     }
     return depths_of(mix(b, vec4f(0.5), bias), z - msm.msm_offset);
+}
+
+fn kernel_reach() -> f32 {
+    return 0.0;
 }
 
 fn light_at_depth(s: Surface, r: Receiver, z: f32) -> f32 {

@@ -11,7 +11,11 @@ fn moments(z: f32, slope: f32, plane: u32) -> vec4f {
 }
 
 fn bound(s: Surface, r: Receiver, z: f32) -> f32 {
-    return chebyshev(moments_at(s, r, 0u).xy, z, vsm.least_variance);
+    return chebyshev(moments_at(s, r).xy, z, vsm.least_variance);
+}
+
+fn kernel_reach() -> f32 {
+    return 0.0;
 }
 
 fn light_at_depth(s: Surface, r: Receiver, z: f32) -> f32 {
@@ -19,7 +23,7 @@ fn light_at_depth(s: Surface, r: Receiver, z: f32) -> f32 {
 }
 
 fn explaining_depths(s: Surface, r: Receiver) -> vec2f {
-    return vec2f(moments_at(s, r, 0u).x, -1.0);
+    return vec2f(moments_at(s, r).x, -1.0);
 }
 
 fn inspect_filter(s: Surface) -> f32 {
@@ -28,10 +32,10 @@ fn inspect_filter(s: Surface) -> f32 {
         return -1.0;
     }
     if frame.map == shows_mean_depth {
-        return moments_at(s, r, 0u).x;
+        return moments_at(s, r).x;
     }
     if frame.map == shows_deviation {
-        let m = moments_at(s, r, 0u);
+        let m = moments_at(s, r);
         return sqrt(max(m.y - m.x * m.x, 0.0));
     }
     if frame.map == shows_bound {
