@@ -13,13 +13,11 @@ struct Depths {
 // `b`: the first four moments of depths; `t`: the receiver's depth.
 fn depths_of(b: vec4f, t: f32) -> Depths {
     // The Hankel matrix [1 b1 b2; b1 b2 b3; b2 b3 b4] as L D Lᵀ.
-    let d2 = b.y - b.x * b.x;
+    // Without branches: drivers fail on code that is nested too deep. Without variance there is one depth only.
+    let variance = b.y - b.x * b.x;
+    let d2 = max(variance, 1e-12);
     let l32_d2 = b.z - b.x * b.y;
     let d3_d2 = (b.w - b.y * b.y) * d2 - l32_d2 * l32_d2;
-    if d2 <= 1e-12 {
-        // One depth only.
-        return Depths(b.x, b.x, select(0.0, 1.0, t > b.x), 0.0);
-    }
     let l32 = l32_d2 / d2;
     let d3 = max(d3_d2 / d2, 1e-14);
     // Solves for the polynomial whose roots are the depths sought: c · (1, z, z²).
@@ -35,12 +33,12 @@ fn depths_of(b: vec4f, t: f32) -> Depths {
     let root = sqrt(max(0.25 * p * p - q, 0.0));
     let z1 = -0.5 * p - root;
     let z2 = -0.5 * p + root;
-    var shadow = 0.0;
-    if t > z2 {
-        shadow = 1.0 - (z1 * z2 - b.x * (z1 + z2) + b.y) / ((t - z1) * (t - z2));
-    } else if t > z1 {
-        shadow = (t * z2 - b.x * (t + z2) + b.y) / ((z2 - z1) * (t - z1));
-    }
+    let beyond = 1.0 - (z1 * z2 - b.x * (z1 + z2) + b.y) / ((t - z1) * (t - z2));
+    let between = (t * z2 - b.x * (t + z2) + b.y) / ((z2 - z1) * (t - z1));
+    let shadow = select(select(0.0, between, t > z1), beyond, t > z2);
     // NaN compares false.
-    return Depths(z1, z2, select(0.0, saturate(shadow), shadow > 0.0), max(d3_d2, 0.0));
+    let least = select(0.0, saturate(shadow), shadow > 0.0);
+    let single = variance <= 1e-12;
+    return Depths(select(z1, b.x, single), select(z2, b.x, single), select(least, select(0.0, 1.0, t > b.x), single),
+                  select(max(d3_d2, 0.0), 0.0, single));
 }
