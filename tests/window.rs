@@ -231,7 +231,7 @@ fn no_click_is_lost_to_a_long_frame() {
     wait_for("the picture", || desktop.look(middle).filter(|p| colours(p) > 50));
     let chosen = rgb(layout.ctx.style_of(egui::Theme::Dark).visuals.selection.bg_fill);
     let row = |label: &str| placed(layout.get_all_by_label(label).next().unwrap().rect());
-    let titles = ["pcf", "pssm", "sdsm", "lispsm"].map(|id| techniques::find(id).unwrap().title);
+    let titles = ["shadow-map", "pcf", "pcss", "vsm"].map(|id| techniques::find(id).unwrap().title);
     let views = ["Visibility", "Error", "Facing", "Albedo", "Normals"];
     let clicks: Vec<egui::Rect> =
         (0..20).map(|i| if i % 2 == 0 { row(titles[i / 2 % 4]) } else { row(views[i / 2 % 5]) }).collect();

@@ -172,7 +172,7 @@ impl Prefilter {
                 }
             }
         }
-        let sampler = hold(&mut self.sampler, p.anisotropy, |anisotropy| {
+        let sampler = hold(&mut self.sampler, if p.mipmaps { p.anisotropy } else { 1 }, |anisotropy| {
             Ok(gpu.device.create_sampler(&wgpu::SamplerDescriptor {
                 label: Some("moments"),
                 mag_filter: wgpu::FilterMode::Linear,

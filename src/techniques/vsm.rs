@@ -21,8 +21,8 @@ crate::params! {
     /// The moments of variance shadow maps.
     pub struct VsmParams {
         "Filter" {
-            /// The variance that is assumed at least, in squared shares of the map's depth. Too little: rounding shows as acne. Too much: shadows pale close to their casters.
-            least_variance: float(0.000001, 0.00000001..=0.001, "× range²"),
+            /// The variance that is assumed at least, in millionths of the map's squared depth. Too little: rounding shows as acne. Too much: shadows pale close to their casters.
+            least_variance: float(1.0, 0.01..=1000.0, "× 10⁻⁶"),
             /// The largest slope within a texel that adds to the variance, in shares of the map's depth per texel.
             slope_within: float(0.01, 0.0..=0.1, "× range"),
         }

@@ -560,7 +560,7 @@ fn a_sweep_is_asked_for_with_the_techniques_chosen() {
 /// Under the stability chart stand what runs along the path and its unit, beside it what the tracks were made with.
 #[test]
 fn a_paths_chart_says_its_units_and_parameters() {
-    let mut harness = harness("st-duel", 800.0);
+    let mut harness = harness("st-duel", 1100.0);
     click(&mut harness, "Stability");
     let mut base = setup(&harness);
     base.set("resolution=4096", &["shadow-map".into()]).unwrap();

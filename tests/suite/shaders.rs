@@ -4,9 +4,9 @@ use shadowscope::frame::{Counting, FrameUniform, Segment, ShotUniform, Style, Vi
 use shadowscope::gpu::{Shaders, shader_files};
 use shadowscope::light::LightView;
 use shadowscope::map::cascades::Fitting;
-use shadowscope::map::filter::Filter;
+use shadowscope::map::filter::{Filter, shader};
 use shadowscope::map::fit::diagram::Stroke;
-use shadowscope::params::Group;
+use shadowscope::params::{Group, Values};
 use shadowscope::scene::geometry::{GpuMaterial, Vertex};
 use shadowscope::{techniques, view};
 use std::mem::{offset_of, size_of};
@@ -38,7 +38,11 @@ fn whole() -> Vec<(String, &'static [Group])> {
         let own = format!("techniques/{}.wgsl", info.id.replace('-', "_"));
         let file = if shader_files().contains(&own) { &own } else { "map/single.wgsl" };
         let filters: Vec<&Filter> = info.filter.into_iter().chain(info.choosable()).collect();
-        all.extend(filters.iter().map(|filter| (format!("{file} {}", filter.file), info.params)));
+        all.extend(
+            filters
+                .iter()
+                .map(|filter| (shader(file, filter, filter.moments.map(|of| of(&Values::new()))), info.params)),
+        );
         if filters.is_empty() {
             all.push((own, info.params));
         }

@@ -11,7 +11,7 @@ fn moments(z: f32, slope: f32, plane: u32) -> vec4f {
 }
 
 fn bound(s: Surface, r: Receiver, z: f32) -> f32 {
-    return chebyshev(moments_at(s, r).xy, z, vsm.least_variance);
+    return chebyshev(moments_at(s, r).xy, z, 1e-6 * vsm.least_variance);
 }
 
 fn kernel_reach() -> f32 {
