@@ -2,7 +2,7 @@
 //!include map/light_view.wgsl
 // Cascades: light views that share the camera's depth range between them.
 
-// The struct stands in src/cascades.rs too; a test compares the two field by field.
+// The struct stands in src/map/cascades.rs too; a test compares the two field by field.
 struct Fitting {
     count: u32,
     // Share of a cascade's depth in which the next one takes over.

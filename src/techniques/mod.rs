@@ -22,6 +22,7 @@ use crate::map::filter::Filter;
 use crate::params::{Condition, Group, Params, Spec, Values};
 use crate::view::View;
 use anyhow::{Context, Result, anyhow};
+use std::sync::LazyLock;
 
 /// What is known of a technique before it is made.
 pub struct Info {
@@ -93,20 +94,25 @@ pub fn chosen(values: &Values) -> &'static Filter {
 }
 
 /// The ids of all techniques' own views, each once.
-fn map_ids() -> impl Iterator<Item = &'static str> {
-    let all = || ALL.iter().flat_map(|info| info.maps()).map(|v| v.id);
-    all().enumerate().filter(move |(i, id)| !all().take(*i).any(|other| other == *id)).map(|(_, id)| id)
-}
+static MAP_IDS: LazyLock<Vec<&'static str>> = LazyLock::new(|| {
+    let mut ids = Vec::new();
+    for view in ALL.iter().flat_map(|info| info.maps()) {
+        if !ids.contains(&view.id) {
+            ids.push(view.id);
+        }
+    }
+    ids
+});
 
 /// The number by which shaders know a technique's own view, as `shows_texels` in WGSL; of other views one that none has.
 pub fn map_number(id: &str) -> u32 {
-    map_ids().position(|other| other == id).unwrap_or(u32::MAX as usize) as u32
+    MAP_IDS.iter().position(|other| *other == id).unwrap_or(u32::MAX as usize) as u32
 }
 
 /// What WGSL must know of Rust's numbers: `constants.wgsl`.
 pub fn wgsl() -> String {
     let mut text = format!("const most_layers = {MOST}u;\n");
-    for (i, id) in map_ids().enumerate() {
+    for (i, id) in MAP_IDS.iter().enumerate() {
         text += &format!("const shows_{} = {i}u;\n", id.replace('-', "_"));
     }
     text
