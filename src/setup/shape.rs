@@ -110,7 +110,7 @@ const SIDE: &[Rule] = &[
     ("params", Value::is_table, "a table of the technique's parameters"),
 ];
 /// Parameters that once had another name: technique, then and now. Files and rows written then still open.
-const RENAMED: [(&str, &str, &str); 13] = [
+const RENAMED: [(&str, &str, &str); 15] = [
     ("pssm", "delta_bias", "split_bias"),
     ("psm", "delta_mode", "slide"),
     ("psm", "delta", "slide_back"),
@@ -124,6 +124,8 @@ const RENAMED: [(&str, &str, &str); 13] = [
     ("rtw", "sigma", "profile_blur"),
     ("rtw", "e", "floor"),
     ("tsm", "p", "focus_share"),
+    ("pssm", "taps", "kernel"),
+    ("sdsm", "taps", "kernel"),
 ];
 
 /// Gives the parameters of a set-up the names that they have now.
@@ -136,6 +138,22 @@ pub fn rename(setup: &mut Table) {
             values.entry(now).or_insert(value);
         }
     }
+    // Cascades once had a blur of their own, with any number of taps; now pcf is a filter of theirs.
+    for id in ["pssm", "sdsm"] {
+        let Some(Value::Table(values)) = params.get_mut(id).filter(|values| values.get("filter").is_none()) else {
+            continue;
+        };
+        if values.get("blur").and_then(number_of).is_some_and(|blur| blur > 0.0) {
+            values.insert("filter".into(), Value::String("pcf".into()));
+        }
+        if let Some(Value::Integer(kernel)) = values.get_mut("kernel") {
+            *kernel |= 1;
+        }
+    }
+}
+
+fn number_of(v: &Value) -> Option<f64> {
+    v.as_float().or_else(|| v.as_integer().map(|v| v as f64))
 }
 
 /// Refuses keys that do not exist, and values of the wrong type.

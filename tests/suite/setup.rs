@@ -237,3 +237,17 @@ fn parameters_with_their_old_names_still_open() {
     let text = "scene = \"cubes\"\n[params.pcf]\nk_e = 3.5\n";
     assert!(Setup::from_toml(text, Path::new("old.toml")).unwrap_err().to_string().contains("k_e"));
 }
+
+/// Cascades that had a blur of their own look up by pcf now, with an odd number of taps.
+#[test]
+fn cascades_of_former_files_keep_their_blur() {
+    let values = |more: &str| {
+        let text = format!("scene = \"cubes\"\ntechnique = \"pssm\"\n[params.pssm]\n{more}");
+        read(&text).unwrap().values().clone()
+    };
+    let blurred = values("blur = 0.5\ntaps = 4\n");
+    assert_eq!(blurred.get("filter"), Some(&Value::Text("pcf".into())));
+    assert_eq!(blurred.get("kernel"), Some(&Value::Int(5)));
+    let hard = values("blur = 0.0\ntaps = 3\n");
+    assert_eq!(hard.get("filter"), Some(&Value::Text("nearest".into())));
+}
