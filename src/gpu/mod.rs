@@ -298,16 +298,7 @@ impl Slot {
         {
             return v.clone();
         }
-        let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
-            label: Some(label),
-            size: wgpu::Extent3d { width: size[0], height: size[1], depth_or_array_layers: 1 },
-            mip_level_count: 1,
-            sample_count: 1,
-            dimension: wgpu::TextureDimension::D2,
-            format,
-            usage,
-            view_formats: &[],
-        });
+        let texture = texture(gpu, label, [size[0], size[1], 1], format, usage);
         let view = texture.create_view(&Default::default());
         self.made = Some((texture, view.clone()));
         view
@@ -322,6 +313,26 @@ impl Slot {
     pub fn texture(&self) -> Option<&wgpu::Texture> {
         self.made.as_ref().map(|(t, _)| t)
     }
+}
+
+/// A texture of one level. `size`: width, height and layers.
+pub fn texture(
+    gpu: &Gpu,
+    label: &str,
+    [width, height, depth_or_array_layers]: [u32; 3],
+    format: wgpu::TextureFormat,
+    usage: wgpu::TextureUsages,
+) -> wgpu::Texture {
+    gpu.device.create_texture(&wgpu::TextureDescriptor {
+        label: Some(label),
+        size: wgpu::Extent3d { width, height, depth_or_array_layers },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format,
+        usage,
+        view_formats: &[],
+    })
 }
 
 /// Bytes that a texture takes, all mips and layers (24-bit depth counted as 32).

@@ -37,23 +37,12 @@ impl Layers {
         }
         // Its memory first.
         *held = None;
-        let usage = Use::RENDER_ATTACHMENT | Use::TEXTURE_BINDING;
-        Ok(held.insert(Layers::new(gpu, "shadow maps", [side, side, count], format, usage)).clone())
+        Ok(held.insert(Layers::new(gpu, [side, side, count], format)).clone())
     }
 
-    /// Layers of any kind. `size`: width, height and number.
-    pub fn new(gpu: &Gpu, label: &str, size: [u32; 3], format: wgpu::TextureFormat, usage: Use) -> Layers {
-        let [width, height, depth_or_array_layers] = size;
-        let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
-            label: Some(label),
-            size: wgpu::Extent3d { width, height, depth_or_array_layers },
-            mip_level_count: 1,
-            sample_count: 1,
-            dimension: wgpu::TextureDimension::D2,
-            format,
-            usage,
-            view_formats: &[],
-        });
+    /// `size`: width, height and number.
+    fn new(gpu: &Gpu, size: [u32; 3], format: wgpu::TextureFormat) -> Layers {
+        let texture = gpu::texture(gpu, "shadow maps", size, format, Use::RENDER_ATTACHMENT | Use::TEXTURE_BINDING);
         let layer = |i| wgpu::TextureViewDescriptor {
             dimension: Some(wgpu::TextureViewDimension::D2),
             base_array_layer: i,
@@ -63,7 +52,7 @@ impl Layers {
         let array = Some(wgpu::TextureViewDimension::D2Array);
         Layers {
             all: texture.create_view(&wgpu::TextureViewDescriptor { dimension: array, ..Default::default() }),
-            each: (0..depth_or_array_layers).map(|i| texture.create_view(&layer(i))).collect(),
+            each: (0..size[2]).map(|i| texture.create_view(&layer(i))).collect(),
             texture,
         }
     }

@@ -19,6 +19,7 @@ pub use layers::Layers;
 use crate::frame::Frame;
 use crate::gpu::{Gpu, Resource};
 use crate::light::LightView;
+use crate::params::Params;
 use anyhow::{Context, Result};
 use fit::Scope;
 
@@ -114,7 +115,6 @@ pub fn whole(scope: &Scope) -> Result<LightView> {
 /// Texels that stay free at each border of a map beside a filter's reach: the receiver's own, and what the normal offset moves
 /// it by.
 pub fn margin(f: &Frame) -> f32 {
-    use crate::params::Params;
     let p = BiasParams::read(f.values);
     1.0 + if p.bias_kind == "slope" { p.normal_offset } else { 0.0 }
 }

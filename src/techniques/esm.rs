@@ -13,8 +13,8 @@ crate::params! {
         "Filter" {
             /// How steep the exponential is. Small: light leaks where shadows touch their casters. Above 88 numbers of 32 bits, above 11 of 16 bits overflow.
             exponent: float(60.0, 5.0..=120.0, ""),
-            /// Depth taken off before the comparison.
-            esm_offset: float(0.0005, 0.0..=0.01, "× range"),
+            /// Depth taken off before the comparison, of the map's range.
+            esm_offset: float(0.5, 0.0..=10.0, "‰"),
             /// Compare texel by texel where part of the kernel lies behind the receiver, of which the exponential tells nothing.
             fall_back: flag(true),
         }

@@ -17,7 +17,7 @@ crate::params! {
             /// How strongly the negative warp stretches what is near.
             near_exponent: float(5.0, 1.0..=60.0, ""),
             /// The deviation of depth that is assumed at least. Too little: rounding shows as acne.
-            least_deviation: float(0.001, 0.0001..=0.01, "× range"),
+            least_deviation: float(1.0, 0.1..=10.0, "‰"),
         }
     }
 }

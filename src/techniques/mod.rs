@@ -29,6 +29,7 @@ use crate::map::prefilter::PrefilterParams;
 use crate::params::{Condition, Group, Kind, Params, Spec, Values};
 use crate::view::View;
 use anyhow::{Context, Result, anyhow};
+use std::sync::LazyLock;
 
 /// What is known of a technique before it is made.
 pub struct Info {
@@ -143,20 +144,25 @@ pub fn chosen(values: &Values) -> &'static Filter {
 }
 
 /// The ids of all techniques' own views, each once.
-fn map_ids() -> impl Iterator<Item = &'static str> {
-    let all = || ALL.iter().flat_map(|info| info.all_views()).map(|v| v.id);
-    all().enumerate().filter(move |(i, id)| !all().take(*i).any(|other| other == *id)).map(|(_, id)| id)
-}
+static MAP_IDS: LazyLock<Vec<&'static str>> = LazyLock::new(|| {
+    let mut ids = Vec::new();
+    for view in ALL.iter().flat_map(|info| info.all_views()) {
+        if !ids.contains(&view.id) {
+            ids.push(view.id);
+        }
+    }
+    ids
+});
 
 /// The number by which shaders know a technique's own view, as `shows_texels` in WGSL; of other views one that none has.
 pub fn map_number(id: &str) -> u32 {
-    map_ids().position(|other| other == id).unwrap_or(u32::MAX as usize) as u32
+    MAP_IDS.iter().position(|other| *other == id).unwrap_or(u32::MAX as usize) as u32
 }
 
 /// What WGSL must know of Rust's numbers: `constants.wgsl`.
 pub fn wgsl() -> String {
     let mut text = format!("const most_layers = {MOST}u;\n");
-    for (i, id) in map_ids().enumerate() {
+    for (i, id) in MAP_IDS.iter().enumerate() {
         text += &format!("const shows_{} = {i}u;\n", id.replace('-', "_"));
     }
     text
@@ -201,8 +207,14 @@ impl Info {
                 .find(|s| s.name == c.of)
                 .is_some_and(|s| c.test.holds(values.get(c.of).unwrap_or(&s.default())) && self.applies(s, values))
         };
-        let group = self.params.iter().find(|g| g.specs.iter().any(|s| s.name == spec.name)).and_then(|g| g.when);
+        let group = self.group(spec).when;
         group.iter().all(holds) && (spec.when.is_empty() || spec.when.iter().any(|all| all.iter().all(holds)))
+    }
+
+    /// The group that declares a parameter of this technique.
+    pub fn group(&self, spec: &Spec) -> &'static Group {
+        let declares = |g: &&Group| g.specs.iter().any(|s| s.name == spec.name);
+        self.params.iter().find(declares).expect("a parameter of this technique")
     }
 
     /// How it looks its maps up with these values; None of techniques without maps.

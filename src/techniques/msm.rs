@@ -15,7 +15,7 @@ crate::params! {
             /// How far the moments are drawn towards those of evenly spread depths, in millionths (20 times as far with 16 bits). Too little: rounding shows as noise. Too much: light leaks.
             moment_bias: float(3.0, 0.0..=100.0, "× 10⁻⁶"),
             /// Depth taken off before the bound is taken.
-            msm_offset: float(0.001, 0.0..=0.01, "× range"),
+            msm_offset: float(1.0, 0.0..=10.0, "‰"),
             /// Times which the bound is taken: what it misses of the shadow, as a rule.
             overestimation: float(1.02, 1.0..=1.1, "×"),
         }

@@ -873,36 +873,86 @@ fn other(spec: &Spec) -> Value {
 fn parameters_that_do_not_apply_change_nothing() {
     let (mut r, mut s) = built_in("cubes", "near", [48, 30]);
     for info in techniques::ALL {
+        s.select(info.id).unwrap();
+        let mut settings = Vec::new();
         for spec in info.specs().filter(|s| !s.when.is_empty()) {
-            let ends = match spec.kind {
-                Kind::Flag { .. } => vec![Value::Bool(false), Value::Bool(true)],
-                Kind::Int { min, max, .. } => vec![Value::Int(min), Value::Int(max.min(2048))],
-                Kind::Float { min, max, .. } => vec![Value::Float(min), Value::Float(max)],
-                Kind::Choice { options, .. } => options.iter().map(|o| Value::Text((*o).into())).collect(),
-            };
+            let chosen = info.group(spec).when.map(|c| (c.of.to_string(), within(&c)));
             let mut applied = false;
             for (setting, around) in
                 deciding(info, spec).iter().flat_map(|s| [(s, Spec::default as fn(&Spec) -> Value), (s, other)])
             {
-                s.select(info.id).unwrap();
                 let mut values: Values = info.specs().map(|s| (s.name.to_string(), around(s))).collect();
                 values.extend(setting.iter().map(|(name, v)| (name.to_string(), v.clone())));
+                values.extend(chosen.clone());
                 if values.contains_key("resolution") {
                     values.insert("resolution".into(), Value::Int(128));
                 }
-                if info.applies(spec, &values) {
-                    applied = true;
-                    continue;
+                applied |= info.applies(spec, &values);
+                if !settings.contains(&values) {
+                    settings.push(values);
                 }
-                let mut seen = ends.iter().map(|end| {
-                    values.insert(spec.name.into(), end.clone());
-                    s.params.insert(info.id.into(), values.clone());
-                    visible(&mut r, &s)
-                });
-                let first = seen.next();
-                assert!(seen.all(|v| Some(v) == first), "{}.{} matters with {setting:?}", info.id, spec.name);
             }
             assert!(applied, "{}.{} never applies", info.id, spec.name);
+        }
+        for values in settings {
+            let hidden: Vec<&Spec> = info.specs().filter(|spec| !info.applies(spec, &values)).collect();
+            let mut seen = (0..hidden.iter().map(|spec| ends(spec).len()).max().unwrap_or(0)).map(|i| {
+                let mut values = values.clone();
+                values.extend(
+                    hidden.iter().map(|spec| (spec.name.to_string(), ends(spec)[i % ends(spec).len()].clone())),
+                );
+                s.params.insert(info.id.into(), values);
+                visible(&mut r, &s)
+            });
+            let first = seen.next();
+            let names = || hidden.iter().map(|spec| spec.name).collect::<Vec<_>>();
+            assert!(seen.all(|v| Some(v) == first), "{}: one of {:?} matters with {values:?}", info.id, names());
+        }
+    }
+}
+
+/// A parameter's extremes; three options of a choice.
+fn ends(spec: &Spec) -> Vec<Value> {
+    match spec.kind {
+        Kind::Flag { .. } => vec![Value::Bool(false), Value::Bool(true)],
+        Kind::Int { min, max, .. } => vec![Value::Int(min), Value::Int(max.min(2048))],
+        Kind::Float { min, max, .. } => vec![Value::Float(min), Value::Float(max)],
+        Kind::Choice { options, .. } => {
+            let some = [options[0], options[options.len() / 2], options[options.len() - 1]];
+            some.iter().map(|o| Value::Text((*o).into())).collect()
+        }
+    }
+}
+
+/// The choice that turns a group on.
+fn within(c: &Condition) -> Value {
+    match c.test {
+        Test::Among(options) => Value::Text(options[0].into()),
+        _ => panic!("groups depend on choices"),
+    }
+}
+
+/// Groups that another choice hides change nothing either, all their parameters at once.
+#[test]
+fn groups_that_do_not_apply_change_nothing() {
+    let (mut r, mut s) = built_in("cubes", "near", [48, 30]);
+    for info in techniques::ALL {
+        s.select(info.id).unwrap();
+        for group in info.params.iter().filter(|g| g.when.is_some()) {
+            let condition = group.when.unwrap();
+            let of = info.specs().find(|s| s.name == condition.of).unwrap();
+            let Kind::Choice { options, .. } = of.kind else { panic!("groups depend on choices") };
+            let without = *options.iter().rev().find(|o| !condition.test.holds(&Value::Text((**o).into()))).unwrap();
+            let mut values = Values::from([(of.name.to_string(), Value::Text(without.into()))]);
+            assert!(group.specs.iter().all(|spec| !info.applies(spec, &values)), "{} with {without}", info.id);
+            s.params.insert(info.id.into(), values.clone());
+            let first = visible(&mut r, &s);
+            values.extend(group.specs.iter().map(|spec| (spec.name.to_string(), other(spec))));
+            s.params.insert(info.id.into(), values.clone());
+            assert!(visible(&mut r, &s) == first, "{}: {values:?}", info.id);
+            let (name, value) = (of.name.to_string(), within(&condition));
+            values.insert(name, value);
+            assert!(group.specs.iter().filter(|s| s.when.is_empty()).all(|spec| info.applies(spec, &values)));
         }
     }
 }

@@ -10,7 +10,7 @@ fn moments(z: f32, slope: f32, plane: u32) -> vec4f {
 
 // The mean of exp(c (z - t)) over the kernel. Above 1 some of its texels lie behind the receiver, and it tells nothing of the rest.
 fn exponential(s: Surface, r: Receiver, z: f32) -> f32 {
-    return moments_at(s, r).x * exp(-esm.exponent * (z - esm.esm_offset));
+    return moments_at(s, r).x * exp(-esm.exponent * (z - 0.001 * esm.esm_offset));
 }
 
 // A texel behind the receiver by so much is no rounding, nor the slope of the receiver itself.

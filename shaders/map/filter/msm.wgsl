@@ -42,7 +42,7 @@ fn known(s: Surface, r: Receiver, z: f32) -> Depths {
         // Rounding is so much coarser.
         bias *= 20.0;
     }
-    return depths_of(mix(b, vec4f(0.5), bias), z - msm.msm_offset);
+    return depths_of(mix(b, vec4f(0.5), bias), z - 0.001 * msm.msm_offset);
 }
 
 fn kernel_reach() -> f32 {

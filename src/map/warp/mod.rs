@@ -35,7 +35,7 @@ crate::params! {
     }
 }
 
-/// The views that every technique with a warp has, after the seven of a shadow map; numbered as in `inspect_map` in WGSL.
+/// The views that every technique with a warp has, after the seven of a shadow map.
 pub const MAPS: [View; 3] = [
     view::map(
         "grid",

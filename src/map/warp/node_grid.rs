@@ -11,7 +11,7 @@ use crate::params::Group;
 use crate::view::{self, BEFORE_AFTER, Class, Drawn, Legend, View};
 use anyhow::Result;
 
-/// The views of the grid, numbers 11 and 12 of `frame.map`.
+/// The views of the grid.
 pub const MAPS: [View; 2] = [
     view::map(
         "nodes",
