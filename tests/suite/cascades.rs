@@ -254,26 +254,6 @@ fn drawn_cascades_alias_as_lambda_says() {
     assert!(even[0] > 4.0 * even[2], "{even:?}");
 }
 
-/// Every pixel that faces the light lies in one cascade's map, whatever the fit.
-#[test]
-fn cascades_cover_every_sample() {
-    for (name, sets) in [
-        ("pssm", vec!["fit=indep"]),
-        ("pssm", vec!["fit=stable", "cascades=8", "lambda=0.9"]),
-        ("pssm", vec!["fit=samples", "blend=0"]),
-        ("sdsm", vec!["scheme=log"]),
-        ("sdsm", vec!["scheme=adaptive-log", "cascades=7"]),
-        ("sdsm", vec!["scheme=kmeans", "cascades=3"]),
-    ] {
-        let (mut r, s) = opened("bench", [160, 100]);
-        analysed(&mut r, &with(&s, name, &[&sets[..], &["resolution=256"]].concat()));
-        let seen = facing(&mut r).into_iter().filter(|f| *f).count() as u64;
-        let found = samples(&r);
-        assert_eq!(found.iter().sum::<u64>(), seen, "{name} {sets:?}: {found:?}");
-        assert!(found.iter().filter(|n| **n > 0).count() > 1, "{name} {sets:?}: {found:?}");
-    }
-}
-
 /// Cascades that no sample needs draw no triangle.
 #[test]
 fn unused_cascades_draw_nothing() {
@@ -579,40 +559,6 @@ fn sample_distribution_matches_a_reference() {
     }
 }
 
-/// Views of nothing, of a wall at one depth, and of a single point draw without trouble.
-#[test]
-fn degenerate_views_hold() {
-    let wall = [[Vec3::new(-9.0, -9.0, 0.0), Vec3::new(9.0, -9.0, 0.0), Vec3::new(0.0, 18.0, 0.0)]];
-    let view = camera(Vec3::new(0.0, 0.0, 3.0), Vec3::ZERO);
-    let scene = scene(vec![mesh(&wall, 0)], vec![material(Vec3::ONE)], view, sun(Vec3::new(0.3, 0.4, 1.0)));
-    let (mut r, mut s) = start(scene, [64, 48]);
-    for target in [Vec3::ZERO, Vec3::new(0.0, 0.0, 9.0)] {
-        s.camera.target = target;
-        for name in ["pssm", "sdsm"] {
-            for set in [
-                "scheme=practical",
-                "scheme=log",
-                "scheme=adaptive-log",
-                "scheme=kmeans",
-                "fit=samples",
-                "fit=crop",
-                "fit=indep",
-            ] {
-                let mut set_up = with(&s, name, &[]);
-                if set_up.set(set, &[name.into()]).is_ok() {
-                    let info = shadowscope::techniques::find(name).unwrap();
-                    for map in info.views(&Default::default()) {
-                        set_up.view = map.id.into();
-                        r.render(&set_up, ask(&set_up)).unwrap();
-                        let v = r.read_visibility().unwrap();
-                        assert!(v.iter().all(|v| *v == 1.0), "{name} {set} {}", map.id);
-                    }
-                }
-            }
-        }
-    }
-}
-
 /// Smoothed boxes and splits go on from the last frame, and start anew when the camera jumps.
 #[test]
 fn smoothing_remembers_until_the_camera_jumps() {
@@ -701,57 +647,6 @@ const FITS: [(&str, &[&str]); 6] = [
     ("sdsm", &["scheme=log"]),
     ("sdsm", &["scheme=kmeans", "cascades=7"]),
 ];
-
-/// Every pixel in a spot's cone lies in one cascade's map, wherever lamp and camera stand, and the picture is nearly right.
-#[test]
-fn every_sample_in_a_cone_has_a_texel() {
-    for (place, view, light) in awkward_spots() {
-        let scene = scene(vec![mesh(&yard(), 0)], vec![material(Vec3::ONE)], view, light);
-        let (mut r, s) = start(scene, [144, 108]);
-        for (name, sets) in FITS {
-            let set = with(&s, name, &[sets, &["resolution=512"]].concat());
-            let e = measure::errors(&mut r, &set).unwrap();
-            analysed(&mut r, &set);
-            let counted = samples(&r).iter().sum::<u64>();
-            let [sure, possible] = in_cone(&mut r, &light);
-            println!("{place}, {name} {sets:?}: {:.4}, {counted} of {sure} to {possible}", e.share());
-            assert!((sure..=possible).contains(&counted), "{place}, {name} {sets:?}: {counted}, {sure}..{possible}");
-            assert!(sure > 300, "{place}: {sure}");
-            assert!(r.read_visibility().unwrap().iter().all(|v| (0.0..=1.0).contains(v)), "{place}, {name}");
-            assert!(e.rmse.is_finite() && e.share() < 0.02, "{place}, {name} {sets:?}: {e:?}");
-        }
-    }
-}
-
-/// A floor under a spot stays lit with the default biases, blurred or not; with half the exact slope bias it does not.
-#[test]
-fn a_floor_under_a_spot_stays_lit() {
-    let ground = floor(Vec2::splat(-40.0), Vec2::splat(40.0), 0.0);
-    let p = |x: f32, y: f32, z: f32| Vec3::new(x, y, z);
-    let view = camera(p(0.0, 1.5, 12.0), p(0.0, 0.0, 2.0));
-    let mut acne = [0; FITS.len()];
-    for light in [
-        spot(p(1.0, 12.0, 4.0), p(0.0, 0.0, 2.0), 40.0),
-        spot(p(-9.0, 4.0, 1.0), p(2.0, 0.0, 2.0), 30.0),
-        spot(p(3.0, 6.0, -8.0), p(0.0, 0.0, 5.0), 35.0),
-        spot(p(2.0, 5.0, 18.0), p(0.0, 0.0, 2.0), 35.0),
-    ] {
-        let (mut r, s) = start(scene(vec![mesh(&ground, 0)], vec![material(Vec3::ONE)], view, light), [160, 120]);
-        for (i, (name, sets)) in FITS.into_iter().enumerate() {
-            for more in [
-                ["resolution=64", "filter=nearest", "blur=0"],
-                ["resolution=64", "filter=pcf", "blur=0.3"],
-                ["resolution=512", "filter=pcf", "blur=0.3"],
-            ] {
-                let e = measure::errors(&mut r, &with(&s, name, &[sets, &more].concat())).unwrap();
-                assert!(e.rmse == 0.0 && e.lit_correct > 2000, "{name} {sets:?} {light:?} {more:?}: {e:?}");
-            }
-            let bare = ["resolution=64", "bias=0", "slope_bias=0.35", "filter=nearest", "normal_offset=0"];
-            acne[i] += measure::errors(&mut r, &with(&s, name, &[sets, &bare].concat())).unwrap().shadow_incorrect;
-        }
-    }
-    assert!(acne.iter().all(|a| *a > 300), "{acne:?}");
-}
 
 /// Casters behind the camera, and close to the lamp, keep their shadows; those behind the lamp cast none.
 #[test]
@@ -853,23 +748,4 @@ fn stable_texels_stay_in_a_lamps_image() {
     println!("snapped {snapped:?}, loose {loose:?}");
     assert!(snapped.0 < 0.01 && loose.0 > 0.4, "{snapped:?} {loose:?}");
     assert!((3..60).contains(&snapped.1) && snapped.2 > 2300, "{snapped:?}");
-}
-
-/// All views of a spot's cascades draw without trouble, also where the cone is out of view.
-#[test]
-fn a_spots_views_hold() {
-    let view = camera(Vec3::new(0.0, 2.0, 9.0), Vec3::new(0.0, 0.5, 0.0));
-    let light = spot(Vec3::new(0.5, 3.0, 2.0), Vec3::ZERO, 50.0);
-    let (mut r, mut s) = start(scene(vec![mesh(&yard(), 0)], vec![material(Vec3::ONE)], view, light), [64, 48]);
-    for target in [Vec3::ZERO, Vec3::new(0.0, 9.0, 20.0), Vec3::new(0.0, 1.0, 20.0)] {
-        s.camera.target = target;
-        for (name, sets) in FITS {
-            let mut set = with(&s, name, sets);
-            for map in shadowscope::techniques::find(name).unwrap().views(&Default::default()) {
-                set.view = map.id.into();
-                r.render(&set, ask(&set)).unwrap();
-                assert!(r.read_visibility().unwrap().iter().all(|v| (0.0..=1.0).contains(v)), "{name} {}", map.id);
-            }
-        }
-    }
 }

@@ -12,6 +12,7 @@ mod filters_pcf;
 mod flatland;
 mod gltf;
 mod hulls;
+mod laws;
 mod light_size;
 mod logpsm;
 mod measures;

@@ -5,7 +5,7 @@ use glam::{DVec2, DVec3, Mat4, Vec2, Vec3, Vec4};
 use shadowscope::frame::{Ask, Renderer};
 use shadowscope::light::{Light, LightView};
 use shadowscope::measure::metrics::{BACKGROUND, FACING};
-use shadowscope::measure::{self, stability};
+use shadowscope::measure::stability;
 use shadowscope::scene::Camera;
 use shadowscope::setup::Setup;
 
@@ -401,63 +401,4 @@ fn a_diagonal_wastes_two_corners() {
     let lines = covered("notw", 0.0);
     assert!(diagonal < 0.9 * axis, "{diagonal} on the diagonal, {axis} on an axis");
     assert!(lines > 2.0 * diagonal, "notw {lines}, rtw {diagonal}");
-}
-
-/// A lamp: every facing pixel in its cone has a texel, and the picture is better than the plain map's.
-#[test]
-fn a_lamp_is_served() {
-    let (mut r, mut s) = built_in("bench", [128, 128]);
-    let at = s.camera.target;
-    s.light = Light::Spot {
-        position: at + Vec3::new(4.0, 9.0, 3.0),
-        direction: Vec3::new(-4.0, -9.0, -3.0),
-        outer_angle: 50.0,
-        range: 100.0,
-        radius: 0.0,
-        color: Vec3::splat(60.0),
-    };
-    for analysis in ["analysis=backward", "analysis=forward", "analysis=hybrid"] {
-        select(&mut s, "rtw", &["resolution=256", "shadow_edge=true", analysis]);
-        let found = counts(&mut r, &s, 256);
-        let light = s.light;
-        // On the cone's very rim rounding decides.
-        let facing = samples(&mut r, &light, s.size).len() as u64;
-        assert!(facing > 3000 && found.total.abs_diff(facing) <= 2, "{analysis}: {} of {facing}", found.total);
-        let e = measure::errors(&mut r, &s).unwrap();
-        assert!(e.share() < 0.08, "{analysis}: {}", e.share());
-    }
-}
-
-/// No sample, no area, nothing but sky: a finite picture.
-#[test]
-fn nothing_breaks() {
-    let all = ["backward", "forward", "hybrid"].map(|a| format!("analysis={a}"));
-    for id in ["st-degenerate", "st-depthrange"] {
-        let (mut r, mut s) = built_in(id, [48, 48]);
-        let case = stability::find(id).unwrap();
-        for t in [0.0, 0.5, 1.0] {
-            (case.place)(&mut s, t);
-            for analysis in &all {
-                let sets = [
-                    "resolution=128",
-                    "shadow_edge=true",
-                    "surface_normal=true",
-                    "floor=0",
-                    "profile_blur=0",
-                    analysis,
-                ];
-                let e = errors(&mut r, &mut s, "rtw", &sets);
-                assert!(e.rmse.is_finite(), "{id} at {t} {analysis}");
-                assert!(r.read_visibility().unwrap().iter().all(|v| (0.0..=1.0).contains(v)), "{id} at {t} {analysis}");
-            }
-        }
-    }
-    let (mut r, mut s) = built_in("bench", [48, 48]);
-    s.camera = camera(Vec3::new(0.0, 500.0, 0.0), Vec3::new(1.0, 900.0, 0.0));
-    for analysis in &all {
-        for view in ["shaded", "importance", "profiles", "over-dense", "grid", "folds"] {
-            s.view = view.into();
-            assert_eq!(errors(&mut r, &mut s, "rtw", &["resolution=128", analysis]).facing, 0);
-        }
-    }
 }

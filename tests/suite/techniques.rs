@@ -3,7 +3,6 @@
 use crate::common::*;
 use glam::{DMat4, DQuat, DVec3, Vec2, Vec3};
 use shadowscope::frame::{Ask, Renderer};
-use shadowscope::gpu::{self, Gpu};
 use shadowscope::light::Light;
 use shadowscope::measure;
 use shadowscope::measure::Step;
@@ -14,7 +13,6 @@ use shadowscope::scene::{
 };
 use shadowscope::setup::{Base, Setup, scene_camera};
 use shadowscope::techniques::{self, Info};
-use std::sync::Arc;
 
 /// A built-in scene at a size.
 fn built_in(name: &str, camera: &str, size: [u32; 2]) -> (Renderer, Setup) {
@@ -547,28 +545,6 @@ fn many_triangles_in_one_place_are_taken() {
     assert!(e.share() < 0.01 && e.shadow_correct > 50, "{e:?}");
 }
 
-/// A caster close to a spot's lamp, far nearer than the scene is large, still casts.
-#[test]
-fn a_caster_near_the_lamp_casts() {
-    let mut triangles = floor(Vec2::splat(-500.0), Vec2::splat(500.0), 0.0);
-    triangles.extend(floor(Vec2::new(-0.06, -0.2), Vec2::new(0.0, 0.2), 7.9));
-    for range in [40.0, 1e9] {
-        let light = Light::Spot {
-            position: Vec3::new(0.0, 8.0, 0.0),
-            direction: Vec3::new(0.7, -1.0, 0.0),
-            outer_angle: 60.0,
-            range,
-            radius: 0.0,
-            color: Vec3::ONE,
-        };
-        let view = camera(Vec3::new(0.0, 9.0, 12.0), Vec3::ZERO);
-        let lit = scene(vec![mesh(&triangles, 0)], vec![material(Vec3::ONE)], view, light);
-        let (mut r, mut s) = start(lit, [160, 120]);
-        let e = errors(&mut r, &mut s, "shadow-map", &["resolution=2048"]);
-        assert!(e.share() < 0.01 && e.shadow_correct > 1000, "range {range}: {e:?}");
-    }
-}
-
 /// On a slope the receiver's plane alone keeps the acne away, for one sample and for many, at any size of the world.
 #[test]
 fn the_receivers_plane_replaces_the_slope_bias() {
@@ -1051,40 +1027,6 @@ fn shots_show_all_layers_and_what_every_technique_shares() {
     let density = r.read_map().unwrap().into_iter().fold(0.0, f32::max);
     assert!(density > 0.0);
     assert_eq!(r.shot(&s, 0, "error map (CPU)").unwrap().unwrap().range.unwrap()[1], density);
-}
-
-/// What every WebGPU adapter guarantees is enough, and gives the same visibility: rasters, fits and analysis included.
-#[test]
-fn no_technique_needs_more_than_is_guaranteed() {
-    let weak = Gpu::within(&gpu::instance(), None, None, |_| wgpu::Limits::default()).unwrap();
-    let lamp = crate::common::spot(Vec3::new(3.0, 7.0, 2.0), Vec3::ZERO, 50.0);
-    let lights = [sun(Vec3::new(0.4, 0.8, 0.3).normalize()), lamp];
-    let (mut strong, mut setup) = start(hovering(lights[0]), [64, 48]);
-    let mut weak = Renderer::new(Arc::new(weak), strong.scene().clone()).unwrap();
-    let mut seen = 0;
-    for info in techniques::ALL {
-        for light in lights.iter().filter(|l| info.refuses(l).is_none()) {
-            setup.light = *light;
-            setup.select(info.id).unwrap();
-            let rasters: &[&str] =
-                if info.specs().any(|s| s.name == "raster") { &["exact", "subdivide"] } else { &[""] };
-            for raster in rasters {
-                setup.params.clear();
-                setup.complete();
-                if !raster.is_empty() {
-                    setup.set(&format!("raster={raster}"), &[info.id.into()]).unwrap();
-                }
-                let ask = Ask { analysis: true, ..ask(&setup) };
-                let visibility = |r: &mut Renderer| {
-                    r.render(&setup, ask).unwrap_or_else(|e| panic!("{} {raster}: {e:#}", info.id));
-                    r.read_visibility().unwrap()
-                };
-                assert_eq!(visibility(&mut strong), visibility(&mut weak), "{} {raster} {}", info.id, light.kind());
-                seen += 1;
-            }
-        }
-    }
-    assert!(seen > 2 * techniques::ALL.len(), "{seen}");
 }
 
 /// Charts tell techniques apart, and one that comes changes no other's colour or marker.

@@ -1,0 +1,321 @@
+//! What holds of every technique, under every light that it serves, with every filter that it takes.
+
+use crate::common::*;
+use glam::{Vec2, Vec3};
+use shadowscope::frame::{Ask, Renderer};
+use shadowscope::gpu::{self, Gpu};
+use shadowscope::light::Light;
+use shadowscope::measure::stability;
+use shadowscope::params::{Kind, Spec};
+use shadowscope::scene::{Camera, Scene};
+use shadowscope::setup::Setup;
+use shadowscope::techniques::{self, Info};
+use std::sync::Arc;
+
+/// Some triangles that a light shines on.
+fn lit(triangles: &[[Vec3; 3]], view: Camera, light: Light) -> Scene {
+    scene(vec![mesh(triangles, 0)], vec![material(Vec3::ONE)], view, light)
+}
+
+fn options(spec: &Spec) -> Vec<String> {
+    match spec.kind {
+        Kind::Choice { options, .. } => options.iter().map(|o| o.to_string()).collect(),
+        Kind::Flag { .. } => vec!["false".into(), "true".into()],
+        _ => vec![],
+    }
+}
+
+/// Casters drawn into a warp as exactly as can be: straight edges and split triangles miss bends. Nothing of techniques without.
+fn exact(info: &Info) -> Option<Vec<String>> {
+    info.specs().any(|s| s.name == "raster").then(|| vec!["raster=exact".into()])
+}
+
+fn filters(info: &Info) -> Vec<String> {
+    info.choosable().map(|f| format!("filter={}", f.id)).collect()
+}
+
+/// Settings in which every choice takes each of its options and every flag both of its values, all beside each other.
+fn rows(info: &Info) -> Vec<Vec<String>> {
+    let specs: Vec<(&str, Vec<String>)> = info.specs().map(|s| (s.name, options(s))).collect();
+    let most = specs.iter().map(|(_, o)| o.len()).max().unwrap_or(0).max(1);
+    // Steps of their own part choices with equally many options.
+    let option = |row: usize, at: usize, n: usize| (row + row / n * at) % n;
+    (0..most)
+        .map(|row| {
+            let set = specs.iter().enumerate().filter(|(_, (_, o))| !o.is_empty());
+            set.map(|(at, (name, o))| format!("{name}={}", o[option(row, at, o.len())])).collect()
+        })
+        .collect()
+}
+
+/// Chooses a technique with these parameters and a small map.
+fn choose(s: &mut Setup, info: &'static Info, resolution: u32, sets: &[String]) {
+    let mut sets: Vec<&str> = sets.iter().map(String::as_str).collect();
+    let resolution = format!("resolution={resolution}");
+    if info.specs().any(|s| s.name == "resolution") {
+        sets.push(&resolution);
+    }
+    select(s, info.id, &sets);
+}
+
+fn serving(light: Light) -> impl Iterator<Item = &'static Info> {
+    techniques::ALL.iter().copied().filter(move |i| i.refuses(&light).is_none())
+}
+
+fn is_a_share(r: &mut Renderer, what: &str) {
+    assert!(r.read_visibility().unwrap().iter().all(|v| (0.0..=1.0).contains(v)), "{what}");
+}
+
+/// A floor alone is lit, exactly by comparisons, under every filter and however casters are drawn; with half the exact slope
+/// bias it is not.
+#[test]
+fn a_lit_floor_is_lit() {
+    let ground = floor(Vec2::splat(-40.0), Vec2::splat(40.0), 0.0);
+    let p = |x: f32, y: f32, z: f32| Vec3::new(x, y, z);
+    let view = camera(p(0.0, 1.5, 12.0), p(0.0, 0.0, 2.0));
+    let mut acne = vec![0; techniques::ALL.len()];
+    for light in [
+        sun(p(0.9, 1.0, 0.3)),
+        sun(p(0.3, 0.5, -1.0)),
+        sun(p(1.0, 0.2, 0.0)),
+        spot(p(-9.0, 4.0, 1.0), p(2.0, 0.0, 2.0), 30.0),
+        spot(p(3.0, 6.0, -8.0), p(0.0, 0.0, 5.0), 35.0),
+        spot(p(2.0, 5.0, 18.0), p(0.0, 0.0, 2.0), 35.0),
+    ] {
+        let (mut r, mut s) = start(lit(&ground, view, light), [120, 90]);
+        for (i, info) in techniques::ALL.iter().enumerate().filter(|(_, i)| i.refuses(&light).is_none()) {
+            let filters = info.choosable().map(|f| (Some(f), vec![format!("filter={}", f.id)]));
+            let own = (info.filter, vec![]);
+            let exact = exact(info).into_iter().map(|sets| (info.filter, sets));
+            for (filter, sets) in filters.chain([own]).chain(exact) {
+                choose(&mut s, info, 256, &sets);
+                let e = shadowscope::measure::errors(&mut r, &s).unwrap();
+                let bound = if filter.is_some_and(|f| f.moments.is_some()) { 0.06 } else { 0.0 };
+                assert!(e.rmse <= bound && e.facing > 2000, "{} {sets:?} {light:?}: {e:?}", info.id);
+            }
+            if info.specs().any(|s| s.name == "slope_bias") {
+                choose(&mut s, info, 64, &["bias=0".into(), "slope_bias=0.35".into()]);
+                acne[i] += shadowscope::measure::errors(&mut r, &s).unwrap().shadow_incorrect;
+            }
+        }
+    }
+    for (info, acne) in techniques::ALL.iter().zip(acne) {
+        let compares = info.filter.is_none_or(|f| f.moments.is_none()) && info.specs().any(|s| s.name == "slope_bias");
+        assert!(!compares || acne > 500, "{}: {acne}", info.id);
+    }
+}
+
+/// Every pixel that faces the light has a texel in some layer, whatever is chosen and wherever lamp and camera stand; and with its
+/// defaults the picture is nearly right.
+#[test]
+fn every_view_sample_has_a_texel() {
+    let mut scenes = vec![over_the_yard(awkward_spots())];
+    scenes.extend(["bench", "arches"].map(|name| {
+        let (r, s) = built_in(name, [120, 90]);
+        (r, vec![(name.to_string(), s)])
+    }));
+    for (k, (r, places)) in scenes.iter_mut().enumerate() {
+        let rows = (0..places.len()).map(|at| if k == 0 { at } else { k }).collect();
+        for (info, sets, turn) in turns(places[0].1.light, rows) {
+            for at in turn {
+                let (place, s) = &mut places[at];
+                s.size = [120, 90];
+                choose(s, info, 256, &sets);
+                if !info.specs().any(|s| s.name == "resolution") {
+                    continue;
+                }
+                let what = format!("{place}, {} {sets:?}", info.id);
+                let counted = counted(r, s);
+                let [sure, most] = match s.light {
+                    Light::Spot { .. } => in_cone(r, &s.light),
+                    _ => [facing(r); 2],
+                };
+                assert!(sure > 200 && (sure..=most).contains(&counted), "{what}: {counted}, {sure} to {most}");
+                is_a_share(r, &what);
+                if sets.is_empty() && matches!(s.light, Light::Spot { .. }) {
+                    let e = shadowscope::measure::errors(r, s).unwrap();
+                    assert!(e.rmse < 0.25, "{what}: {e:?}");
+                }
+            }
+        }
+    }
+}
+
+/// Eight times the resolution errs far less; maps filtered first, as far as the bound lets it.
+#[test]
+fn errors_fall_with_resolution() {
+    let view = camera(Vec3::new(0.0, 5.0, 9.0), Vec3::ZERO);
+    for light in [sun(Vec3::new(0.5, 1.0, 0.3)), spot(Vec3::new(3.0, 9.0, 4.0), Vec3::ZERO, 45.0)] {
+        let (mut r, mut s) = start(lit(&yard(), view, light), [160, 120]);
+        for info in serving(light).filter(|i| i.specs().any(|s| s.name == "resolution")) {
+            let chosen = filters(info).into_iter().map(|set| vec![set]);
+            for sets in chosen.chain(info.filter.is_some().then(Vec::new)) {
+                let [coarse, fine] = [64, 512].map(|resolution| {
+                    choose(&mut s, info, resolution, &sets);
+                    shadowscope::measure::errors(&mut r, &s).unwrap().rmse
+                });
+                println!("{} {sets:?} {}: {coarse:.4} to {fine:.4}", info.id, light.kind());
+                let soft = info.filter(&s.params[info.id]).is_some_and(|f| f.moments.is_some());
+                assert!(
+                    fine < if soft { 0.8 } else { 0.6 } * coarse,
+                    "{} {sets:?} {}: {coarse} to {fine}",
+                    info.id,
+                    light.kind()
+                );
+            }
+        }
+    }
+}
+
+/// What breaks fits leaves a finite picture, whatever is chosen: duelling frusta, light from behind, no area, a great range of
+/// depths, lamps in awkward places, nothing in view.
+#[test]
+fn nothing_breaks() {
+    let p = |x: f32, y: f32, z: f32| Vec3::new(x, y, z);
+    let view = camera(p(0.0, 2.0, 9.0), p(0.0, 0.5, 0.0));
+    let lamp = spot(p(0.5, 3.0, 2.0), Vec3::ZERO, 30.0);
+    let mut spots = awkward_spots();
+    spots.extend([
+        ("out of view", camera(view.position, p(0.0, 9.0, 20.0)), lamp),
+        ("to the sky", view, spot(p(0.5, 3.0, 2.0), p(0.5, 9.0, 2.0), 30.0)),
+        ("from outside", view, spot(p(0.0, 40.0, 0.0), p(0.0, 90.0, 1.0), 60.0)),
+    ]);
+    let mut scenes = vec![over_the_yard(spots)];
+    for id in ["st-duel", "st-behind", "st-degenerate", "st-depthrange"] {
+        let (r, s) = built_in(id, [48, 48]);
+        let place = |t| {
+            let mut s = s.clone();
+            (stability::find(id).unwrap().place)(&mut s, t);
+            (format!("{id} at {t}"), s)
+        };
+        scenes.push((r, [0.0, 1.0].map(place).into()));
+    }
+    // A wall at one depth, and nothing but sky.
+    let wall = [[p(-9.0, -9.0, 0.0), p(9.0, -9.0, 0.0), p(0.0, 18.0, 0.0)]];
+    let (r, s) = start(lit(&wall, camera(p(0.0, 0.0, 3.0), Vec3::ZERO), sun(p(0.3, 0.4, 1.0))), [48, 48]);
+    let away = Setup { camera: camera(p(0.0, 0.0, 3.0), p(0.0, 0.0, 9.0)), ..s.clone() };
+    scenes.push((r, vec![("a wall".into(), s), ("the sky".into(), away)]));
+    for (k, (r, places)) in scenes.iter_mut().enumerate() {
+        let rows = (0..places.len()).map(|at| if k == 0 { at } else { k }).collect();
+        for (info, sets, turn) in turns(places[0].1.light, rows) {
+            for at in turn {
+                let (place, s) = &mut places[at];
+                choose(s, info, 128, &sets);
+                let what = format!("{place}, {} {sets:?}", info.id);
+                r.render(s, ask(s)).unwrap_or_else(|e| panic!("{what}: {e:#}"));
+                is_a_share(r, &what);
+                if *place == "the sky" {
+                    assert_eq!(facing(r), 0);
+                }
+            }
+        }
+    }
+}
+
+/// A yard with spots and cameras over it.
+fn over_the_yard(spots: Vec<(&str, Camera, Light)>) -> (Renderer, Vec<(String, Setup)>) {
+    let (_, view, light) = spots[0];
+    let (r, s) = start(lit(&yard(), view, light), [48, 48]);
+    let place = |(name, camera, light): (&str, _, _)| (name.to_string(), Setup { camera, light, ..s.clone() });
+    (r, spots.into_iter().map(place).collect())
+}
+
+/// Every technique that serves a light, with its defaults at all places, and at each place with one more of its [`rows`], of which
+/// `row` gives the number; places with the same settings follow one another, so that pipelines are made once.
+fn turns(light: Light, row: Vec<usize>) -> Vec<(&'static Info, Vec<String>, Vec<usize>)> {
+    let mut all = Vec::new();
+    for info in serving(light) {
+        all.push((info, vec![], (0..row.len()).collect()));
+        let rows = rows(info);
+        let n = rows.len();
+        for (i, sets) in rows.into_iter().enumerate() {
+            all.push((info, sets, (0..row.len()).filter(|at| row[*at] % n == i).collect()));
+        }
+    }
+    all
+}
+
+/// Every view of every technique, its filter's among them, shows more than one colour on a scene with shadows, finite values
+/// and the same visibility; where nothing is in view it draws too.
+#[test]
+fn every_view_shows_something() {
+    for light in [sun(Vec3::new(0.5, 0.6, 0.3)), spot(Vec3::new(4.0, 7.0, 4.0), Vec3::ZERO, 45.0)] {
+        let view = camera(Vec3::new(0.0, 4.0, 10.0), Vec3::ZERO);
+        let (mut r, mut s) = start(lit(&yard(), view, light), [96, 72]);
+        for info in serving(light) {
+            let chosen = filters(info).into_iter().map(|set| vec![set]);
+            for sets in chosen.chain(info.filter.is_some().then(Vec::new)) {
+                choose(&mut s, info, 256, &sets);
+                let values = s.params[info.id].clone();
+                // A technique's own views are the same under all filters.
+                let skipped = if sets == ["filter=pcf"] { 0 } else { info.maps.iter().map(|m| m.len()).sum() };
+                let skipped = if info.filter.is_some() { 0 } else { skipped };
+                for map in info.views(&values).skip(skipped) {
+                    s.view = map.id.into();
+                    let what = format!("{} {sets:?}, {} of a {}", info.id, map.id, light.kind());
+                    r.render(&s, ask(&s)).unwrap_or_else(|e| panic!("{what}: {e:#}"));
+                    let picture = r.read_picture().unwrap();
+                    let constant = picture.chunks(4).all(|p| p == &picture[..4]);
+                    assert!(!constant, "{what}");
+                    assert!(r.read_map().unwrap().iter().all(|v| v.is_finite()), "{what}");
+                    is_a_share(&mut r, &what);
+                }
+                s.view = "shaded".into();
+            }
+        }
+    }
+}
+
+/// What every WebGPU adapter guarantees is enough, and gives the same visibility: rasters, fits and analysis included. The
+/// picture is nearly right, which is what another driver than the one at hand has to show too.
+#[test]
+fn no_technique_needs_more_than_is_guaranteed() {
+    let weak = Gpu::within(&gpu::instance(), None, None, |_| wgpu::Limits::default()).unwrap();
+    let view = camera(Vec3::new(4.0, 6.0, 7.0), Vec3::ZERO);
+    let lights = [sun(Vec3::new(0.4, 0.8, 0.3).normalize()), spot(Vec3::new(3.0, 7.0, 2.0), Vec3::ZERO, 50.0)];
+    let (mut strong, mut setup) = start(lit(&yard(), view, lights[0]), [96, 72]);
+    let mut weak = Renderer::new(Arc::new(weak), strong.scene().clone()).unwrap();
+    let mut seen = 0;
+    for light in lights {
+        setup.light = light;
+        for info in serving(light) {
+            let chosen = filters(info).into_iter().map(|set| vec![set]).chain(exact(info));
+            for sets in chosen.chain([vec![]]) {
+                choose(&mut setup, info, 512, &sets);
+                let what = format!("{} {sets:?} {}", info.id, light.kind());
+                let e = shadowscope::measure::errors(&mut strong, &setup).unwrap_or_else(|e| panic!("{what}: {e:#}"));
+                println!("{what}: rmse {:.4}", e.rmse);
+                assert!(e.rmse < 0.25 && e.lit_correct > 1000 && e.shadow_correct > 20, "{what}: {e:?}");
+                let ask = Ask { analysis: true, ..ask(&setup) };
+                let visibility = |r: &mut Renderer| {
+                    r.render(&setup, ask).unwrap_or_else(|e| panic!("{what}: {e:#}"));
+                    r.read_visibility().unwrap()
+                };
+                assert!(visibility(&mut strong) == visibility(&mut weak), "{what}");
+                seen += 1;
+            }
+        }
+    }
+    assert!(seen > 2 * techniques::ALL.len(), "{seen}");
+}
+
+/// A caster close to a spot's lamp, far nearer than the scene is large, still casts, however far the light reaches.
+#[test]
+fn a_caster_near_the_lamp_casts() {
+    let mut triangles = floor(Vec2::splat(-500.0), Vec2::splat(500.0), 0.0);
+    triangles.extend(floor(Vec2::new(-0.06, -0.2), Vec2::new(0.0, 0.2), 7.9));
+    let mut light = spot(Vec3::new(0.0, 8.0, 0.0), Vec3::new(5.6, 0.0, 0.0), 60.0);
+    let (mut r, mut s) = start(lit(&triangles, camera(Vec3::new(0.0, 9.0, 12.0), Vec3::ZERO), light), [120, 90]);
+    for reach in [40.0, 1e9] {
+        if let Light::Spot { range, .. } = &mut light {
+            *range = reach;
+        }
+        s.light = light;
+        for info in serving(light) {
+            choose(&mut s, info, 1024, &[]);
+            let e = shadowscope::measure::errors(&mut r, &s).unwrap();
+            println!("{} {reach}: {:.4} of {}", info.id, e.rmse, e.shadow_correct);
+            assert!(e.rmse < 0.2 && e.shadow_correct > 400, "{} with a range of {reach}: {e:?}", info.id);
+        }
+    }
+}
