@@ -1,5 +1,6 @@
 #!/bin/sh
 # Installs what the operating system lacks to run Shadowscope and its tests. Safe to run again.
+# With --second-driver it also brings SwiftShader, another Vulkan driver in software, to target/swiftshader.
 set -eu
 
 # Vulkan loader and Mesa's drivers (a GPU's, and lavapipe for machines without one); client libraries that
@@ -16,17 +17,32 @@ for package in $packages; do
     status=$(dpkg-query -W -f '${Status}' "$package" 2>/dev/null || true)
     [ "$status" = "install ok installed" ] || missing="$missing $package"
 done
-[ -n "$missing" ] || exit 0
-
-echo "Installing:$missing"
 as_root=""
 if [ "$(id -u)" -ne 0 ]; then
-    if ! command -v sudo >/dev/null 2>&1; then
+    as_root="sudo"
+fi
+if [ -n "$missing" ]; then
+    if [ -n "$as_root" ] && ! command -v sudo >/dev/null 2>&1; then
         echo "setup.sh needs root to install them; run as root: apt-get install$missing" >&2
         exit 1
     fi
-    as_root="sudo"
+    echo "Installing:$missing"
+    $as_root apt-get update -q
+    # shellcheck disable=SC2086
+    $as_root env DEBIAN_FRONTEND=noninteractive apt-get install -q -y --no-install-recommends $missing
 fi
-$as_root apt-get update -q
-# shellcheck disable=SC2086
-$as_root env DEBIAN_FRONTEND=noninteractive apt-get install -q -y --no-install-recommends $missing
+
+swiftshader="target/swiftshader"
+if [ "${1:-}" = "--second-driver" ] && [ ! -e "$swiftshader/vk_swiftshader_icd.json" ]; then
+    # Debian builds it as a part of Chromium, of which nothing else is needed or installed.
+    cd "$(dirname "$0")"
+    mkdir -p "$swiftshader"
+    (
+        cd "$swiftshader"
+        apt-get download -q chromium-common || { $as_root apt-get update -q && apt-get download -q chromium-common; }
+        for file in libvk_swiftshader.so vk_swiftshader_icd.json; do
+            dpkg-deb --fsys-tarfile chromium-common_*.deb | tar -x --strip-components=4 "./usr/lib/chromium/$file"
+        done
+        rm chromium-common_*.deb
+    )
+fi

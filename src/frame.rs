@@ -17,7 +17,7 @@ pub use lines::{Segment, Style};
 pub use maps::{LightSpace, MapLayer, Place};
 pub use shot::{Shot, ShotUniform};
 
-use crate::gpu::{Gpu, Pass, Raster, Recorder, Slot, Timer};
+use crate::gpu::{Account, Buffer, Gpu, Pass, Raster, Recorder, Slot, Timer};
 use crate::light::{Light, LightView};
 use crate::measure::causes::Causes;
 use crate::params::{Group, Values};
@@ -175,9 +175,8 @@ pub struct Frame<'a> {
     /// Maps are looked into: their texels are drawn even where the picture looks none up.
     pub whole_maps: bool,
     offered: Option<Offered>,
-    splits: Option<(wgpu::Buffer, u32)>,
-    held: u64,
-    pieces: Option<wgpu::Buffer>,
+    splits: Option<(Buffer, u32)>,
+    pieces: Option<Buffer>,
     inspected: bool,
     analysis: Option<&'a mut Analysis>,
     draw_counts: &'a Pass,
@@ -197,18 +196,13 @@ impl std::ops::DerefMut for Frame<'_> {
 }
 
 impl Frame<'_> {
-    /// Counts bytes of GPU memory that the technique holds.
-    pub fn held(&mut self, bytes: u64) {
-        self.held += bytes;
-    }
-
     /// Whether one of the technique's own maps is asked for, so that `inspect` must run.
     pub fn wants_any_map(&self) -> bool {
         self.inspected
     }
 
     /// Tells where cascades meet: floats, metres along the camera's axis, one more than there are cascades.
-    pub fn tell_splits(&mut self, splits: &wgpu::Buffer, cascades: u32) {
+    pub fn tell_splits(&mut self, splits: &Buffer, cascades: u32) {
         self.splits = Some((splits.clone(), cascades));
     }
 }
@@ -320,9 +314,9 @@ enum Layer {
 /// The passes that draw the picture: each view has a pipeline of its own, made when it is first asked for.
 struct Shading {
     passes: HashMap<[u32; 3], Pass>,
-    view: wgpu::Buffer,
+    view: Buffer,
     /// Bound where no technique shows a map.
-    no_light_view: wgpu::Buffer,
+    no_light_view: Buffer,
 }
 
 /// A picture to be drawn.
@@ -411,7 +405,9 @@ impl Shading {
 pub struct Made {
     info: &'static Info,
     technique: Box<dyn Technique>,
-    params: HashMap<&'static str, (Vec<u32>, wgpu::Buffer)>,
+    /// What its buffers and textures take.
+    account: Account,
+    params: HashMap<&'static str, (Vec<u32>, Buffer)>,
 }
 
 impl Made {
@@ -424,8 +420,10 @@ impl Made {
         match slot {
             Some(held) => Ok(held),
             None => {
-                let technique = (info.make)(gpu, info).with_context(|| format!("{} cannot be made", info.title))?;
-                Ok(slot.insert(Made { info, technique, params: HashMap::new() }))
+                let account = Account::default();
+                let technique = account.charge(|| (info.make)(gpu, info));
+                let technique = technique.with_context(|| format!("{} cannot be made", info.title))?;
+                Ok(slot.insert(Made { info, technique, account, params: HashMap::new() }))
             }
         }
     }
@@ -443,14 +441,14 @@ pub struct Renderer {
     pub timer: Timer,
     /// See [`Frame::whole_maps`].
     pub whole_maps: bool,
-    frame_buffer: wgpu::Buffer,
+    frame_buffer: Buffer,
     gbuffer: Pass,
     unshadowed: Pass,
     truth: Tracing,
     classify: Pass,
     shading: Shading,
     /// The technique's rays, as `Tally` in `shaders/lib/trace.wgsl`.
-    tally: wgpu::Buffer,
+    tally: Buffer,
     analysis: Analysis,
     draw_counts: Pass,
     figure: figure::Figure,
@@ -464,7 +462,7 @@ pub struct Renderer {
     /// The last frame's.
     light: Option<Light>,
     /// Where the last frame's cascades meet, and how many there are.
-    splits: Option<(wgpu::Buffer, u32)>,
+    splits: Option<(Buffer, u32)>,
     /// What caused the last frame's errors, if its view showed that.
     causes: Option<Causes>,
     revision: u64,
@@ -671,7 +669,6 @@ impl Renderer {
             whole_maps: self.whole_maps,
             offered: None,
             splits: None,
-            held: 0,
             pieces: None,
             inspected: view.is_some_and(|v| v.source == Source::Technique),
             analysis,
@@ -681,12 +678,12 @@ impl Renderer {
         let start = Instant::now();
         let waited = f.waited();
         match info.refuses(&setup.light) {
-            None => made.technique.render(&mut f)?,
+            None => made.account.charge(|| made.technique.render(&mut f))?,
             // Without a technique that serves the light the picture has no shadow.
             Some(_) => f.run(&self.unshadowed).per_pixel(),
         }
         told.cpu_ms = start.elapsed().as_secs_f64() * 1e3 - (f.waited() - waited);
-        told.gpu_bytes = f.held;
+        told.gpu_bytes = made.account.bytes();
         let Frame { mut recorder, offered, splits, pieces, analysis, outlines, .. } = f;
         recorder.freeze(Vec::new());
         let mut aliasing = None;
@@ -818,7 +815,7 @@ impl Renderer {
 }
 
 /// A buffer for `Tally` in `shaders/lib/trace.wgsl`.
-pub(crate) fn tally(gpu: &Gpu, label: &str) -> wgpu::Buffer {
+pub(crate) fn tally(gpu: &Gpu, label: &str) -> Buffer {
     gpu.buffer(label, &[0; 16], wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC)
 }
 
@@ -835,7 +832,7 @@ fn know_scene(recorder: &mut Recorder, scene: &SceneGpu) {
     recorder.set("texture_sampler", &scene.sampler);
 }
 
-fn upload(gpu: &Gpu, held: &mut HashMap<&'static str, (Vec<u32>, wgpu::Buffer)>, group: &Group, values: &Values) {
+fn upload(gpu: &Gpu, held: &mut HashMap<&'static str, (Vec<u32>, Buffer)>, group: &Group, values: &Values) {
     let words = group.words(values);
     match held.get_mut(group.name) {
         Some((old, _)) if *old == words => {}

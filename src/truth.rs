@@ -4,7 +4,7 @@
 //! Both are traced in bands of rows, so that no frame waits for all of them.
 
 use crate::frame::{DRAWN, FrameUniform, STORED, tally};
-use crate::gpu::{Gpu, Pass, Recorder, Slot};
+use crate::gpu::{Buffer, Gpu, Pass, Recorder, Slot};
 use crate::light::Light;
 use crate::params::Values;
 use crate::scene::Camera;
@@ -156,7 +156,7 @@ struct Sized {
     /// One for each number of samples that was asked for.
     averages: Vec<Average>,
     /// How many rays gave up, as `Tally` in `shaders/lib/trace.wgsl`.
-    tally: wgpu::Buffer,
+    tally: Buffer,
 }
 
 impl Sized {
@@ -175,11 +175,11 @@ pub struct Tracing {
     resolve: Pass,
     accumulate: Pass,
     explain: Pass,
-    params: wgpu::Buffer,
-    frame: wgpu::Buffer,
+    params: Buffer,
+    frame: Buffer,
     /// The frame of the sample that is being traced, and its number.
-    shifted: wgpu::Buffer,
-    sample: wgpu::Buffer,
+    shifted: Buffer,
+    sample: Buffer,
     of: Option<Of>,
     /// Of the present frame's size last.
     kept: Vec<Sized>,
@@ -328,7 +328,7 @@ impl Tracing {
     }
 
     /// How many rays gave up.
-    pub fn tally(&self) -> Option<&wgpu::Buffer> {
+    pub fn tally(&self) -> Option<&Buffer> {
         self.now().map(|(now, _)| &now.tally)
     }
 

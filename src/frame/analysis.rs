@@ -3,7 +3,7 @@
 
 use super::maps::Place;
 use super::{Frame, STORED};
-use crate::gpu::{DrawCount, Draws, Gpu, Pass, Resource, Slot};
+use crate::gpu::{Account, Buffer, DrawCount, Draws, Gpu, Pass, Resource, Slot};
 use anyhow::Result;
 use bytemuck::{Pod, Zeroable};
 
@@ -61,8 +61,8 @@ impl MapSizes {
 
 /// As many counts as fit into one storage binding.
 struct Band {
-    uniform: wgpu::Buffer,
-    counts: wgpu::Buffer,
+    uniform: Buffer,
+    counts: Buffer,
     first: u64,
     count: u64,
 }
@@ -75,7 +75,7 @@ pub struct Analysis {
     maps: Option<MapSizes>,
     bands: Vec<Band>,
     pub(super) draws: Option<DrawCount>,
-    pub(super) pieces: Option<wgpu::Buffer>,
+    pub(super) pieces: Option<Buffer>,
     /// Buffers that say where maps look, by their names in WGSL.
     tables: Vec<(&'static str, wgpu::Buffer)>,
 }
@@ -128,15 +128,11 @@ impl Analysis {
             return self.bands.iter().for_each(sizes);
         }
         self.bands.clear();
+        use wgpu::BufferUsages as Use;
         for i in 0..texels.div_ceil(most).max(1) {
             let (first, count) = (i * most, (texels - i * most).min(most));
-            let uniform = gpu.buffer("band of counts", &[0; size_of::<Counting>()], wgpu::BufferUsages::UNIFORM);
-            let counts = gpu.device.create_buffer(&wgpu::BufferDescriptor {
-                label: Some("samples per texel"),
-                size: (count * 4).max(16),
-                usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST,
-                mapped_at_creation: false,
-            });
+            let uniform = gpu.buffer("band of counts", &[0; size_of::<Counting>()], Use::UNIFORM);
+            let counts = gpu.room("samples per texel", count * 4, Use::STORAGE | Use::COPY_SRC | Use::COPY_DST);
             let band = Band { uniform, counts, first, count };
             gpu.queue.write_buffer(&band.uniform, 0, bytemuck::bytes_of(&band.words(maps)));
             self.bands.push(band);
@@ -251,7 +247,7 @@ impl Band {
 
 impl Frame<'_> {
     /// Tells where a warped map counts its pieces (`State` in `shaders/map/warp/warped.wgsl`, which begins with its counters).
-    pub(crate) fn count_pieces(&mut self, counters: &wgpu::Buffer) {
+    pub(crate) fn count_pieces(&mut self, counters: &Buffer) {
         self.pieces = Some(counters.clone());
     }
 
@@ -272,10 +268,13 @@ impl Frame<'_> {
     pub fn analyse(&mut self, pass: &Pass, maps: MapSizes, bound: &[(&'static str, Resource)]) {
         let Some(analysis) = self.analysis.as_deref_mut() else { return };
         let recorder = &mut self.recorder;
-        let aliasing =
-            analysis.aliasing.get(recorder.gpu, "aliasing", self.size, wgpu::TextureFormat::Rgba32Float, STORED);
-        let places = analysis.places.get(recorder.gpu, "places", self.size, wgpu::TextureFormat::Rgba32Float, STORED);
-        analysis.hold(recorder.gpu, maps);
+        let gpu = recorder.gpu;
+        // It is not the technique's.
+        let [aliasing, places] = Account::default().charge(|| {
+            analysis.hold(gpu, maps);
+            [("aliasing", &mut analysis.aliasing), ("places", &mut analysis.places)]
+                .map(|(label, slot)| slot.get(gpu, label, self.size, wgpu::TextureFormat::Rgba32Float, STORED))
+        });
         for band in &analysis.bands {
             recorder.clear(&band.counts);
             let mut run = recorder.run(pass);
@@ -297,7 +296,7 @@ impl Frame<'_> {
     }
 
     /// Draws counts of view samples, a number per texel, into the technique's map (`shaders/counts.wgsl`).
-    pub(crate) fn draw_counts(&mut self, counting: &wgpu::Buffer, counts: &wgpu::Buffer) {
+    pub(crate) fn draw_counts(&mut self, counting: &Buffer, counts: &Buffer) {
         self.recorder.run(self.draw_counts).bind("counting", counting).bind("counts", counts).per_pixel();
     }
 }

@@ -1,7 +1,7 @@
 //! The shadow camera that stays behind: what it sees, for the passes that decide where maps look.
 
 use super::{DRAWN, FrameUniform};
-use crate::gpu::{Pass, Recorder, Resource, Slot};
+use crate::gpu::{Buffer, Pass, Recorder, Resource, Slot};
 use crate::scene::Camera;
 use glam::Vec3;
 use wgpu::TextureFormat as Format;
@@ -21,7 +21,7 @@ pub fn far(camera: &Camera, bounds: [Vec3; 2]) -> f32 {
 pub struct Frozen {
     position: Slot,
     surface: Slot,
-    frame: Option<wgpu::Buffer>,
+    frame: Option<Buffer>,
     /// The scene's revision and the words of the frame that it was drawn for.
     drawn: Option<(u64, Vec<u8>)>,
     /// What the frame at work draws it for.

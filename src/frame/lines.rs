@@ -1,7 +1,7 @@
 //! What maps cover, drawn into the scene as lines (`shaders/lines.wgsl`): frusta, the boxes of light views, bodies.
 
 use super::{Ask, Frame};
-use crate::gpu::{Gpu, Pass, Raster, Recorder, Resource};
+use crate::gpu::{Buffer, Gpu, Pass, Raster, Recorder, Resource};
 use crate::map::fit::Scope;
 use crate::map::fit::hull::Polyhedron;
 use crate::setup::Setup;
@@ -45,7 +45,7 @@ pub struct Style {
 /// What a technique has to outline. Light views stay on the GPU.
 #[derive(Default)]
 pub struct Outlines {
-    view: Option<wgpu::Buffer>,
+    view: Option<Buffer>,
     cascades: Option<(u32, Vec<(&'static str, Resource)>)>,
     edges: Vec<[DVec3; 2]>,
 }
@@ -57,7 +57,7 @@ pub fn wanted(setup: &Setup, ask: &Ask) -> bool {
 
 impl Frame<'_> {
     /// Outlines what the one map's light view holds.
-    pub fn outline_view(&mut self, light_view: &wgpu::Buffer) {
+    pub fn outline_view(&mut self, light_view: &Buffer) {
         if let Some(o) = &mut self.outlines {
             o.view = Some(light_view.clone());
         }
@@ -94,9 +94,9 @@ struct Passes {
     segments: Pass,
     view: Pass,
     cascades: Pass,
-    style: wgpu::Buffer,
+    style: Buffer,
     /// The lines that the CPU knows of.
-    held: Option<(Vec<Segment>, wgpu::Buffer)>,
+    held: Option<(Vec<Segment>, Buffer)>,
 }
 
 impl Passes {

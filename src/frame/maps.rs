@@ -1,7 +1,7 @@
 //! The depth maps of a frame, to be looked into: every texel's depth and samples, and every pixel's place in them.
 
 use super::{Frame, Renderer, STORED};
-use crate::gpu::{Pass, Recorder, Resource, Slot, hold};
+use crate::gpu::{Buffer, Pass, Recorder, Resource, Slot, hold};
 use crate::light::LightView;
 use crate::map::filter::alone;
 use crate::params::Group;
@@ -14,7 +14,7 @@ use wgpu::TextureFormat as Format;
 pub(super) struct Offered {
     pub(super) layers: Vec<wgpu::TextureView>,
     /// As many as layers, one behind the other.
-    pub(super) light_views: wgpu::Buffer,
+    pub(super) light_views: Buffer,
     /// Texels of each side.
     sides: Vec<u32>,
     warp: Option<Warp>,
@@ -152,7 +152,7 @@ impl MapLayer {
 
 impl Frame<'_> {
     /// Offers the technique's depth maps to be looked at: a view and a side for each, and a buffer with their light views.
-    pub fn offer_maps(&mut self, layers: &[wgpu::TextureView], light_views: &wgpu::Buffer, sides: &[u32]) {
+    pub fn offer_maps(&mut self, layers: &[wgpu::TextureView], light_views: &Buffer, sides: &[u32]) {
         let (layers, sides) = (layers.into(), sides.into());
         self.offered = Some(Offered { layers, light_views: light_views.clone(), sides, warp: None });
     }

@@ -2,7 +2,7 @@
 
 use super::{Analysis, NO_FRAME, Renderer};
 use crate::chart::digits;
-use crate::gpu::Slot;
+use crate::gpu::{Buffer, Slot};
 use crate::legend::{Known, letter};
 use crate::light::LightView;
 use crate::measure::causes::CAUSES;
@@ -98,7 +98,7 @@ impl Renderer {
         Ok(self.read_tally(&self.tally)?[1])
     }
 
-    fn read_tally(&self, buffer: &wgpu::Buffer) -> Result<[u32; 4]> {
+    fn read_tally(&self, buffer: &Buffer) -> Result<[u32; 4]> {
         Ok(bytemuck::pod_read_unaligned(&self.gpu.read_range(buffer, 0, 16)?))
     }
 

@@ -1,7 +1,7 @@
 //! What a pass wrote, as a small picture (`shaders/shot.wgsl`).
 
 use super::{ANALYSIS, Ask, JUDGED, Renderer, STORED, Truth};
-use crate::gpu::{Gpu, Pass, Recorder, Slot, Watch};
+use crate::gpu::{Buffer, Gpu, Pass, Recorder, Slot, Watch};
 use crate::setup::Setup;
 use anyhow::{Context, Result};
 use bytemuck::{Pod, Zeroable};
@@ -41,8 +41,8 @@ pub struct Shot {
 pub(super) struct Shots {
     extremes: Pass,
     draw: Pass,
-    found: wgpu::Buffer,
-    uniform: wgpu::Buffer,
+    found: Buffer,
+    uniform: Buffer,
     picture: Slot,
     /// What the frame at work has drawn.
     last: Cell<Option<ShotUniform>>,

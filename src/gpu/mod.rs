@@ -1,10 +1,12 @@
 //! The device, and passes made from WGSL whose resources are bound by name.
 
+mod memory;
 mod pass;
 mod shader;
 mod table;
 mod timer;
 
+pub use memory::{Account, Buffer, Counted, Texture};
 pub use pass::{Pass, Raster, Recorder, Resource, Run, Watch};
 use shader::Loaded;
 pub use shader::{Shaders, files as shader_files};
@@ -192,15 +194,23 @@ impl Gpu {
     }
 
     /// A buffer with the given contents.
-    pub fn buffer(&self, label: &str, contents: &[u8], usage: wgpu::BufferUsages) -> wgpu::Buffer {
-        let buffer = self.device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some(label),
-            size: (contents.len().next_multiple_of(16) as u64).max(16),
-            usage: usage | wgpu::BufferUsages::COPY_DST,
-            mapped_at_creation: false,
-        });
+    pub fn buffer(&self, label: &str, contents: &[u8], usage: wgpu::BufferUsages) -> Buffer {
+        let size = contents.len().next_multiple_of(16) as u64;
+        let buffer = self.room(label, size, usage | wgpu::BufferUsages::COPY_DST);
         self.queue.write_buffer(&buffer, 0, contents);
         buffer
+    }
+
+    /// A buffer of zeros, of so many bytes, 16 at least.
+    pub fn room(&self, label: &str, size: u64, usage: wgpu::BufferUsages) -> Buffer {
+        let size = size.max(16).next_multiple_of(4);
+        let buffer = self.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some(label),
+            size,
+            usage,
+            mapped_at_creation: false,
+        });
+        Counted::new(buffer, size)
     }
 
     /// Reads a buffer back, waiting for the device. It needs the usage `COPY_SRC`.
@@ -278,7 +288,7 @@ impl Gpu {
 /// A texture with a view of all of it, remade when its description changes.
 #[derive(Default)]
 pub struct Slot {
-    made: Option<(wgpu::Texture, wgpu::TextureView)>,
+    made: Option<(Texture, wgpu::TextureView)>,
 }
 
 impl Slot {
@@ -298,7 +308,7 @@ impl Slot {
         {
             return v.clone();
         }
-        let texture = texture(gpu, label, [size[0], size[1], 1], format, usage);
+        let texture = texture(gpu, label, [size[0], size[1], 1], 1, format, usage);
         let view = texture.create_view(&Default::default());
         self.made = Some((texture, view.clone()));
         view
@@ -311,32 +321,35 @@ impl Slot {
 
     /// The texture, once made.
     pub fn texture(&self) -> Option<&wgpu::Texture> {
-        self.made.as_ref().map(|(t, _)| t)
+        self.made.as_ref().map(|(t, _)| &**t)
     }
 }
 
-/// A texture of one level. `size`: width, height and layers.
+/// A texture. `size`: width, height and layers.
 pub fn texture(
     gpu: &Gpu,
     label: &str,
     [width, height, depth_or_array_layers]: [u32; 3],
+    mip_level_count: u32,
     format: wgpu::TextureFormat,
     usage: wgpu::TextureUsages,
-) -> wgpu::Texture {
-    gpu.device.create_texture(&wgpu::TextureDescriptor {
+) -> Texture {
+    let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
         label: Some(label),
         size: wgpu::Extent3d { width, height, depth_or_array_layers },
-        mip_level_count: 1,
+        mip_level_count,
         sample_count: 1,
         dimension: wgpu::TextureDimension::D2,
         format,
         usage,
         view_formats: &[],
-    })
+    });
+    let bytes = bytes(&texture);
+    Counted::new(texture, bytes)
 }
 
 /// Bytes that a texture takes, all mips and layers (24-bit depth counted as 32).
-pub fn bytes(texture: &wgpu::Texture) -> u64 {
+fn bytes(texture: &wgpu::Texture) -> u64 {
     let texel = match texture.format() {
         wgpu::TextureFormat::Depth24Plus => 4,
         other => other.block_copy_size(None).unwrap_or(4) as u64,

@@ -29,6 +29,11 @@ impl Resource {
     }
 }
 
+impl From<&super::Buffer> for Resource {
+    fn from(b: &super::Buffer) -> Self {
+        Resource::Buffer((**b).clone())
+    }
+}
 impl From<&wgpu::Buffer> for Resource {
     fn from(b: &wgpu::Buffer) -> Self {
         Resource::Buffer(b.clone())

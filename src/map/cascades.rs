@@ -5,7 +5,7 @@ use super::filter::Reach;
 use super::peel::{Depths, Held};
 use super::{MOST, Maps, light_views, margin};
 use crate::frame::Frame;
-use crate::gpu::{Gpu, Pass};
+use crate::gpu::{Buffer, Gpu, Pass};
 use crate::light::LightView;
 use crate::view::{self, Drawn, Legend, View, map};
 use anyhow::{Context, Result};
@@ -142,19 +142,19 @@ pub enum Boxes {
 pub struct Cascades {
     layers: Held,
     /// The light's view of the whole scene.
-    pub whole: wgpu::Buffer,
+    pub whole: Buffer,
     /// Where the cascades meet: nine floats, metres along the camera's axis.
-    pub splits: wgpu::Buffer,
-    pub fitting: wgpu::Buffer,
-    pub light_views: wgpu::Buffer,
+    pub splits: Buffer,
+    pub fitting: Buffer,
+    pub light_views: Buffer,
     /// Boxes of this frame and the last, as `Box` in `shaders/map/cascades.wgsl`.
-    pub boxes: wgpu::Buffer,
-    extents: wgpu::Buffer,
-    draws: wgpu::Buffer,
+    pub boxes: Buffer,
+    extents: Buffer,
+    draws: Buffer,
     /// The triangles that each cascade draws; None: every one draws all.
-    indices: Option<wgpu::Buffer>,
+    indices: Option<Buffer>,
     /// The light view of each cascade alone, for drawing.
-    single: Vec<wgpu::Buffer>,
+    single: Vec<Buffer>,
     /// The cascades' boxes are found from their samples.
     narrow: bool,
     gather: Pass,
@@ -211,12 +211,8 @@ impl Cascades {
         if !culled {
             self.indices = None;
         } else if self.indices.as_ref().is_none_or(|b| b.size() != bytes.max(16)) {
-            self.indices = Some(f.gpu.device.create_buffer(&wgpu::BufferDescriptor {
-                label: Some("cascades' triangles"),
-                size: bytes.max(16),
-                usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::INDEX,
-                mapped_at_creation: false,
-            }));
+            use wgpu::BufferUsages as Use;
+            self.indices = Some(f.gpu.room("cascades' triangles", bytes, Use::STORAGE | Use::INDEX));
         }
         let (dilate, least, smoothing) = match boxes {
             Boxes::Given(_) => (0.0, 0.0, 0.0),
@@ -287,19 +283,11 @@ impl Cascades {
             let triangles = Triangles::Listed { indices, draws: &self.draws, at: 2 * i as u64 * DRAW };
             self.casters.draw_depths(f, (&depths, i), *side, &self.single[i], &triangles, false)?;
         }
-        f.held(self.indices.as_ref().map_or(0, |b| b.size()) + self.small());
         let bound: Vec<_> = vec![("fitting", (&self.fitting).into()), ("splits", (&self.splits).into())];
         f.keep_table("splits", &self.splits);
         let outlined = [("light_views", (&self.light_views).into()), ("cascade_draws", (&self.draws).into())];
         f.outline_cascades(p.cascades, bound.iter().cloned().chain(outlined).collect());
         f.tell_splits(&self.splits, p.cascades);
         Ok(Maps { layers: depths.looked_up(), light_views: self.light_views.clone(), sides, bound })
-    }
-
-    /// Bytes of the buffers whose size does not change.
-    fn small(&self) -> u64 {
-        let buffers =
-            [&self.whole, &self.splits, &self.fitting, &self.light_views, &self.boxes, &self.extents, &self.draws];
-        buffers.into_iter().chain(&self.single).map(|b| b.size()).sum()
     }
 }

@@ -3,7 +3,7 @@
 use super::peel::{Depths, Peel};
 use super::{CasterParams, HardwareParams};
 use crate::frame::Frame;
-use crate::gpu::{Gpu, Pass, Raster, hold};
+use crate::gpu::{Buffer, Gpu, Pass, Raster, hold};
 use crate::params::Params;
 use crate::scene::geometry::{SceneGpu, Vertex};
 use anyhow::Result;
@@ -23,8 +23,8 @@ pub enum Triangles<'a> {
     All,
     /// Those of an index buffer, by two indexed indirect draws from a byte on: opaque and masked.
     Listed {
-        indices: &'a wgpu::Buffer,
-        draws: &'a wgpu::Buffer,
+        indices: &'a Buffer,
+        draws: &'a Buffer,
         at: u64,
     },
 }
@@ -57,7 +57,7 @@ impl Casters {
         f: &mut Frame,
         layer: &wgpu::TextureView,
         side: u32,
-        light_view: &wgpu::Buffer,
+        light_view: &Buffer,
         triangles: &Triangles,
         warped: bool,
     ) -> Result<()> {
@@ -84,7 +84,7 @@ impl Casters {
         f: &mut Frame,
         (depths, i): (&Depths, usize),
         side: u32,
-        light_view: &wgpu::Buffer,
+        light_view: &Buffer,
         triangles: &Triangles,
         warped: bool,
     ) -> Result<()> {

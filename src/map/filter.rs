@@ -109,7 +109,6 @@ impl LookUp {
         if let (Some(prefilter), Some(moments)) = (&mut passes.prefilter, moments) {
             all.extend(prefilter.run(f, maps, moments)?);
         }
-        f.held(maps.layers.bytes());
         f.keep_table("light_views", &maps.light_views);
         f.offer_maps(&maps.layers.each, &maps.light_views, &maps.sides);
         f.analyse(&passes.analyse, MapSizes::of(&maps.sides), &all);

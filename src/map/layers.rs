@@ -1,13 +1,13 @@
 //! Depth textures with a layer for each map.
 
-use crate::gpu::{self, Gpu};
+use crate::gpu::{self, Gpu, Texture};
 use anyhow::{Result, ensure};
 use wgpu::TextureUsages as Use;
 
 /// A depth texture, all of whose layers are as large as the largest map; smaller maps lie in the upper left corners of theirs.
 #[derive(Clone)]
 pub struct Layers {
-    pub texture: wgpu::Texture,
+    pub texture: Texture,
     /// All of them, as an array.
     pub all: wgpu::TextureView,
     pub each: Vec<wgpu::TextureView>,
@@ -42,7 +42,7 @@ impl Layers {
 
     /// `size`: width, height and number.
     fn new(gpu: &Gpu, size: [u32; 3], format: wgpu::TextureFormat) -> Layers {
-        let texture = gpu::texture(gpu, "shadow maps", size, format, Use::RENDER_ATTACHMENT | Use::TEXTURE_BINDING);
+        let texture = gpu::texture(gpu, "shadow maps", size, 1, format, Use::RENDER_ATTACHMENT | Use::TEXTURE_BINDING);
         let layer = |i| wgpu::TextureViewDescriptor {
             dimension: Some(wgpu::TextureViewDimension::D2),
             base_array_layer: i,
@@ -55,10 +55,5 @@ impl Layers {
             each: (0..size[2]).map(|i| texture.create_view(&layer(i))).collect(),
             texture,
         }
-    }
-
-    /// Bytes that they take.
-    pub fn bytes(&self) -> u64 {
-        gpu::bytes(&self.texture)
     }
 }

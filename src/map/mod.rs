@@ -17,7 +17,7 @@ pub mod warp;
 pub use layers::Layers;
 
 use crate::frame::Frame;
-use crate::gpu::{Gpu, Resource};
+use crate::gpu::{Buffer, Gpu, Resource};
 use crate::light::LightView;
 use crate::params::Params;
 use anyhow::{Context, Result};
@@ -90,7 +90,7 @@ pub const MOST: usize = 8;
 pub struct Maps {
     pub layers: Layers,
     /// [`MOST`] light views, of which each layer has its own.
-    pub light_views: wgpu::Buffer,
+    pub light_views: Buffer,
     /// Texels of each layer's side.
     pub sides: Vec<u32>,
     /// What `choose` and `map_texel` read beside, by name.
@@ -98,7 +98,7 @@ pub struct Maps {
 }
 
 /// A buffer for the light views of all layers; the first is `light_view` too.
-pub fn light_views(gpu: &Gpu, label: &str) -> wgpu::Buffer {
+pub fn light_views(gpu: &Gpu, label: &str) -> Buffer {
     let usage = wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC;
     gpu.buffer(label, &[0; MOST * size_of::<LightView>()], usage)
 }

@@ -3,7 +3,7 @@
 use super::casters::{Triangles, format, vertices};
 use super::{CasterParams, Layers};
 use crate::frame::Frame;
-use crate::gpu::{Gpu, Pass, Raster, hold};
+use crate::gpu::{Buffer, Gpu, Pass, Raster, hold};
 use crate::params::Params;
 use crate::scene::geometry::Vertex;
 use anyhow::Result;
@@ -46,7 +46,6 @@ impl Depths {
             return Ok(Depths { nearest: Layers::hold(&mut held.nearest, f.gpu, sides, format)?, peeled: None });
         }
         let nearest = Layers::hold(&mut held.nearest, f.gpu, sides, format)?;
-        f.held(nearest.bytes());
         Ok(Depths { nearest, peeled: Some(Layers::hold(&mut held.peeled, f.gpu, sides, format)?) })
     }
 
@@ -75,7 +74,7 @@ impl Peel {
         f: &mut Frame,
         [nearest, to]: [&wgpu::TextureView; 2],
         side: u32,
-        light_view: &wgpu::Buffer,
+        light_view: &Buffer,
         triangles: &Triangles,
         warped: bool,
     ) -> Result<()> {

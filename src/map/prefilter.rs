@@ -3,7 +3,7 @@
 use super::filter::Reach;
 use super::{MOST, Maps};
 use crate::frame::Frame;
-use crate::gpu::{Gpu, Pass, Resource, bytes, hold};
+use crate::gpu::{self, Buffer, Gpu, Pass, Resource, Texture, hold};
 use crate::light::LightView;
 use crate::params::{Group, Params, Values};
 use crate::view::{self, Area, Axis, Class, Drawn, Legend, Span, View};
@@ -93,18 +93,19 @@ pub struct Prefilter {
     textures: Option<(Size, Textures)>,
     /// For an anisotropy.
     sampler: Option<(u32, wgpu::Sampler)>,
-    uniforms: Vec<(Prefiltered, wgpu::Buffer)>,
+    uniforms: Vec<(Prefiltered, Buffer)>,
     /// The light view of each layer alone.
-    single: Vec<wgpu::Buffer>,
+    single: Vec<Buffer>,
 }
 
 struct Textures {
-    moments: wgpu::Texture,
+    /// On the account as long as its views are bound.
+    _moments: Texture,
     all: wgpu::TextureView,
     /// Level by level of each layer.
     levels: Vec<Vec<wgpu::TextureView>>,
     /// One layer on its way.
-    scratch: wgpu::Texture,
+    scratch: Texture,
 }
 
 impl Prefilter {
@@ -143,7 +144,6 @@ impl Prefilter {
             passes.iter().for_each(|pass| pass.forget());
             Ok(Textures::new(gpu, *size, *format))
         })?;
-        f.held(bytes(&textures.moments) + bytes(&textures.scratch));
         let scratch = textures.scratch.create_view(&Default::default());
         let view_size = size_of::<LightView>() as u64;
         let groups = |size: u32| size.div_ceil(8);
@@ -208,7 +208,7 @@ fn check(gpu: &Gpu, format: Format) -> Result<()> {
     Ok(())
 }
 
-fn uniform_buffer(held: &mut Vec<(Prefiltered, wgpu::Buffer)>, gpu: &Gpu, words: Prefiltered) -> wgpu::Buffer {
+fn uniform_buffer(held: &mut Vec<(Prefiltered, Buffer)>, gpu: &Gpu, words: Prefiltered) -> Buffer {
     if let Some((_, buffer)) = held.iter().find(|(w, _)| *w == words) {
         return buffer.clone();
     }
@@ -220,16 +220,8 @@ fn uniform_buffer(held: &mut Vec<(Prefiltered, wgpu::Buffer)>, gpu: &Gpu, words:
 impl Textures {
     fn new(gpu: &Gpu, [side, layers, levels]: [u32; 3], format: Format) -> Textures {
         let texture = |label, layers, levels| {
-            gpu.device.create_texture(&wgpu::TextureDescriptor {
-                label: Some(label),
-                size: wgpu::Extent3d { width: side, height: side, depth_or_array_layers: layers },
-                mip_level_count: levels,
-                sample_count: 1,
-                dimension: wgpu::TextureDimension::D2,
-                format,
-                usage: Use::STORAGE_BINDING | Use::TEXTURE_BINDING | Use::COPY_SRC,
-                view_formats: &[],
-            })
+            let usage = Use::STORAGE_BINDING | Use::TEXTURE_BINDING | Use::COPY_SRC;
+            gpu::texture(gpu, label, [side, side, layers], levels, format, usage)
         };
         let moments = texture("moments", layers, levels);
         let view = |dimension, layer: Option<u32>, level: Option<u32>| {
@@ -247,6 +239,6 @@ impl Textures {
             (0..levels).map(one).collect()
         };
         let (all, levels) = (view(wgpu::TextureViewDimension::D2Array, None, None), (0..layers).map(level).collect());
-        Textures { all, levels, scratch: texture("moments on their way", 1, 1), moments }
+        Textures { all, levels, scratch: texture("moments on their way", 1, 1), _moments: moments }
     }
 }

@@ -6,7 +6,7 @@ use super::fit::{Kept, Scope, msf};
 use super::peel::{Depths, Held};
 use super::{MapParams, Maps, light_views, margin, whole};
 use crate::frame::Frame;
-use crate::gpu::{Gpu, Pass};
+use crate::gpu::{Buffer, Gpu, Pass};
 use crate::light::LightView;
 use crate::params::Params;
 use anyhow::Result;
@@ -23,9 +23,9 @@ crate::params! {
 
 /// A light's view on the GPU: as it is given, or narrowed to the receivers that the camera sees.
 pub struct Fit {
-    whole: wgpu::Buffer,
-    fitted: wgpu::Buffer,
-    extent: wgpu::Buffer,
+    whole: Buffer,
+    fitted: Buffer,
+    extent: Buffer,
     receivers: Pass,
     narrow: Pass,
     last: Option<LightView>,
@@ -44,12 +44,11 @@ impl Fit {
     }
 
     /// The buffer that holds `view`; `narrow`: fitted once more, to the receivers that the camera sees.
-    pub fn run(&mut self, f: &mut Frame, view: LightView, narrow: bool) -> wgpu::Buffer {
+    pub fn run(&mut self, f: &mut Frame, view: LightView, narrow: bool) -> Buffer {
         if self.last != Some(view) {
             f.gpu.queue.write_buffer(&self.whole, 0, bytemuck::bytes_of(&view));
             self.last = Some(view);
         }
-        f.held(self.whole.size() + self.fitted.size() + self.extent.size());
         if !narrow {
             return self.whole.clone();
         }

@@ -2,7 +2,7 @@
 
 use super::bvh::Bvh;
 use super::{Interpolation, Local, Property, Scene, Wrap};
-use crate::gpu::{Gpu, Table};
+use crate::gpu::{Buffer, Gpu, Table};
 use crate::map::fit::hull::Polyhedron;
 use crate::map::fit::quickhull::convex_hull;
 use anyhow::{Result, ensure};
@@ -362,12 +362,12 @@ fn sample(channel: &super::Channel, time: f32) -> DVec4 {
 
 /// A scene's buffers on the GPU.
 pub struct SceneGpu {
-    pub vertices: wgpu::Buffer,
+    pub vertices: Buffer,
     /// Three corners a triangle, for casters.
-    pub indices: wgpu::Buffer,
+    pub indices: Buffer,
     welded: Vec<u32>,
-    pub triangles: wgpu::Buffer,
-    pub materials: wgpu::Buffer,
+    pub triangles: Buffer,
+    pub materials: Buffer,
     /// The BVH's nodes and triangles.
     pub nodes: Table,
     pub corners: Table,
@@ -448,7 +448,7 @@ impl SceneGpu {
     }
 
     /// Sets the casters' vertices, and the indices to draw of them.
-    pub fn set_casters(&self, pass: &mut wgpu::RenderPass, indices: &wgpu::Buffer) {
+    pub fn set_casters(&self, pass: &mut wgpu::RenderPass, indices: &Buffer) {
         pass.set_vertex_buffer(0, self.vertices.slice(..));
         pass.set_index_buffer(indices.slice(..), wgpu::IndexFormat::Uint32);
     }

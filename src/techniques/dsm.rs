@@ -87,7 +87,6 @@ impl Technique for Dsm {
         let base = self.warped.base(f, None, false)?;
         let plain = Layers::hold(&mut self.plain, f.gpu, &[resolution], wgpu::TextureFormat::Depth32Float)?;
         let map = &plain.each[0];
-        f.held(plain.bytes());
         let mut bound = self.grid.bound(f, p.grid);
         bound.extend([("light_view", (&base.light_view).into()), ("plain_map", map.into())]);
         if base.changed {

@@ -3,7 +3,7 @@
 
 use super::{Info, MAPS, NEAREST, Technique};
 use crate::frame::Frame;
-use crate::gpu::{Gpu, Pass};
+use crate::gpu::{Buffer, Gpu, Pass};
 use crate::map::filter::alone;
 use crate::map::warp::node_grid::{self, NodeGrid};
 use crate::map::warp::{self, RasterParams, Warped, storage};
@@ -72,7 +72,7 @@ struct FemGrid {
     warped: Warped,
     grid: NodeGrid,
     cell_errors: Pass,
-    errors: Option<wgpu::Buffer>,
+    errors: Option<Buffer>,
 }
 
 impl FemGrid {
@@ -96,7 +96,6 @@ impl Technique for FemGrid {
             Some(errors) => errors,
             None => storage(f.gpu, "cell errors", size),
         };
-        f.held(size);
         let mut bound = self.grid.bound(f, p.grid);
         bound.extend([("light_view", (&base.light_view).into()), ("error_sums", (&errors).into())]);
         if base.changed {

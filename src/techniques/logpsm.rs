@@ -2,7 +2,7 @@
 
 use super::{Info, MAPS, NEAREST, Technique};
 use crate::frame::Frame;
-use crate::gpu::{Gpu, Pass};
+use crate::gpu::{Buffer, Gpu, Pass};
 use crate::light::{Light, LightView};
 use crate::map::filter::{Reach, alone};
 use crate::map::fit::diagram::{self, Diagram, Drawing};
@@ -71,8 +71,8 @@ struct Logarithmic {
     warped: Warped,
     range: Pass,
     /// f_w/n_w and its logarithm, as `Shape` in the shader.
-    shape: wgpu::Buffer,
-    light_view: wgpu::Buffer,
+    shape: Buffer,
+    light_view: Buffer,
     drawing: Drawing,
     fit: Kept<Option<Fitted>>,
 }
@@ -137,7 +137,6 @@ impl Technique for Logarithmic {
         let p = LogpsmParams::read(f.values);
         let made = self.fit.get(f, scope(f, Reach::default()), |s| fitted(s, &p));
         let tight = self.warped.base(f, made.as_ref().and_then(|m| m.view), p.focus)?;
-        f.held(self.shape.size() + self.light_view.size());
         if tight.changed {
             f.run(&self.range)
                 .bind("light_view", &tight.light_view)

@@ -2,7 +2,7 @@
 
 use super::{Info, MAPS, NEAREST, Technique};
 use crate::frame::Frame;
-use crate::gpu::{Gpu, Pass, Resource, hold};
+use crate::gpu::{Buffer, Gpu, Pass, Resource, hold};
 use crate::light::LightView;
 use crate::map::filter::{Reach, alone};
 use crate::map::fit::{Kept, msf};
@@ -114,7 +114,7 @@ struct Notw {
     count_after: Pass,
     occupy: Pass,
     /// A histogram, and those before, between and after the warps one after the other.
-    occupancy: [wgpu::Buffer; 2],
+    occupancy: [Buffer; 2],
 }
 
 /// Bytes of a histogram.
@@ -124,19 +124,19 @@ const HISTOGRAM: u64 = 80;
 struct Lines {
     axes: [Axis; 2],
     /// Between the steps of smoothing; nothing of it is needed later.
-    halfway: wgpu::Buffer,
-    halfway_weights: wgpu::Buffer,
+    halfway: Buffer,
+    halfway_weights: Buffer,
     /// Bound where the last step leaves no weights.
-    no_weights: wgpu::Buffer,
+    no_weights: Buffer,
 }
 
 /// Rows or columns.
 struct Axis {
-    counts: wgpu::Buffer,
-    sums: wgpu::Buffer,
-    weights: wgpu::Buffer,
-    total: wgpu::Buffer,
-    warp: wgpu::Buffer,
+    counts: Buffer,
+    sums: Buffer,
+    weights: Buffer,
+    total: Buffer,
+    warp: Buffer,
 }
 
 impl Notw {
@@ -182,11 +182,6 @@ impl Lines {
             no_weights: storage(gpu, "no weights", 16),
         }
     }
-
-    fn bytes(&self) -> u64 {
-        let axes = self.axes.iter().flat_map(|a| [&a.counts, &a.sums, &a.weights, &a.total, &a.warp]);
-        axes.chain([&self.halfway, &self.halfway_weights]).map(|b| b.size()).sum()
-    }
 }
 
 impl Technique for Notw {
@@ -200,7 +195,6 @@ impl Technique for Notw {
             f.gpu.info.name
         );
         let lines = hold(&mut self.lines, resolution, |side| Ok(Lines::new(f.gpu, *side)))?;
-        f.held(lines.bytes());
         let view = match p.crop.as_str() {
             "msf" => {
                 if f.wants_outlines() {
@@ -240,14 +234,14 @@ impl Technique for Notw {
                     .dispatch(resolution, 1, 1);
                 let along = (p.window_along * resolution as f32).round() > 0.0;
                 let weights = |last: bool| if last { &lines.no_weights } else { &lines.halfway_weights };
-                let mut smooth = |pass: &Pass, from: [&wgpu::Buffer; 2], to: &wgpu::Buffer, lines_a_group: u32| {
+                let mut smooth = |pass: &Pass, from: [&Buffer; 2], to: &Buffer, lines_a_group: u32| {
                     f.run(pass)
                         .bind_all(&bound)
                         .bind("line_sums", from[0])
                         .bind("line_weights", from[1])
                         .bind("samples_total", &axis.total)
                         .bind("smoothed", to)
-                        .bind("smoothed_weights", weights(from[1] == &lines.halfway_weights))
+                        .bind("smoothed_weights", weights(std::ptr::eq(from[1], &lines.halfway_weights)))
                         .dispatch(groups, resolution.div_ceil(lines_a_group), 1);
                 };
                 let own = [&axis.sums, &axis.weights];

@@ -2,7 +2,7 @@
 
 use super::{CASCADE_FILTERING, Info, Technique, chosen};
 use crate::frame::Frame;
-use crate::gpu::{Gpu, Pass};
+use crate::gpu::{Buffer, Gpu, Pass};
 use crate::light::{Light, LightView};
 use crate::map::cascades::{ANALYSED, Boxes, CascadeParams, Cascades, MAPS};
 use crate::map::filter::{LookUp, alone};
@@ -313,7 +313,7 @@ pub fn split_range(p: &PssmParams, scope: &Scope) -> [f64; 2] {
 
 struct Pssm {
     cascades: Cascades,
-    range: wgpu::Buffer,
+    range: Buffer,
     find_range: Pass,
     place_splits: Pass,
     look_up: LookUp,
@@ -370,7 +370,6 @@ impl Technique for Pssm {
             let words: Vec<f32> = splits.iter().map(|z| *z as f32).collect();
             f.gpu.queue.write_buffer(&self.cascades.splits, 0, bytemuck::cast_slice(&words));
         }
-        f.held(self.range.size());
         let maps = self.cascades.draw(f, &c)?;
         self.look_up.run(f, &maps, filter, &[])
     }

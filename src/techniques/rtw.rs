@@ -2,7 +2,7 @@
 
 use super::{Info, MAPS, NEAREST, Technique};
 use crate::frame::Frame;
-use crate::gpu::{Gpu, Pass, Resource, hold};
+use crate::gpu::{Buffer, Gpu, Pass, Resource, hold};
 use crate::map::Layers;
 use crate::map::casters::{Casters, Triangles};
 use crate::map::filter::alone;
@@ -123,10 +123,10 @@ struct Rtw {
 
 /// The importance map and what becomes of it.
 struct Tables {
-    importance: wgpu::Buffer,
-    profiles: wgpu::Buffer,
-    blurred: wgpu::Buffer,
-    warps: wgpu::Buffer,
+    importance: Buffer,
+    profiles: Buffer,
+    blurred: Buffer,
+    warps: Buffer,
 }
 
 impl Rtw {
@@ -157,10 +157,6 @@ impl Tables {
             warps: storage(gpu, "warps", 2 * (side + 1) * 4),
         }
     }
-
-    fn bytes(&self) -> u64 {
-        [&self.importance, &self.profiles, &self.blurred, &self.warps].map(|b| b.size()).iter().sum()
-    }
 }
 
 impl Technique for Rtw {
@@ -175,7 +171,6 @@ impl Technique for Rtw {
             f.gpu.info.name
         );
         let tables = hold(&mut self.tables, bins, |n| Ok(Tables::new(f.gpu, *n)))?;
-        f.held(tables.bytes());
         // The whole scene: what the camera wants weighs, but cuts nothing off.
         let base = self.warped.base(f, None, false)?;
         let bound: [(&'static str, Resource); 5] = [
@@ -214,9 +209,6 @@ impl Technique for Rtw {
                 .dispatch(groups, groups, 1);
             f.run(&self.blur).bind_all(&bound).bind("blurred", &tables.blurred).dispatch(groups, 2, 1);
             f.run(&self.sum).bind_all(&bound).bind("edges", &tables.warps).dispatch(2, 1, 1);
-        }
-        if let Some(depth) = &self.light_depth {
-            f.held(depth.bytes());
         }
         self.warped.draw(f, &base, &bound)?;
         Ok(())

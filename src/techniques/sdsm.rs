@@ -2,7 +2,7 @@
 
 use super::{CASCADE_FILTERING, Info, Technique, chosen};
 use crate::frame::Frame;
-use crate::gpu::{Gpu, Pass};
+use crate::gpu::{Buffer, Gpu, Pass};
 use crate::light::LightView;
 use crate::map::cascades::{ANALYSED, Boxes, CascadeParams, Cascades, MAPS};
 use crate::map::filter::{LookUp, alone};
@@ -100,8 +100,8 @@ impl Last {
 
 struct Sdsm {
     cascades: Cascades,
-    range: wgpu::Buffer,
-    bins: wgpu::Buffer,
+    range: Buffer,
+    bins: Buffer,
     find_range: Pass,
     fill_bins: Pass,
     place_splits: Pass,
@@ -143,7 +143,6 @@ impl Technique for Sdsm {
         self.last = Some(now);
         f.clear(&self.range);
         f.clear(&self.bins);
-        f.held(self.range.size() + self.bins.size());
         let [w, h] = f.size.map(|s| s.div_ceil(64));
         f.run(&self.find_range).bind("range", &self.range).dispatch(w, h, 1);
         // The logarithmic scheme needs the range only.

@@ -4,7 +4,7 @@
 //! adapters egui's fragments are dear, and a row that lights up under the pointer must not cost a whole window.
 
 use super::stage::Picture;
-use crate::gpu::{Gpu, Shaders, Slot};
+use crate::gpu::{Buffer, Gpu, Shaders, Slot};
 use anyhow::{Context, Result, ensure};
 use bytemuck::{Pod, Zeroable};
 use egui::epaint::{ClippedShape, Shape};
@@ -28,7 +28,7 @@ pub struct Canvas {
     egui: egui_wgpu::Renderer,
     blit: wgpu::RenderPipeline,
     sampler: wgpu::Sampler,
-    placed: (Placed, wgpu::Buffer),
+    placed: (Placed, Buffer),
     /// What the window shows.
     screen: Slot,
     /// The picture with what binds it, and the pixels of the viewport that it was made for.

@@ -267,7 +267,7 @@ fn every_view_shows_something() {
 }
 
 /// What every WebGPU adapter guarantees is enough, and gives the same visibility: rasters, fits and analysis included. The
-/// picture is nearly right, which is what another driver than the one at hand has to show too.
+/// picture is nearly right.
 #[test]
 fn no_technique_needs_more_than_is_guaranteed() {
     let weak = Gpu::within(&gpu::instance(), None, None, |_| wgpu::Limits::default()).unwrap();
@@ -318,4 +318,59 @@ fn a_caster_near_the_lamp_casts() {
             assert!(e.rmse < 0.2 && e.shadow_correct > 400, "{} with a range of {reach}: {e:?}", info.id);
         }
     }
+}
+
+/// One picture of every technique: what a second driver is asked for, where each takes seconds to compile.
+#[test]
+fn every_technique_draws() {
+    let light = sun(Vec3::new(0.8, 0.6, 0.3));
+    let (mut r, mut s) = start(lit(&yard(), camera(Vec3::new(2.0, 3.0, 4.0), Vec3::ZERO), light), [64, 48]);
+    println!("{}", r.gpu.info.name);
+    for info in serving(light) {
+        choose(&mut s, info, 256, &[]);
+        let e = shadowscope::measure::errors(&mut r, &s).unwrap_or_else(|e| panic!("{}: {e:#}", info.id));
+        println!("{}: rmse {:.4}", info.id, e.rmse);
+        assert!(e.rmse < 0.2 && e.lit_correct > 1000 && e.shadow_correct > 100, "{}: {e:?}", info.id);
+    }
+}
+
+/// The memory that is told is what the driver's allocator gave, however maps are looked up and casters drawn, and the analysis is
+/// no part of it.
+#[test]
+fn memory_told_is_memory_made() {
+    let light = sun(Vec3::new(0.8, 0.6, 0.3));
+    let scene = lit(&yard(), camera(Vec3::new(2.0, 3.0, 4.0), Vec3::ZERO), light);
+    let (_, mut s) = start(scene.clone(), [64, 48]);
+    // A device of its own, on which nobody else allocates.
+    let gpu = Arc::new(Gpu::new(None).unwrap());
+    let mut r = Renderer::new(gpu.clone(), Arc::new(scene)).unwrap();
+    let mut taken = |s: &Setup, analysis: bool| {
+        let told = r.render(s, Ask { analysis, ..ask(s) }).unwrap().gpu_bytes;
+        // Buffers that a frame let go are freed once the device has done with them.
+        gpu.queue.submit([]);
+        gpu.wait().unwrap();
+        let report = gpu.device.generate_allocator_report().expect("an allocator that reports");
+        // What wgpu takes for itself is nobody's: room to check indirect draws in.
+        let made = report.allocations.iter().filter(|a| !a.name.starts_with("(wgpu internal)"));
+        (told, made.map(|a| a.size).sum::<u64>())
+    };
+    choose(&mut s, techniques::find("rt-hard").unwrap(), 512, &[]);
+    taken(&s, true);
+    let [with, without] = [true, false].map(|analysis| {
+        let (told, all) = taken(&s, analysis);
+        all - told
+    });
+    for info in serving(light) {
+        let chosen = filters(info).into_iter().map(|set| vec![set]).chain(exact(info));
+        for sets in chosen.chain([vec![]]) {
+            choose(&mut s, info, 512, &sets);
+            let (told, all) = taken(&s, false);
+            let made = all - without;
+            println!("{} {sets:?}: {told} told, {made} made", info.id);
+            // What alignment adds.
+            assert!(told.abs_diff(made) < 32768 + made / 50, "{} {sets:?}: {told} told, {made} made", info.id);
+            assert_eq!(taken(&s, true).0, told, "{} {sets:?} with the analysis", info.id);
+        }
+    }
+    assert!(with >= without);
 }

@@ -3,7 +3,7 @@
 use super::lispsm::Lispsm;
 use super::{hull, warped};
 use crate::frame::Frame;
-use crate::gpu::{Gpu, Pass};
+use crate::gpu::{Buffer, Gpu, Pass};
 use crate::palette::RAMP;
 use crate::view::{self, Class, Drawn, Legend, View};
 use anyhow::Result;
@@ -228,7 +228,7 @@ impl Diagram {
 /// The pass that draws it.
 pub struct Drawing {
     pass: Pass,
-    strokes: wgpu::Buffer,
+    strokes: Buffer,
 }
 
 impl Drawing {

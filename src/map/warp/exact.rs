@@ -2,7 +2,7 @@
 
 use super::{Casters, RAY_ARGUMENTS, Way, shown, storage};
 use crate::frame::Frame;
-use crate::gpu::{Gpu, Pass, Raster, Resource, Slot, hold};
+use crate::gpu::{Buffer, Gpu, Pass, Raster, Resource, Slot, hold};
 use crate::map::filter::alone;
 use crate::params::Group;
 use anyhow::Result;
@@ -51,12 +51,12 @@ struct Size {
 }
 
 struct Held {
-    bands: Vec<wgpu::Buffer>,
-    rays: wgpu::Buffer,
-    nearest: wgpu::Buffer,
-    needed: wgpu::Buffer,
-    cells: wgpu::Buffer,
-    boxes: wgpu::Buffer,
+    bands: Vec<Buffer>,
+    rays: Buffer,
+    nearest: Buffer,
+    needed: Buffer,
+    cells: Buffer,
+    boxes: Buffer,
 }
 
 impl Exact {
@@ -99,7 +99,7 @@ impl Casters for Exact {
         changed: bool,
         bound: &[(&'static str, Resource)],
         map: &wgpu::TextureView,
-        [arguments, state]: [&wgpu::Buffer; 2],
+        [arguments, state]: [&Buffer; 2],
     ) -> Result<()> {
         let resolution = map.texture().width();
         let texels = resolution as u64 * resolution as u64;
@@ -115,11 +115,6 @@ impl Casters for Exact {
         })?;
         let side = cells_side(resolution);
         let picture = self.picture.get(f.gpu, "cells", [side; 2], CELLS, wgpu::TextureUsages::RENDER_ATTACHMENT);
-        let buffers = [&held.rays, &held.nearest, &held.needed, &held.cells, &held.boxes];
-        f.held(buffers.iter().map(|b| b.size()).sum());
-        if let Some(texture) = self.picture.texture() {
-            f.held(crate::gpu::bytes(texture));
-        }
         if changed {
             let mut all = bound.to_vec();
             all.extend([

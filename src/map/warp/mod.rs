@@ -14,7 +14,7 @@ use super::fit::Scope;
 use super::single::{Fit, scope};
 use super::{CasterParams, Layers, MapParams, Maps, whole};
 use crate::frame::{ANALYSIS, Counting, Frame};
-use crate::gpu::{Gpu, Pass, Resource, hold};
+use crate::gpu::{Buffer, Gpu, Pass, Resource, hold};
 use crate::light::LightView;
 use crate::params::{Group, Params, Values};
 use crate::techniques::NEAREST;
@@ -99,7 +99,7 @@ trait Casters {
         changed: bool,
         bound: &[(&'static str, Resource)],
         map: &wgpu::TextureView,
-        arguments_and_state: [&wgpu::Buffer; 2],
+        arguments_and_state: [&Buffer; 2],
     ) -> Result<()>;
 }
 
@@ -116,19 +116,19 @@ pub struct Warped {
     file: &'static str,
     groups: &'static [Group],
     fit: Fit,
-    light_view: Option<wgpu::Buffer>,
+    light_view: Option<Buffer>,
     layers: Option<Layers>,
     casters: Option<(Way, Box<dyn Casters>)>,
-    arguments: wgpu::Buffer,
+    arguments: Buffer,
     /// `State` in `shaders/map/warp/warped.wgsl`, for a number of triangles.
-    state: Option<(u32, wgpu::Buffer)>,
+    state: Option<(u32, Buffer)>,
     /// For a number of triangles.
-    folds: Option<(u32, wgpu::Buffer)>,
+    folds: Option<(u32, Buffer)>,
     look_up: LookUp,
     count: Pass,
     count_folds: Pass,
-    counting: wgpu::Buffer,
-    counts: Option<wgpu::Buffer>,
+    counting: Buffer,
+    counts: Option<Buffer>,
     made: Option<Key>,
     /// What the frame at work makes.
     making: Option<Key>,
@@ -136,7 +136,7 @@ pub struct Warped {
 
 /// The light's view before the warp.
 pub struct Base {
-    pub light_view: wgpu::Buffer,
+    pub light_view: Buffer,
     /// The warp and the map must be made anew: something that they depend on changed.
     pub changed: bool,
 }
@@ -209,12 +209,7 @@ impl Warped {
         let map = layers.each[0].clone();
         let triangles = f.scene.triangle_count;
         let state = hold(&mut self.state, triangles, |n| {
-            Ok(f.gpu.device.create_buffer(&wgpu::BufferDescriptor {
-                label: Some("state of a warped map"),
-                size: TRIANGLES_MET + n.div_ceil(32).max(1) as u64 * 4,
-                usage: STATE,
-                mapped_at_creation: false,
-            }))
+            Ok(f.gpu.room("state of a warped map", TRIANGLES_MET + n.div_ceil(32).max(1) as u64 * 4, STATE))
         })?;
         let folds =
             hold(&mut self.folds, triangles, |n| Ok(storage(f.gpu, "folded triangles", n.div_ceil(32) as u64 * 4)))?;
@@ -226,8 +221,6 @@ impl Warped {
             ("folds", (&*folds).into()),
             ("folded", (&*folds).into()),
         ]);
-        let own = [&*state, &self.arguments, &*folds];
-        f.held(own.map(|b| b.size()).iter().sum());
         if base.changed {
             f.clear(state);
             f.clear(folds);
@@ -266,7 +259,7 @@ impl Warped {
     }
 
     /// Shows counts of view samples, a number per texel, where the map `id` is asked for.
-    pub fn show_counts(&self, f: &mut Frame, id: &str, counts: &wgpu::Buffer, resolution: u32) {
+    pub fn show_counts(&self, f: &mut Frame, id: &str, counts: &Buffer, resolution: u32) {
         if f.view != id {
             return;
         }
@@ -285,7 +278,7 @@ impl Warped {
     }
 
     /// A buffer for a count a texel, held while it is looked at.
-    fn counts(&mut self, gpu: &Gpu, resolution: u32) -> wgpu::Buffer {
+    fn counts(&mut self, gpu: &Gpu, resolution: u32) -> Buffer {
         let size = resolution as u64 * resolution as u64 * 4;
         if self.counts.as_ref().is_none_or(|b| b.size() != size) {
             self.counts = Some(storage(gpu, "view samples before the warp", size));
@@ -301,11 +294,7 @@ fn shown(f: &Frame) -> bool {
 }
 
 /// A storage buffer of so many bytes that can be copied both ways.
-pub fn storage(gpu: &Gpu, label: &str, size: u64) -> wgpu::Buffer {
-    gpu.device.create_buffer(&wgpu::BufferDescriptor {
-        label: Some(label),
-        size: size.max(16).next_multiple_of(4),
-        usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST,
-        mapped_at_creation: false,
-    })
+pub fn storage(gpu: &Gpu, label: &str, size: u64) -> Buffer {
+    use wgpu::BufferUsages as Use;
+    gpu.room(label, size, Use::STORAGE | Use::COPY_SRC | Use::COPY_DST)
 }

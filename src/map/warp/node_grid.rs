@@ -4,7 +4,7 @@
 //! own shader has the entry point `solve`, one workgroup, which leaves the nodes in `placed_nodes`.
 
 use crate::frame::Frame;
-use crate::gpu::{Gpu, Pass, Resource};
+use crate::gpu::{Buffer, Gpu, Pass, Resource};
 use crate::map::filter::alone;
 use crate::map::warp::storage;
 use crate::params::Group;
@@ -47,17 +47,17 @@ pub struct NodeGrid {
     table: Pass,
     draw: Pass,
     held: Option<Held>,
-    drawing: Option<wgpu::Buffer>,
-    energies: wgpu::Buffer,
+    drawing: Option<Buffer>,
+    energies: Buffer,
 }
 
 /// Buffers of one number of cells along a side.
 struct Held {
     side: u32,
-    nodes: wgpu::Buffer,
-    table: wgpu::Buffer,
-    solver: wgpu::Buffer,
-    weights: wgpu::Buffer,
+    nodes: Buffer,
+    table: Buffer,
+    solver: Buffer,
+    weights: Buffer,
 }
 
 impl NodeGrid {
@@ -95,8 +95,6 @@ impl NodeGrid {
             Some(drawing) => drawing,
             None => storage(f.gpu, "node drawing", pixels * 4),
         };
-        let all = [&held.nodes, &held.table, &held.solver, &held.weights, &self.energies];
-        f.held(all.into_iter().map(|b| b.size()).sum());
         let bound = vec![
             ("grid_nodes", (&held.nodes).into()),
             ("placed_nodes", (&held.nodes).into()),

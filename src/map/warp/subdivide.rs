@@ -2,7 +2,7 @@
 
 use super::{Casters, Way, storage};
 use crate::frame::Frame;
-use crate::gpu::{Gpu, Pass, Raster, Resource, hold};
+use crate::gpu::{Buffer, Gpu, Pass, Raster, Resource, hold};
 use crate::light::Light;
 use crate::map::filter::alone;
 use crate::params::Group;
@@ -37,10 +37,10 @@ pub struct Subdivide {
 }
 
 struct Held {
-    levels: Vec<wgpu::Buffer>,
-    work: wgpu::Buffer,
-    pieces: wgpu::Buffer,
-    rays: wgpu::Buffer,
+    levels: Vec<Buffer>,
+    work: Buffer,
+    pieces: Buffer,
+    rays: Buffer,
 }
 
 impl Subdivide {
@@ -74,7 +74,7 @@ impl Casters for Subdivide {
         changed: bool,
         bound: &[(&'static str, Resource)],
         map: &wgpu::TextureView,
-        [arguments, _]: [&wgpu::Buffer; 2],
+        [arguments, _]: [&Buffer; 2],
     ) -> Result<()> {
         let resolution = map.texture().width();
         let passes = [&self.need, &self.spread, &self.trace, &self.split, &self.finish, &self.draw];
@@ -90,7 +90,6 @@ impl Casters for Subdivide {
             passes.iter().for_each(|p| p.forget());
             Held::new(f.gpu, *of, self.linear)
         })?;
-        f.held([&held.work, &held.pieces, &held.rays].iter().map(|b| b.size()).sum());
         if !changed {
             return Ok(());
         }
