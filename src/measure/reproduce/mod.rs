@@ -123,7 +123,7 @@ pub static ALL: &[Reproduction] = &[
         id: "azri-2.13",
         title: "Azri 2020, figure 2.13: averaged depths beside averaged comparisons",
         run: pcf::order,
-        deviation: "The nine depths stand in her figure alone, to which we have no access. By her own rule a texel \
+        deviation: "Her text does not give the nine depths of the figure. By her own rule a texel \
                     of smaller depth casts a shadow: 73 is more than 54, so that her result 1 is full light and her \
                     44 % are lit, where her text says in shadow. Ours are shares of light.",
     },
@@ -152,9 +152,9 @@ pub static ALL: &[Reproduction] = &[
         id: "navratil-3.9",
         title: "Navratil 2015, figure 3.9: the seam between two cascades",
         run: cascades::seam,
-        deviation: "He shows a picture without numbers. As many texels in either map leave the step as large, since \
-                    the blur itself then changes its width. With one width in metres two thirds of it go, and the \
-                    rest is spread over five times as many pixels. To blend the cascades is another way \
+        deviation: "He shows a picture without numbers. A filter of as many texels in either map makes the step smaller, but the \
+                    edge changes its width there instead. One width in metres does better, the wider the more; its greys \
+                    differ by less, over more pixels than the stairs did. To blend the cascades is another way \
                     ([`pssm`](techniques/pssm.md)).",
     },
     Reproduction {
