@@ -269,7 +269,17 @@ fn advice_meets_its_budget_or_says_what_comes_closest() {
 #[test]
 fn the_reproductions_document_is_the_commands_output() {
     let dir = tempfile::tempdir().unwrap();
-    let ids = ["morais-6", "navratil-3.7", "wimmer-n", "chong-psm"];
+    let ids = [
+        "morais-6",
+        "kenzel-1.7",
+        "kenzel-5.5",
+        "navratil-2.17",
+        "azri-2.13",
+        "navratil-3.7",
+        "navratil-3.9",
+        "wimmer-n",
+        "chong-psm",
+    ];
     let printed = ok(dir.path(), &[&["reproduce"], &ids[..], &["-o", "images"]].concat()).stdout;
     let printed = String::from_utf8(printed).unwrap();
     let docs = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs");

@@ -1,9 +1,12 @@
 //! Published tables and figures measured again: ours beside theirs, as Markdown with pictures.
 
 mod axis;
+mod cascades;
 mod chong;
+mod kenzel;
 mod morais;
 mod navratil;
+mod pcf;
 mod trapezoid;
 
 use crate::capture;
@@ -11,7 +14,7 @@ use crate::chart::{self, Lines};
 use crate::frame::Renderer;
 use crate::gpu::Gpu;
 use crate::scene::builtin;
-use crate::setup::Setup;
+use crate::setup::{Arrange, Setup};
 use anyhow::{Context, Result, ensure};
 use std::path::Path;
 use std::sync::Arc;
@@ -80,6 +83,51 @@ pub static ALL: &[Reproduction] = &[
                     in focus. Seen aslant, as in Side-Trees, it gives that part less than the rule does.",
     },
     Reproduction {
+        id: "kenzel-1.5-1.6",
+        title: "Kenzel 2013, figures 1.5 and 1.6, and Navratil 2015, figure 2.16: acne and peter-panning",
+        run: kenzel::bias,
+        deviation: "Both theses show pictures without numbers, of other scenes than ours; Navratil's drawing of the \
+                    cause (2.16, left) is not drawn again. With 24 bits of depth or more it is the cause that \
+                    Navratil names, a texel's one depth for all that it covers, and not precision, as Kenzel has it: \
+                    the acne of 16 bits is the same. With 16 bits of hyperbolic depth precision makes acne too, \
+                    which a slope bias alone does not cure. The rasteriser's slope bias, which Kenzel means, \
+                    detaches more than the best constant; but that is another one in each scene ([biases \
+                    compared](bias.md)).",
+    },
+    Reproduction {
+        id: "kenzel-1.7",
+        title: "Kenzel 2013, figure 1.7: a shadow map's stairs beside exact edges",
+        run: kenzel::stairs,
+        deviation: "He shows two pictures without numbers, the exact one drawn with shadow volumes; those are not \
+                    there yet, ours is ray traced. From 512² to 4096² m falls to an eighth, the wrong pixels at \
+                    edges to a fifth, the contour's distance to a half only.",
+    },
+    Reproduction {
+        id: "kenzel-5.5",
+        title: "Kenzel 2013, figure 5.5: percentage-closer filtering of a map that is far too coarse",
+        run: kenzel::coarse,
+        deviation: "He shows pictures without numbers; the third, EDSM, is not there yet. In the coarsest map the \
+                    wide filter errs more than one comparison, since it blurs the shadows away. Where texels are \
+                    smaller than pixels the narrow one has less than a pixel to average, and nears the error of a \
+                    single ray.",
+    },
+    Reproduction {
+        id: "navratil-2.17",
+        title: "Navratil 2015, figure 2.17, and Azri 2020, figure 2.12: 1, 4, 9 and 16 samples of percentage-closer filtering",
+        run: pcf::samples,
+        deviation: "Neither thesis gives numbers. Filters of 2 × 2 and 4 × 4 single texels are not there; disks take \
+                    their places. So coarse a map is blurred over many pixels, which errs more than one comparison; \
+                    where texels are smaller than pixels the filter errs less (figure 5.5 of Kenzel).",
+    },
+    Reproduction {
+        id: "azri-2.13",
+        title: "Azri 2020, figure 2.13: averaged depths beside averaged comparisons",
+        run: pcf::order,
+        deviation: "Her text does not give the nine depths of the figure. By her own rule a texel \
+                    of smaller depth casts a shadow: 73 is more than 54, so that her result 1 is full light and her \
+                    44 % are lit, where her text says in shadow. Ours are shares of light.",
+    },
+    Reproduction {
         id: "navratil-3.5",
         title: "Navratil 2015, figures 3.4 to 3.6: lights after the camera's perspective",
         run: navratil::post_perspective,
@@ -91,6 +139,23 @@ pub static ALL: &[Reproduction] = &[
         run: axis::splits,
         deviation: "Both figures are drawings without numbers. Their claims hold: the logarithmic scheme (λ = 1) has the \
                     same worst error in each part, the even one (λ = 0) has the largest of all next to the camera.",
+    },
+    Reproduction {
+        id: "navratil-3.8",
+        title: "Navratil 2015, figure 3.8: cascades fitted with and without a look at the scene",
+        run: cascades::fits,
+        deviation: "He shows two drawings. The table of the blocks casts and receives all over each part, so that \
+                    next to nothing can be cut away there. Independent maps clamp casters before them to their near \
+                    plane, dependent ones reach back to them; neither loses one.",
+    },
+    Reproduction {
+        id: "navratil-3.9",
+        title: "Navratil 2015, figure 3.9: the seam between two cascades",
+        run: cascades::seam,
+        deviation: "He shows a picture without numbers. A filter of as many texels in either map makes the step smaller, but the \
+                    edge changes its width there instead. One width in metres does better, the wider the more; its greys \
+                    differ by less, over more pixels than the stairs did. To blend the cascades is another way \
+                    ([`pssm`](techniques/pssm.md)).",
     },
     Reproduction {
         id: "wimmer-n",
@@ -249,6 +314,18 @@ impl Bench<'_> {
         Ok((renderer, setup.clone()))
     }
 
+    /// As [`Bench::capture`], of several set-ups that differ in their techniques alone: panes of the first one's size, two
+    /// beside each other.
+    fn panes(&mut self, name: &str, says: &str, setups: &[Setup]) -> Result<String> {
+        let mut whole = setups[0].clone();
+        for setup in &setups[1..] {
+            whole.against.push(setup.kept(&setup.technique)?);
+        }
+        whole.arrange = Arrange::SideBySide;
+        whole.size = [2 * whole.size[0], setups.len().div_ceil(2) as u32 * whole.size[1]];
+        self.capture(name, says, &whole)
+    }
+
     /// As [`picture`], of a set-up of a built-in scene.
     fn capture(&mut self, name: &str, says: &str, setup: &Setup) -> Result<String> {
         let folder = self.folder;
@@ -262,6 +339,16 @@ impl Bench<'_> {
     }
 }
 
+/// The set-up with another technique, and of its parameters those named `key=value`.
+fn with(start: &Setup, technique: &str, sets: &[&str]) -> Result<Setup> {
+    let mut setup = start.clone();
+    setup.select(technique)?;
+    for set in sets {
+        setup.set(set, &[technique.into()])?;
+    }
+    Ok(setup)
+}
+
 /// Writes a picture if there is a folder for it; Markdown that shows it.
 fn picture(folder: Option<&Path>, name: &str, says: &str, write: impl FnOnce(&Path) -> Result<()>) -> Result<String> {
     let Some(folder) = folder else { return Ok(String::new()) };
@@ -269,6 +356,11 @@ fn picture(folder: Option<&Path>, name: &str, says: &str, write: impl FnOnce(&Pa
     capture::create_folder(&path)?;
     write(&path)?;
     Ok(format!("![{says}]({})\n", path.display()))
+}
+
+/// What is said of a claim once it is measured.
+fn holds(claim: bool) -> &'static str {
+    if claim { "holds" } else { "**does not hold**" }
 }
 
 /// Three digits that count, without exponent.
