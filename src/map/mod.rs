@@ -12,6 +12,7 @@ mod layers;
 pub mod peel;
 pub mod prefilter;
 pub mod single;
+pub mod sums;
 pub mod warp;
 
 pub use layers::Layers;

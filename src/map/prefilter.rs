@@ -60,6 +60,11 @@ pub struct Moments {
 }
 
 impl Moments {
+    /// Whether they are whole numbers, for summed-area tables, and not averaged.
+    pub fn summed(self) -> bool {
+        matches!(self.format, Format::Rg32Uint | Format::Rgba32Uint)
+    }
+
     /// So many planes of so many numbers each, with the precision that the values ask for.
     pub fn of(values: &Values, planes: u32, numbers: u32) -> Moments {
         let format = match (PrefilterParams::read(values).precision.as_str(), numbers) {
