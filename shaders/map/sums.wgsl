@@ -122,5 +122,5 @@ fn mean_of_box(centre: vec2f, half: vec2f, layer: u32, side: f32) -> vec4f {
     let size = high - low;
     let inner = inner_high - inner_low;
     let outside = 1.0 - inner.x * inner.y / (size.x * size.y);
-    return sum_of_box(inner_low, inner_high, layer, i32(side)) / (one() * size.x * size.y) + outside;
+    return sum_of_box(inner_low, inner_high, layer, i32(side)) / (one() * size.x * size.y) + outside * moments(1.0);
 }

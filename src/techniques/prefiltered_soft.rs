@@ -17,7 +17,7 @@ crate::params! {
             /// Side of the widest box that is searched or averaged, at most a quarter of the map's side. Wider penumbras are cut to it. Too wide: few bits are left for each texel, and shadows get noisy.
             max_box: int(128, 8..=256, "texels"),
             /// Shares of light below this count as none, and the rest is stretched: light that leaks through behind several casters goes dark, and penumbras get narrower.
-            soft_bleeding: float(0.1, 0.0..=0.9, ""),
+            soft_bleeding: float(0.0, 0.0..=0.9, ""),
             /// How far the moments are drawn towards those of evenly spread depths. Too little: rounding shows as noise. Too much: light leaks.
             mssm_bias: float(6.0, 0.0..=100.0, "× 10⁻⁶") if soft_kind = "mssm",
         }

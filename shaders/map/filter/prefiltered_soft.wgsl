@@ -2,6 +2,7 @@
 //!include map/filter/chebyshev.wgsl
 //!include map/filter/hamburger.wgsl
 //!include map/filter/penumbra.wgsl
+//!include map/filter/quantised.wgsl
 // Soft shadows from box means of moments: variance (Yang et al. 2010) and moment soft shadow mapping (Peters et al. 2016). As PCSS,
 // a search for casters and a filter as wide as the penumbra, but each is one mean.
 
@@ -18,7 +19,8 @@ fn widest_box() -> f32 {
 }
 
 fn moments(z: f32) -> vec4f {
-    return vec4f(z, z * z, z * z * z, z * z * z * z);
+    let b = vec4f(z, z * z, z * z * z, z * z * z * z);
+    return select(b, saturate(packed(b)), soft.soft_kind == soft_kind_mssm);
 }
 
 // The share of a box's depths that lie before a depth, and their mean, from the box's moments.
@@ -26,7 +28,7 @@ fn casters_before(m: vec4f, t: f32) -> vec2f {
     // What is lit lies at the receiver's depth.
     let seen = chebyshev(m.xy, t, 1.0 / one());
     let two = vec2f(1.0 - seen, max((m.x - seen * t) / max(1.0 - seen, 1e-6), 0.0));
-    let four = depths_before(mix(m, vec4f(0.5), 1e-6 * soft.mssm_bias), t);
+    let four = depths_before(mix(unpacked(m), vec4f(0.5), 1e-6 * soft.mssm_bias), t);
     return select(two, four, soft.soft_kind == soft_kind_mssm);
 }
 
