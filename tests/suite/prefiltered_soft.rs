@@ -4,9 +4,11 @@ use crate::common::*;
 use crate::filters_pcf::{lamp, looked_up, penumbra, sheets, under_a_lid};
 use crate::light_size::wide_sun;
 use crate::moments::{leaks, probe, with_probe};
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 use shadowscope::frame::Ask;
 use shadowscope::gpu::{Pass, Recorder, Resource, Timer, texture};
+use shadowscope::light::Light;
+use shadowscope::measure::metrics::FACING;
 use shadowscope::params::{Value, Values};
 use shadowscope::techniques;
 
@@ -244,7 +246,7 @@ fn four_moments_tell_depths_better() {
     let (mut r, mut s) = sheets(wide_sun(Vec3::new(0.2, 1.0, 0.1), angle));
     s.view = "blocker-depth".into();
     let off = ["vssm", "mssm"].map(|name| {
-        select(&mut s, "prefiltered-soft", &[&format!("soft_kind={name}"), "resolution=256"]);
+        select(&mut s, "prefiltered-soft", &[&format!("soft_kind={name}"), "box_bias=1", "resolution=256"]);
         let (all, maps) = looked_up(&mut r, &s, 40.0);
         let (shown, map) = (r.read_map().unwrap(), &maps[0]);
         let v = &map.view;
@@ -295,5 +297,46 @@ fn four_moments_leak_less_than_two() {
         });
         println!("{angle}: {two:?}, {four:?}");
         assert!(four.0 < two.0 && four.1 < two.1, "{angle}°: {two:?}, {four:?}");
+    }
+}
+
+/// A floor alone stays lit, though wide boxes reach over much of its slope.
+#[test]
+fn a_floor_stays_lit() {
+    let ground = floor(Vec2::splat(-5.0), Vec2::splat(5.0), 0.0);
+    let view = camera(Vec3::new(0.0, 3.0, 5.0), Vec3::ZERO);
+    for light in [
+        wide_sun(Vec3::new(0.9, 1.0, 0.3), 1.0),
+        wide_sun(Vec3::new(0.9, 1.0, 0.3), 5.0),
+        wide_sun(Vec3::new(1.0, 0.2, 0.0), 10.0),
+        Light::Spot {
+            position: Vec3::new(-3.0, 4.0, 2.0),
+            direction: Vec3::new(0.6, -1.0, -0.3),
+            outer_angle: 35.0,
+            range: 40.0,
+            radius: 1.0,
+            color: Vec3::splat(50.0),
+        },
+    ] {
+        let (mut r, mut s) = start(scene(vec![mesh(&ground, 0)], vec![material(Vec3::ONE)], view, light), [160, 120]);
+        for (technique, set) in [
+            ("prefiltered-soft", "soft_kind=vssm"),
+            ("prefiltered-soft", "soft_kind=mssm"),
+            ("pssm", "filter=prefiltered-soft"),
+        ] {
+            for plane in ["receiver_plane=false", "receiver_plane=true"] {
+                select(&mut s, technique, &[set, plane]);
+                r.render(&s, ask(&s)).unwrap();
+                let (v, mask) = (r.read_visibility().unwrap(), r.read_mask().unwrap());
+                let lit: Vec<f32> = v.iter().zip(&mask).filter(|(_, m)| **m == FACING).map(|(v, _)| *v).collect();
+                let least = lit.iter().copied().fold(1.0, f32::min);
+                let mean = lit.iter().sum::<f32>() / lit.len() as f32;
+                println!("{technique} {set} {plane}: {mean:.5}, least {least:.3} {light:?}");
+                assert!(
+                    mean > 0.999 && least > 0.97,
+                    "{technique} {set} {plane} {light:?}: {mean} lit, down to {least}"
+                );
+            }
+        }
     }
 }

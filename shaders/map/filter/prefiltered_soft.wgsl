@@ -32,10 +32,12 @@ fn casters_before(m: vec4f, t: f32) -> vec2f {
     return select(two, four, soft.soft_kind == soft_kind_mssm);
 }
 
-// What a box around the receiver holds before it. The plane of the receiver is behind its comparison all over the box.
+// What a box around the receiver holds before it. One comparison serves the whole box: before the receiver's plane as far out as
+// `box_bias` says.
 fn casters_in(s: Surface, layer: u32, half: vec2f) -> vec2f {
-    let r = receive(s, layer, max(half.x, half.y), 1.0);
-    let out = half + 0.5;
+    let followed = soft.box_bias * half;
+    let r = receive(s, layer, max(followed.x, followed.y), 1.0);
+    let out = followed + 0.5;
     let left = max(depth_at(r, r.texel - out), depth_at(r, r.texel + vec2f(-out.x, out.y)));
     let right = max(depth_at(r, r.texel + out), depth_at(r, r.texel + vec2f(out.x, -out.y)));
     let found = casters_before(mean_of_box(r.texel, half, layer, r.side), depth_share(light_views[layer], max(left, right)));
