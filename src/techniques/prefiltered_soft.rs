@@ -18,8 +18,8 @@ crate::params! {
             max_box: int(128, 8..=256, "texels"),
             /// Shares of light below this count as none, and the rest is stretched: light that leaks through behind several casters goes dark, and penumbras get narrower.
             soft_bleeding: float(0.0, 0.0..=0.9, ""),
-            /// How much of a box's half, from its middle, the comparison clears of the receiver's own slope. 0: wide lights shade lit slopes. 1: none is shaded, but casters close to a slope lose their shadow.
-            box_bias: float(0.5, 0.0..=1.0, "× box") if bias_kind = ["slope", "ray-plane"],
+            /// How much of a box's half, from its middle, the comparison clears of the receiver's own slope. 0: wide lights shade lit slopes. 1: none is shaded, but casters close to a slope lose their shadow. Without any bias it moves nothing.
+            box_bias: float(0.5, 0.0..=1.0, "× box"),
             /// How far the moments are drawn towards those of evenly spread depths. Too little: rounding shows as noise. Too much: light leaks.
             mssm_bias: float(6.0, 0.0..=100.0, "× 10⁻⁶") if soft_kind = "mssm",
         }
