@@ -47,6 +47,11 @@ fn linear_depth(v: LightView, d: f32) -> f32 {
     return v.far - d * (v.far - v.near);
 }
 
+// Depth from 0 at the view's near plane to 1 at its far plane, linear along the light's axis.
+fn depth_share(v: LightView, stored: f32) -> f32 {
+    return saturate((linear_depth(v, stored) - v.near) / (v.far - v.near));
+}
+
 // Place in the map of a clip position, texels from the upper left corner.
 fn light_texel(v: LightView, clip: vec4f) -> vec2f {
     return 0.5 * v.resolution * vec2f(1.0 + clip.x / clip.w, 1.0 - clip.y / clip.w);

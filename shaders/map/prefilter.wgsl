@@ -26,11 +26,6 @@ var unfiltered: texture_2d<f32>;
 var moments_map: texture_2d_array<f32>;
 var moments_sampler: sampler;
 
-// Depth from 0 at the view's near plane to 1 at its far plane, linear along the light's axis.
-fn depth_share(v: LightView, stored: f32) -> f32 {
-    return saturate((linear_depth(v, stored) - v.near) / (v.far - v.near));
-}
-
 // Of the map's texel at most as far out as its border.
 fn drawn_share(texel: vec2i) -> f32 {
     let at = clamp(texel, vec2i(0), vec2i(i32(prefiltered.side) - 1));

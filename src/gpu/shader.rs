@@ -274,6 +274,7 @@ fn storage_format(format: naga::StorageFormat) -> Result<wgpu::TextureFormat> {
         naga::StorageFormat::Rg32Float => wgpu::TextureFormat::Rg32Float,
         naga::StorageFormat::Rgba16Unorm => wgpu::TextureFormat::Rgba16Unorm,
         naga::StorageFormat::R32Uint => wgpu::TextureFormat::R32Uint,
+        naga::StorageFormat::Rg32Uint => wgpu::TextureFormat::Rg32Uint,
         naga::StorageFormat::Rgba32Uint => wgpu::TextureFormat::Rgba32Uint,
         naga::StorageFormat::Rgba8Unorm => wgpu::TextureFormat::Rgba8Unorm,
         naga::StorageFormat::Rgba16Float => wgpu::TextureFormat::Rgba16Float,

@@ -1,10 +1,12 @@
 //! How layers are looked up: a filter is a file in `shaders/map/filter/`, whatever fit or warp drew the layers.
 
 use super::Maps;
+use super::cascades::CascadeParams;
 use super::prefilter::{CURVE, Moments, Prefilter};
+use super::sums::Sums;
 use crate::frame::{ANALYSIS, Frame, MapSizes};
 use crate::gpu::{Gpu, Pass, Resource, hold};
-use crate::params::{Group, Values};
+use crate::params::{Group, Params, Values};
 use crate::view::View;
 use anyhow::Result;
 
@@ -19,6 +21,13 @@ pub struct Reach {
     pub casters: bool,
 }
 
+/// Of filters that look for casters in the light's cone, up to so many texels off. How far the cone spreads before it meets one is known
+/// only when the map is drawn. An eighth of the side at each border leaves the receivers 9/16 of the texels at least.
+pub fn soft_reach(f: &Frame, most: f32) -> Reach {
+    let side = CascadeParams::read(f.values).sides().into_iter().min().unwrap_or(0);
+    Reach { texels: most.min(side as f32 / 8.0), casters: true, ..Reach::default() }
+}
+
 /// A way to look layers up.
 pub struct Filter {
     /// Its name as `filter` of techniques that let it be chosen.
@@ -26,7 +35,7 @@ pub struct Filter {
     /// Its WGSL: `lit` and `inspect_filter`, as `shaders/map/look_up.wgsl` tells.
     pub file: &'static str,
     pub reach: fn(&Frame) -> Reach,
-    /// What it keeps of depth, if maps are filtered before the look-up.
+    /// What it keeps of depth, if maps are filtered or summed up before the look-up.
     pub moments: Option<fn(&Values) -> Moments>,
     /// What it shows of itself.
     pub views: &'static [View],
@@ -58,6 +67,7 @@ struct Passes {
     curve: Option<Pass>,
     analyse: Pass,
     prefilter: Option<Prefilter>,
+    sums: Option<Sums>,
 }
 
 impl LookUp {
@@ -91,11 +101,13 @@ impl LookUp {
         let passes = hold(&mut self.passes, (filter.id, moments), |_| {
             let file = shader(file, filter, moments);
             let pass = |name, entry| Pass::compute(gpu, name, &file, entry, groups);
+            let (summed, averaged) = (moments.filter(|m| m.summed()), moments.filter(|m| !m.summed()));
             Ok(Passes {
-                prefilter: moments.map(|_| Prefilter::new(gpu, &file, groups)).transpose()?,
+                prefilter: averaged.map(|_| Prefilter::new(gpu, &file, groups)).transpose()?,
+                sums: summed.map(|_| Sums::new(gpu, &file, groups)).transpose()?,
                 resolve: pass("resolve", "resolve")?,
                 inspect: pass("inspect", "inspect")?,
-                curve: moments.map(|_| pass("inspect", "draw_curve")).transpose()?,
+                curve: averaged.map(|_| pass("inspect", "draw_curve")).transpose()?,
                 analyse: pass(ANALYSIS, "analyse")?,
             })
         })?;
@@ -108,6 +120,9 @@ impl LookUp {
         ]);
         if let (Some(prefilter), Some(moments)) = (&mut passes.prefilter, moments) {
             all.extend(prefilter.run(f, maps, moments)?);
+        }
+        if let (Some(sums), Some(moments)) = (&mut passes.sums, moments) {
+            all.extend(sums.run(f, maps, moments)?);
         }
         f.keep_table("light_views", &maps.light_views);
         f.offer_maps(&maps.layers.each, &maps.light_views, &maps.sides);

@@ -12,6 +12,7 @@ mod layers;
 pub mod peel;
 pub mod prefilter;
 pub mod single;
+pub mod sums;
 pub mod warp;
 
 pub use layers::Layers;
@@ -101,6 +102,16 @@ pub struct Maps {
 pub fn light_views(gpu: &Gpu, label: &str) -> Buffer {
     let usage = wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC;
     gpu.buffer(label, &[0; MOST * size_of::<LightView>()], usage)
+}
+
+/// The uniform buffer with these words, made once.
+fn uniform_of<W: bytemuck::Pod + PartialEq>(held: &mut Vec<(W, Buffer)>, gpu: &Gpu, label: &str, words: W) -> Buffer {
+    if let Some((_, buffer)) = held.iter().find(|(w, _)| *w == words) {
+        return buffer.clone();
+    }
+    let buffer = gpu.buffer(label, bytemuck::bytes_of(&words), wgpu::BufferUsages::UNIFORM);
+    held.push((words, buffer.clone()));
+    buffer
 }
 
 /// The light's view of the whole scene.

@@ -1,7 +1,7 @@
 //! Moments of depth, averaged over texels before they are looked up (`shaders/map/prefilter.wgsl`).
 
 use super::filter::Reach;
-use super::{MOST, Maps};
+use super::{MOST, Maps, uniform};
 use crate::frame::Frame;
 use crate::gpu::{self, Buffer, Gpu, Pass, Resource, Texture, hold};
 use crate::light::LightView;
@@ -60,6 +60,11 @@ pub struct Moments {
 }
 
 impl Moments {
+    /// Whether they are whole numbers, for summed-area tables, and not averaged.
+    pub fn summed(self) -> bool {
+        matches!(self.format, Format::Rg32Uint | Format::Rgba32Uint)
+    }
+
     /// So many planes of so many numbers each, with the precision that the values ask for.
     pub fn of(values: &Values, planes: u32, numbers: u32) -> Moments {
         let format = match (PrefilterParams::read(values).precision.as_str(), numbers) {
@@ -152,7 +157,8 @@ impl Prefilter {
             for plane in 0..of.planes {
                 let level = &textures.levels[layer * of.planes as usize + plane as usize];
                 let uniform = |down| Prefiltered { side: *map_side, planes: of.planes, plane, down };
-                let [across, down] = [0, 1].map(|down| uniform_buffer(&mut self.uniforms, gpu, uniform(down)));
+                let [across, down] =
+                    [0, 1].map(|down| uniform_of(&mut self.uniforms, gpu, "prefiltered map", uniform(down)));
                 f.run(&self.make)
                     .bind("layer_depth", depth)
                     .bind("light_view", &self.single[layer])
@@ -182,8 +188,12 @@ impl Prefilter {
                 ..Default::default()
             }))
         })?;
-        let looked_up =
-            uniform_buffer(&mut self.uniforms, gpu, Prefiltered { planes: of.planes, ..Zeroable::zeroed() });
+        let looked_up = uniform(
+            &mut self.uniforms,
+            gpu,
+            "prefiltered map",
+            Prefiltered { planes: of.planes, ..Zeroable::zeroed() },
+        );
         Ok(vec![
             ("moments_map", (&textures.all).into()),
             ("moments_sampler", (&*sampler).into()),
@@ -206,15 +216,6 @@ fn check(gpu: &Gpu, format: Format) -> Result<()> {
         gpu.info.name
     );
     Ok(())
-}
-
-fn uniform_buffer(held: &mut Vec<(Prefiltered, Buffer)>, gpu: &Gpu, words: Prefiltered) -> Buffer {
-    if let Some((_, buffer)) = held.iter().find(|(w, _)| *w == words) {
-        return buffer.clone();
-    }
-    let buffer = gpu.buffer("prefiltered map", bytemuck::bytes_of(&words), wgpu::BufferUsages::UNIFORM);
-    held.push((words, buffer.clone()));
-    buffer
 }
 
 impl Textures {

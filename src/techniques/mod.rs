@@ -11,6 +11,7 @@ mod msm;
 mod notw;
 mod pcf;
 mod pcss;
+mod prefiltered_soft;
 mod psm;
 pub mod pssm;
 mod rt_hard;
@@ -76,6 +77,7 @@ pub const FILTERS: &[&Filter] = &[
     &evsm::FILTER,
     &csm_convolution::FILTER,
     &msm::FILTER,
+    &prefiltered_soft::FILTER,
 ];
 pub const NEAREST: &Filter = &shadow_map::FILTER;
 
@@ -105,7 +107,7 @@ crate::params! {
     pub struct CascadeFilterParams {
         "Filter" {
             /// How the maps are looked up. Nearest: one comparison. The others are the techniques of these names, with their parameters.
-            filter: choice("nearest", ["nearest", "pcf", "pcss", "vsm", "evsm", "msm"]),
+            filter: choice("nearest", ["nearest", "pcf", "pcss", "vsm", "evsm", "msm", "prefiltered-soft"]),
         }
     }
 }
@@ -121,6 +123,7 @@ pub const CASCADE_FILTERING: &[Group] = &[
     vsm::VsmParams::GROUP.when("filter", &["vsm"]),
     evsm::EvsmParams::GROUP.when("filter", &["evsm"]),
     msm::MsmParams::GROUP.when("filter", &["msm"]),
+    prefiltered_soft::PrefilteredSoftParams::GROUP.when("filter", &["prefiltered-soft"]),
 ];
 
 /// The choice of a filter, and the parameters of each.
@@ -135,6 +138,7 @@ pub const FILTERING: &[Group] = &[
     evsm::EvsmParams::GROUP.when("filter", &["evsm"]),
     csm_convolution::CsmConvolutionParams::GROUP.when("filter", &["csm-convolution"]),
     msm::MsmParams::GROUP.when("filter", &["msm"]),
+    prefiltered_soft::PrefilteredSoftParams::GROUP.when("filter", &["prefiltered-soft"]),
 ];
 
 /// The filter that `filter` names.
@@ -178,6 +182,7 @@ pub static ALL: &[&Info] = &[
     &evsm::INFO,
     &csm_convolution::INFO,
     &msm::INFO,
+    &prefiltered_soft::INFO,
     &pssm::INFO,
     &sdsm::INFO,
     &lispsm::INFO,

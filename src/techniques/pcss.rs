@@ -2,10 +2,9 @@
 
 use super::Info;
 use super::shadow_map::{GROUPS, MAPS, single};
-use crate::map::cascades::CascadeParams;
-use crate::map::filter::{Filter, Reach};
+use crate::map::filter::{Filter, Reach, soft_reach};
 use crate::params::Params;
-use crate::view;
+use crate::view::{self, View};
 
 crate::params! {
     /// The two filters of PCSS.
@@ -26,33 +25,28 @@ crate::params! {
 pub static FILTER: Filter = Filter {
     id: "pcss",
     file: "map/filter/pcss.wgsl",
-    // How far the light's cone spreads before it meets a caster is known only when the map is drawn. An eighth of the side at each
-    // border leaves the receivers 9/16 of the texels at least.
     reach: |f| match f.light.radius() > 0.0 {
-        true => {
-            let side = CascadeParams::read(f.values).sides().into_iter().min().unwrap_or(0);
-            let texels = PcssParams::read(f.values).max_radius.min(side as f32 / 8.0);
-            Reach { texels, casters: true, ..Reach::default() }
-        }
+        true => soft_reach(f, PcssParams::read(f.values).max_radius),
         false => Reach::default(),
     },
     moments: None,
-    views: &[
-        view::map(
-            "blocker-depth",
-            "Mean depth of casters",
-            "What the search finds: the mean depth of the casters between light and receiver, near the light dark, far \
-                 from it bright. Where it finds none, the scene shows.",
-            view::ramp("depth in the map's range", "", [0.0, 1.0]),
-        ),
-        view::map(
-            "penumbra-width",
-            "Penumbra width",
-            "The width that the penumbra of a straight edge would have at the depth that the search found.",
-            view::ramp("penumbra width", "m", [0.0, 1.0]),
-        ),
-    ],
+    views: &[BLOCKER_DEPTH, PENUMBRA_WIDTH],
 };
+
+pub const BLOCKER_DEPTH: View = view::map(
+    "blocker-depth",
+    "Mean depth of casters",
+    "What the search finds: the mean depth of the casters between light and receiver, near the light dark, far from it bright. Where \
+     it finds none, the scene shows.",
+    view::ramp("depth in the map's range", "", [0.0, 1.0]),
+);
+
+pub const PENUMBRA_WIDTH: View = view::map(
+    "penumbra-width",
+    "Penumbra width",
+    "The width that the penumbra of a straight edge would have at the depth that the search found.",
+    view::ramp("penumbra width", "m", [0.0, 1.0]),
+);
 
 pub static INFO: Info = Info {
     id: "pcss",

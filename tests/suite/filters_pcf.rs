@@ -15,7 +15,7 @@ use std::f64::consts::TAU;
 const GAP: f32 = 1.0;
 
 /// A floor under two sheets whose edges lie across all texels.
-fn sheets(light: Light) -> (Renderer, Setup) {
+pub fn sheets(light: Light) -> (Renderer, Setup) {
     let mut triangles = floor(Vec2::splat(-4.0), Vec2::splat(4.0), 0.0);
     let turned = |at: Vec3, half: f32, angle: f32| {
         let (s, c) = angle.sin_cos();
@@ -28,7 +28,7 @@ fn sheets(light: Light) -> (Renderer, Setup) {
     start(scene(vec![mesh(&triangles, 0)], vec![material(Vec3::ONE)], view, light), [96, 72])
 }
 
-fn high_sun() -> Light {
+pub fn high_sun() -> Light {
     sun(Vec3::new(0.2, 1.0, 0.1))
 }
 
@@ -45,17 +45,17 @@ const FITS: [(&str, &[&str]); 3] = [
 ];
 
 /// A receiver as the look-up sees it.
-struct Receiver {
-    pixel: [u32; 2],
+pub struct Receiver {
+    pub pixel: [u32; 2],
     visibility: f64,
     layer: usize,
     /// Its place in the map, texels, and its depth along the light's axis.
-    texel: [f64; 2],
-    depth: f64,
+    pub texel: [f64; 2],
+    pub depth: f64,
 }
 
 /// Draws a frame: its receivers at least so many texels inside their maps, and the maps.
-fn looked_up(r: &mut Renderer, s: &Setup, inside: f64) -> (Vec<Receiver>, Vec<MapLayer>) {
+pub fn looked_up(r: &mut Renderer, s: &Setup, inside: f64) -> (Vec<Receiver>, Vec<MapLayer>) {
     r.render(s, Ask { analysis: true, ..ask(s) }).unwrap();
     let mut maps = vec![r.read_layer(0).unwrap().unwrap()];
     for i in 1..maps[0].layers {
@@ -79,7 +79,7 @@ fn looked_up(r: &mut Renderer, s: &Setup, inside: f64) -> (Vec<Receiver>, Vec<Ma
 
 impl Receiver {
     /// The depth of the caster that a texel holds before this receiver, metres.
-    fn caster(&self, map: &MapLayer, [x, y]: [i64; 2]) -> Option<f64> {
+    pub fn caster(&self, map: &MapLayer, [x, y]: [i64; 2]) -> Option<f64> {
         let texel = (y * map.side as i64 + x) as usize;
         map.metres(texel).map(f64::from).filter(|z| *z < self.depth - 0.5 * GAP as f64)
     }
@@ -275,7 +275,7 @@ fn dpcf_hardens_where_casters_are_close() {
 }
 
 /// A floor under a lid with one straight edge above x = 0, seen from below the lid.
-fn under_a_lid(light: Light, height: f32) -> (Renderer, Setup) {
+pub fn under_a_lid(light: Light, height: f32) -> (Renderer, Setup) {
     let mut triangles = floor(Vec2::splat(-20.0), Vec2::splat(20.0), 0.0);
     triangles.extend(floor(Vec2::splat(-20.0), Vec2::new(0.0, 20.0), height));
     let view = camera(Vec3::new(0.0, 0.9, 0.2), Vec3::ZERO);
@@ -283,7 +283,7 @@ fn under_a_lid(light: Light, height: f32) -> (Renderer, Setup) {
 }
 
 /// Width of the penumbra on the floor.
-fn penumbra(r: &mut Renderer, s: &Setup) -> f64 {
+pub fn penumbra(r: &mut Renderer, s: &Setup) -> f64 {
     r.render(s, Ask { truth: Truth::Off, ..ask(s) }).unwrap();
     let seen = r.read_visibility().unwrap();
     let places = places(r, &seen);
@@ -291,7 +291,7 @@ fn penumbra(r: &mut Renderer, s: &Setup) -> f64 {
     (at(share(0.8)) - at(share(-0.8))) / 0.8
 }
 
-fn lamp(height: f32, radius: f32) -> Light {
+pub fn lamp(height: f32, radius: f32) -> Light {
     Light::Spot {
         position: Vec3::new(0.0, height, 0.0),
         direction: Vec3::NEG_Y,

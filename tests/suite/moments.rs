@@ -11,8 +11,8 @@ use shadowscope::scene::Scene;
 use shadowscope::setup::Setup;
 use shadowscope::techniques::{self, FILTERS};
 
-/// Runs an entry point `probe` that is written on top of shaders, a thread for each of `given`; four numbers for each.
-fn probe(text: &str, technique: &str, values: &Values, given: &[[f32; 4]], second: &[[f32; 4]]) -> Vec<[f32; 4]> {
+/// A device that has `probe.wgsl`, written on top of the shaders, in the folder.
+pub fn with_probe(text: &str) -> (Gpu, tempfile::TempDir) {
     let folder = tempfile::tempdir().unwrap();
     let from = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("shaders");
     for file in shader_files() {
@@ -23,6 +23,12 @@ fn probe(text: &str, technique: &str, values: &Values, given: &[[f32; 4]], secon
     std::fs::write(folder.path().join("probe.wgsl"), text).unwrap();
     let mut gpu = Gpu::new(None).unwrap();
     gpu.shaders = Shaders::from_folder(folder.path());
+    (gpu, folder)
+}
+
+/// Runs an entry point `probe` that is written on top of shaders, a thread for each of `given`; four numbers for each.
+pub fn probe(text: &str, technique: &str, values: &Values, given: &[[f32; 4]], second: &[[f32; 4]]) -> Vec<[f32; 4]> {
+    let (gpu, _folder) = with_probe(text);
     let groups = techniques::find(technique).unwrap().params;
     let pass = Pass::compute(&gpu, "probe", "probe.wgsl", "probe", groups).unwrap();
     let buffer = |bytes: &[u8]| gpu.buffer("given", bytes, wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC);
@@ -186,7 +192,7 @@ fn exponents_beyond_the_format_fail() {
 
 /// Of the pixels that the truth, averaged, calls dark: how many a technique calls lit by more than a twentieth, and the light that
 /// all of them get, in pixels.
-fn leaks(setup: &Setup, r: &mut Renderer) -> (usize, f64) {
+pub fn leaks(setup: &Setup, r: &mut Renderer) -> (usize, f64) {
     r.render(setup, ask(setup)).unwrap();
     let (v, truth, mask) = (r.read_visibility().unwrap(), r.read_truth().unwrap(), r.read_mask().unwrap());
     let dark: Vec<f32> = (0..v.len()).filter(|i| mask[*i] == FACING && truth[*i] == 0.0).map(|i| v[i]).collect();

@@ -31,7 +31,14 @@ fn whole() -> Vec<(String, &'static [Group])> {
     let part = |f: &str| {
         ["map/choose/", "map/place/", "map/filter/", "map/warp/", "techniques/"].iter().any(|p| f.starts_with(p))
     };
-    let parts = ["lib/analysis.wgsl", "map/look_up.wgsl", "map/analysis.wgsl", "map/single.wgsl", "map/prefilter.wgsl"];
+    let parts = [
+        "lib/analysis.wgsl",
+        "map/look_up.wgsl",
+        "map/analysis.wgsl",
+        "map/single.wgsl",
+        "map/prefilter.wgsl",
+        "map/sums.wgsl",
+    ];
     let alone = shader_files().into_iter().filter(|f| !part(f) && !parts.contains(&f.as_str()));
     let mut all: Vec<_> = alone.map(|f| (f.clone(), groups(&f))).collect();
     for info in techniques::ALL {

@@ -1,10 +1,8 @@
 // What filters with a mean and a mean square share.
 
-var<uniform> bounding: ChebyshevParams;
-
-// What of a share of light counts as none, so that light that bleeds through behind casters goes dark (Lauritzen 2007).
-fn without_bleeding(p: f32) -> f32 {
-    return saturate((p - bounding.bleed_reduction) / (1.0 - bounding.bleed_reduction));
+// A share of light of which so much counts as none, so that light that bleeds through behind casters goes dark (Lauritzen 2007).
+fn without_bleeding(p: f32, none: f32) -> f32 {
+    return saturate((p - none) / (1.0 - none));
 }
 
 // Chebyshev's inequality: at most this share of what has these moments (mean, mean square) lies at t or beyond.

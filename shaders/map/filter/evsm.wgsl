@@ -4,6 +4,7 @@
 // smaller bound counts.
 
 var<uniform> evsm: EvsmParams;
+var<uniform> bounding: ChebyshevParams;
 
 // The positive and the negative warp of a depth from 0 to 1.
 fn warped_depth(z: f32) -> vec2f {
@@ -31,7 +32,7 @@ fn kernel_reach() -> f32 {
 
 fn light_at_depth(s: Surface, r: Receiver, z: f32) -> f32 {
     let b = bounds(s, r, z);
-    return without_bleeding(min(b.x, b.y));
+    return without_bleeding(min(b.x, b.y), bounding.bleed_reduction);
 }
 
 fn explaining_depths(s: Surface, r: Receiver) -> vec2f {

@@ -42,3 +42,15 @@ fn depths_of(b: vec4f, t: f32) -> Depths {
     return Depths(select(z1, b.x, single), select(z2, b.x, single), select(least, select(0.0, 1.0, t > b.x), single),
                   select(max(d3_d2, 0.0), 0.0, single));
 }
+
+// The share of depths before the receiver, by the same three depths, and their mean.
+fn depths_before(b: vec4f, t: f32) -> vec2f {
+    let d = depths_of(b, t);
+    let others = vec2f(d.near, d.far);
+    // Where one depth has all, the other two are the same.
+    let apart = max(d.far - d.near, 1e-7);
+    let weight = (t * others.yx - b.x * (t + others.yx) + b.y) / ((others - t) * vec2f(-apart, apart));
+    let before = select(vec2f(0.0), weight, (others < vec2f(t)) & (weight > vec2f(0.0)));
+    let mean = dot(before, others) / max(before.x + before.y, 1e-7);
+    return vec2f(d.shadow, clamp(select(mean, d.near, d.far == d.near), 0.0, max(t, 0.0)));
+}

@@ -1,4 +1,5 @@
 //!include map/filter/disk.wgsl
+//!include map/filter/penumbra.wgsl
 // Fernando 2005: how far off the casters are says how wide the penumbra is, and that how wide to filter.
 
 var<uniform> soft: PcssParams;
@@ -26,22 +27,9 @@ fn turn_of(pixel: vec2u) -> f32 {
     return white_turn(pixel);
 }
 
-// As far from the receiver as taps may lie, texels: what fits leave free.
-fn most_texels(layer: u32) -> f32 {
-    return max(min(soft.max_radius, light_views[layer].margin - 1.0 - biases.normal_offset), 0.0);
-}
-
-// A radius in metres across the light, in texels.
-fn in_texels(search: Search, metres: f32) -> vec2f {
-    let wanted = metres * search.density;
-    let longest = max(wanted.x, wanted.y);
-    return wanted * min(1.0, most_texels(search.here.layer) / max(longest, 1e-30));
-}
-
-// Width of the penumbra, metres, of a straight edge at this depth.
-fn penumbra(search: Search, casters: f32) -> f32 {
-    let away = max(search.depth - casters, 0.0);
-    return 2.0 * frame.light_radius * select(away / max(casters, 1e-6 * search.depth), away, frame.light_kind == directional);
+// Radii of the disc under whose middle casters at a depth make a penumbra, texels.
+fn disc(search: Search, casters: f32) -> vec2f {
+    return in_texels(0.5 * penumbra(search.depth, casters), search.density, most_texels(search.here.layer, soft.max_radius));
 }
 
 fn begin(s: Surface, layer: u32) -> Search {
@@ -66,7 +54,7 @@ fn at_tap(search: Search, offset: vec2f) -> Receiver {
 // of the map's near plane, seen from the receiver.
 fn search_casters(s: Surface, layer: u32, search: ptr<function, Search>) -> f32 {
     let v = light_views[layer];
-    let radii = in_texels(*search, 0.5 * penumbra(*search, v.near));
+    let radii = disc(*search, v.near);
     (*search).radius = max(radii.x, radii.y);
     (*search).there = receive(s, layer, (*search).radius, 1.0);
     var sum = 0.0;
@@ -92,7 +80,7 @@ fn lit(s: Surface, layer: u32) -> f32 {
     if casters < 0.0 {
         return 1.0;
     }
-    let radii = in_texels(search, 0.5 * penumbra(search, casters));
+    let radii = disc(search, casters);
     var seen = 0.0;
     for (var i = 0u; i < soft.filter_taps; i++) {
         let offset = in_disk(i, f32(soft.filter_taps), 1.0, search.turn) * radii;
@@ -119,5 +107,5 @@ fn inspect_filter(s: Surface) -> f32 {
     if frame.map == shows_blocker_depth {
         return saturate((casters - v.near) / (v.far - v.near));
     }
-    return penumbra(search, casters);
+    return penumbra(search.depth, casters);
 }

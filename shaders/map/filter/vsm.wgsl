@@ -3,6 +3,7 @@
 // Donnelly, Lauritzen 2006: mean and mean square of depth bound the share of casters behind the receiver.
 
 var<uniform> vsm: VsmParams;
+var<uniform> bounding: ChebyshevParams;
 
 // A texel's surface is not flat: within it, depth varies by a quarter of the squared slope (their equation 5).
 fn moments(z: f32, slope: f32, plane: u32) -> vec4f {
@@ -19,7 +20,7 @@ fn kernel_reach() -> f32 {
 }
 
 fn light_at_depth(s: Surface, r: Receiver, z: f32) -> f32 {
-    return without_bleeding(bound(s, r, z));
+    return without_bleeding(bound(s, r, z), bounding.bleed_reduction);
 }
 
 fn explaining_depths(s: Surface, r: Receiver) -> vec2f {

@@ -1,0 +1,61 @@
+//! Soft shadows from summed-area tables: variance (Yang et al. 2010) and moment soft shadow mapping (Peters et al. 2016).
+
+use super::Info;
+use super::pcss::{BLOCKER_DEPTH, PENUMBRA_WIDTH};
+use super::shadow_map::{GROUPS, MAPS, single};
+use crate::map::filter::{Filter, Reach, soft_reach};
+use crate::map::prefilter::Moments;
+use crate::params::Params;
+use wgpu::TextureFormat as Format;
+
+crate::params! {
+    /// The two box means of soft shadows.
+    pub struct PrefilteredSoftParams {
+        "Filter" {
+            /// What is kept of depth. Vssm: two moments. Light leaks where casters lie at several depths. Mssm: four moments, twice the memory. Less leaks, and the casters' mean depth is closer.
+            soft_kind: choice("mssm", ["vssm", "mssm"]),
+            /// Side of the widest box that is searched or averaged, at most a quarter of the map's side. Wider penumbras are cut to it. Too wide: few bits are left for each texel, and shadows get noisy.
+            max_box: int(128, 8..=256, "texels"),
+            /// Shares of light below this count as none, and the rest is stretched: light that leaks through behind several casters goes dark, and penumbras get narrower.
+            soft_bleeding: float(0.0, 0.0..=0.9, ""),
+            /// How much of a box's half, from its middle, the comparison clears of the receiver's own slope. 0: wide lights shade lit slopes. 1: none is shaded, but casters close to a slope lose their shadow. Without any bias it moves nothing.
+            box_bias: float(0.5, 0.0..=1.0, "× box"),
+            /// How far the moments are drawn towards those of evenly spread depths. Too little: rounding shows as noise. Too much: light leaks.
+            mssm_bias: float(6.0, 0.0..=100.0, "× 10⁻⁶") if soft_kind = "mssm",
+        }
+    }
+}
+
+pub static FILTER: Filter = Filter {
+    id: "prefiltered-soft",
+    file: "map/filter/prefiltered_soft.wgsl",
+    reach: |f| match f.light.radius() > 0.0 {
+        true => soft_reach(f, 0.5 * PrefilteredSoftParams::read(f.values).max_box as f32),
+        false => Reach { texels: 1.0, ..Reach::default() },
+    },
+    moments: Some(|values| Moments {
+        planes: 1,
+        format: match PrefilteredSoftParams::read(values).soft_kind.as_str() {
+            "vssm" => Format::Rg32Uint,
+            _ => Format::Rgba32Uint,
+        },
+    }),
+    views: &[BLOCKER_DEPTH, PENUMBRA_WIDTH],
+};
+
+pub static INFO: Info = Info {
+    id: "prefiltered-soft",
+    title: "Prefiltered soft shadows",
+    paper: "Yang et al. 2010; Peters et al. 2016",
+    family: "Filters",
+    mark: 19,
+    doc: "Penumbras as wide as PCSS has them, at the same cost whatever their width: moments of depth are summed up over the map, so \
+          that the mean over a box takes a few reads. One box tells how far off the casters are, a second how much light \
+          they leave. The light needs a size. Light leaks where casters lie at several depths.",
+    lights: &["directional", "spot"],
+    filter: Some(&FILTER),
+    params: crate::groups!(&[PrefilteredSoftParams::GROUP], GROUPS),
+    main: &[("resolution", "256..4096*2"), ("soft_kind", "vssm,mssm")],
+    maps: &[MAPS],
+    make: single,
+};
