@@ -1,7 +1,7 @@
 //! Moments of depth, averaged over texels before they are looked up (`shaders/map/prefilter.wgsl`).
 
 use super::filter::Reach;
-use super::{MOST, Maps, uniform};
+use super::{MOST, Maps, uniform_of};
 use crate::frame::Frame;
 use crate::gpu::{self, Buffer, Gpu, Pass, Resource, Texture, hold};
 use crate::light::LightView;
