@@ -188,7 +188,7 @@ impl Prefilter {
                 ..Default::default()
             }))
         })?;
-        let looked_up = uniform(
+        let looked_up = uniform_of(
             &mut self.uniforms,
             gpu,
             "prefiltered map",
