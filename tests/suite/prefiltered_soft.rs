@@ -95,7 +95,7 @@ fn sums_of_boxes_are_exact() {
     let groups = techniques::find("prefiltered-soft").unwrap().params;
     let usage =
         wgpu::TextureUsages::STORAGE_BINDING | wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST;
-    let made = |label| texture(&gpu, label, [width as u32, width as u32, 1], wgpu::TextureFormat::Rgba32Uint, usage);
+    let made = |label| texture(&gpu, label, [width as u32, width as u32, 1], 1, wgpu::TextureFormat::Rgba32Uint, usage);
     let (table, scratch) = (made("table"), made("scratch"));
     gpu.queue.write_texture(
         table.as_image_copy(),
