@@ -2,8 +2,8 @@
 
 use super::{Listed, print};
 use crate::gpu;
-use crate::measure::stability::CASES;
 use crate::scene::builtin;
+use crate::scene::builtin::cases::CASES;
 use crate::{techniques, view};
 use anyhow::Result;
 

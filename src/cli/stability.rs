@@ -4,9 +4,10 @@ use super::{named, print, progress, show, try_file};
 use crate::chart;
 use crate::frame::Renderer;
 use crate::gpu::Gpu;
-use crate::measure::stability::{self, CASES, Case, Point, Stability};
+use crate::measure::stability::{self, Point, Stability};
 use crate::measure::table::aligned;
 use crate::scene::Scene;
+use crate::scene::builtin::cases::{self, CASES, Case};
 use crate::setup::{self, Setup};
 use crate::truth::Samples;
 use crate::{capture, techniques};
@@ -54,7 +55,7 @@ pub fn run(wanted: Wanted, adapter: Option<&str>) -> Result<()> {
     }
     if let Some(path) = &wanted.json {
         ensure!(
-            path.to_str().and_then(stability::find).is_none(),
+            path.to_str().and_then(cases::find).is_none(),
             "--json {}: write --json behind the cases, or a file's name behind it",
             path.display()
         );
@@ -102,7 +103,7 @@ impl Wanted {
         if self.cases.is_empty() {
             return Ok(CASES.iter().collect());
         }
-        let find = |id: &String| match stability::find(id) {
+        let find = |id: &String| match cases::find(id) {
             Some(case) => Ok(case),
             None => {
                 let ids: Vec<&str> = CASES.iter().map(|c| c.id).collect();

@@ -4,45 +4,16 @@ use super::metrics::FACING;
 use super::{params_text, timing};
 use crate::chart::{self, Lines};
 use crate::frame::{Ask, Made, Renderer, Truth};
-use crate::scene::{Camera, Scene};
+use crate::scene::Camera;
+use crate::scene::builtin::cases::Case;
 use crate::setup::Setup;
 use crate::techniques;
 use anyhow::{Context, Result, ensure};
 use glam::{Mat4, Vec4};
 use rayon::prelude::*;
 
-/// The built-in cases, in the order of the lists.
-pub use crate::scene::builtin::CASES;
-
-/// A scene with a path on which some techniques fail.
-pub struct Case {
-    /// Also the name of its scene.
-    pub id: &'static str,
-    /// What it is about: `Contact: peter-panning`.
-    pub title: &'static str,
-    /// What it provokes and in which techniques, a sentence.
-    pub doc: &'static str,
-    /// What runs along the path, with its unit: `sun elevation, °`.
-    pub axis: &'static str,
-    /// The value of `axis` at t, 0 to 1.
-    pub value: fn(f32) -> f32,
-    /// Moves a set-up of the case's scene to t.
-    pub place: fn(&mut Setup, f32),
-    /// The t at which a picture tells most of what it is about.
-    pub telling: f32,
-    /// Frames that the path has by default.
-    pub frames: usize,
-    /// Makes the scene, which starts as it is placed at 0.
-    pub build: fn() -> Scene,
-}
-
 /// Pixels of the pictures that the cases are counted in by default, the same on every adapter.
 pub const SIZE: [u32; 2] = [256, 256];
-
-/// A case by id.
-pub fn find(id: &str) -> Option<&'static Case> {
-    CASES.iter().find(|c| c.id == id)
-}
 
 /// One frame of a path.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]

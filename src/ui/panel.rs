@@ -6,9 +6,9 @@ use super::model::{Action, Model};
 use super::style::TEXT;
 use super::{compare, freeze, needs, pictures, results, views};
 use crate::legend::{Key as Legend, letter, picture_height, strip_height};
-use crate::measure::stability;
 use crate::params::Spec;
 use crate::scene::builtin;
+use crate::scene::builtin::cases;
 use crate::setup::place;
 use crate::techniques::{self, Info};
 use egui::collapsing_header::{CollapsingState, paint_default_icon};
@@ -179,7 +179,7 @@ fn scene(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
             let shown = combo.height(420.0).show_ui(ui, |ui| {
                 let busy = m.measuring.is_some();
                 let scenes = builtin::SCENES.iter().map(|b| (b.name, b.name.to_string(), b.description));
-                let cases = stability::CASES.iter().map(|c| (c.id, format!("{} ({})", c.title, c.id), c.doc));
+                let cases = cases::CASES.iter().map(|c| (c.id, format!("{} ({})", c.title, c.id), c.doc));
                 let mut entry = |ui: &mut Ui, (id, title, doc): (&'static str, String, &str)| {
                     let chosen = now == id;
                     let entry = ui.selectable_label(chosen, title);

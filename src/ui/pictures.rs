@@ -2,7 +2,7 @@
 
 use super::controls::Tip;
 use super::model::{Action, Model};
-use crate::measure::stability::{CASES, Case};
+use crate::scene::builtin::cases::{CASES, Case};
 use egui::text::{LayoutJob, TextWrapping};
 use egui::{
     EventFilter, FontId, Image, Key, Rect, Response, Role, Sense, StrokeKind, TextStyle, TextureHandle, Ui, Vec2,

@@ -7,9 +7,10 @@ use super::needs::{percent, shown_params};
 use super::pictures;
 use super::plotting::{Labels, color, say, short};
 use crate::chart::round_step;
-use crate::measure::stability::{self, Case, Point, Stability, Track};
+use crate::measure::stability::{Point, Stability, Track};
 use crate::params::Values;
 use crate::scene::Scene;
+use crate::scene::builtin::cases::{self, Case};
 use crate::setup::Setup;
 use crate::{techniques, view};
 use anyhow::Result;
@@ -40,7 +41,7 @@ impl Timeline {
     /// Another scene has been opened.
     pub fn opened(&mut self, setup: &Setup) {
         self.playing = false;
-        if let Some(case) = stability::find(&setup.scene) {
+        if let Some(case) = cases::find(&setup.scene) {
             if self.case.is_none_or(|c| c.id != case.id) {
                 self.choose(case);
             }
@@ -59,7 +60,7 @@ impl Timeline {
 
 /// A set-up of a case's scene begins where the timeline does.
 pub fn begin(setup: &mut Setup) {
-    if let Some(case) = stability::find(&setup.scene) {
+    if let Some(case) = cases::find(&setup.scene) {
         (case.place)(setup, 0.0);
     }
 }
@@ -67,7 +68,7 @@ pub fn begin(setup: &mut Setup) {
 /// The set-up that a built-in scene's small picture shows; a case is seen where its path tells most.
 pub fn pictured(scene: &Scene) -> Result<Setup> {
     let mut setup = Setup::new(&scene.name, scene)?;
-    if let Some(case) = stability::find(&scene.name) {
+    if let Some(case) = cases::find(&scene.name) {
         (case.place)(&mut setup, case.telling);
     }
     serve(&mut setup);
@@ -87,7 +88,7 @@ fn serve(setup: &mut Setup) {
 
 /// Gives back to their defaults the parameters that the path of a set-up's case, if it is one's, moves.
 fn let_go(setup: &mut Setup) {
-    let Some(case) = stability::find(&setup.scene) else { return };
+    let Some(case) = cases::find(&setup.scene) else { return };
     let [start, end] = [0.0, 1.0].map(|t| {
         let mut there = setup.clone();
         (case.place)(&mut there, t);

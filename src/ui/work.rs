@@ -11,6 +11,7 @@ use crate::measure::advise::{self, Advice, Budget};
 use crate::measure::stability::{self, Stability};
 use crate::measure::{self, Record, Step};
 use crate::scene::Scene;
+use crate::scene::builtin::cases;
 use crate::scene::geometry::Geometry;
 use crate::setup::{self, Setup};
 use crate::{capture, techniques};
@@ -244,7 +245,7 @@ impl Desk {
         (case, techniques, frames): (&'static str, Vec<String>, usize),
     ) {
         let work = move |renderer: &mut Renderer, watch: &Watch| {
-            let case = stability::find(case).context("there is no such case")?;
+            let case = cases::find(case).context("there is no such case")?;
             stability::run(renderer, case, &setup, &techniques, frames, &mut |done| watch.progress(done, case.id))
         };
         self.beside(job, adapter, scene, work, Done::Stability);
@@ -496,7 +497,7 @@ mod tests {
         let adapter = Gpu::new(None).unwrap().info.name.clone();
         let open = setup::load_scene("cubes").map(Arc::new).unwrap();
         let mut held = None;
-        for case in stability::CASES {
+        for case in cases::CASES {
             let open = ("cubes".into(), open.clone());
             let picture = small(&adapter, &mut held, &Subject::Scene(case.id), open, || false).unwrap();
             assert_eq!(picture.size, pictures::SIZE.map(|s| s as usize));

@@ -8,6 +8,7 @@ use shadowscope::map::cascades::CascadeParams;
 use shadowscope::map::fit::Scope;
 use shadowscope::measure::{self, stability};
 use shadowscope::params::{Params, Values};
+use shadowscope::scene::builtin::cases;
 use shadowscope::scene::{Camera, builtin};
 use shadowscope::setup::Setup;
 use shadowscope::techniques::pssm::{PssmParams, Seen, crops, lamp_views, light_views, sphere, split_range, splits};
@@ -399,7 +400,7 @@ fn moved(a: &LightView, b: &LightView, steps: bool) -> Option<[i32; 2]> {
 /// average 4/π as long as the edge that it follows, but lacks what is finer than a texel.
 #[test]
 fn stable_maps_do_not_crawl() {
-    let case = stability::find("st-jitter").unwrap();
+    let case = cases::find("st-jitter").unwrap();
     let (mut r, setup) = opened("st-jitter", stability::SIZE);
     let mut run = |sets: &[&str]| {
         let mut set = with(&setup, "pssm", sets);

@@ -7,8 +7,9 @@ use shadowscope::frame::{Ask, PieceCount, Renderer};
 use shadowscope::gpu::{self, Gpu};
 use shadowscope::light::{Light, LightView};
 use shadowscope::measure::metrics::FACING;
-use shadowscope::measure::{self, stability};
+use shadowscope::measure::{self};
 use shadowscope::scene::Mesh;
+use shadowscope::scene::builtin::cases;
 use shadowscope::setup::{Setup, parse_camera, parse_light};
 use std::sync::Arc;
 
@@ -199,7 +200,7 @@ fn the_warp_evens_the_counts_out() {
 #[test]
 fn long_triangles_need_more_than_corners() {
     let (mut r, mut s) = built_in("st-longtri", [192, 192]);
-    let case = stability::find("st-longtri").unwrap();
+    let case = cases::find("st-longtri").unwrap();
     (case.place)(&mut s, 0.5);
     let mut found = Vec::new();
     for raster in ["raster=linear", "raster=subdivide", "raster=exact"] {
@@ -262,7 +263,7 @@ fn splitting_leaves_no_cracks() {
 #[test]
 fn a_full_list_is_no_chance() {
     let (mut r, mut s) = built_in("st-duel", [96, 96]);
-    (stability::find("st-duel").unwrap().place)(&mut s, 0.75);
+    (cases::find("st-duel").unwrap().place)(&mut s, 0.75);
     select(&mut s, "notw", &["resolution=1024", "raster=subdivide"]);
     let mut seen = Vec::new();
     for _ in 0..3 {

@@ -7,6 +7,7 @@ use shadowscope::light::Light;
 use shadowscope::measure::advise::{Advice, Budget, FIGURES, Figure};
 use shadowscope::measure::{self, Record, params_text, stability};
 use shadowscope::params::{Kind, Value};
+use shadowscope::scene::builtin::cases;
 use shadowscope::scene::geometry::Geometry;
 use shadowscope::setup::{self, Arrange, Setup};
 use shadowscope::techniques;
@@ -730,7 +731,7 @@ fn what_is_used_stands_beside_the_technique_once_measured() {
 fn the_timeline_places_the_setup_and_leaves_no_steps() {
     // Its sun moves, which would be a step; a camera that moves never is.
     let mut harness = harness("st-grazing", 800.0);
-    let case = stability::find("st-grazing").unwrap();
+    let case = cases::find("st-grazing").unwrap();
     click(&mut harness, "Stability");
     let before = setup(&harness);
     let placed = |h: &Harness<'static, State>| {
@@ -771,8 +772,8 @@ fn the_timeline_places_the_setup_and_leaves_no_steps() {
 
 /// What the popup of the stability tab shows of each case: the place of its cell.
 fn cells(harness: &Harness<'static, State>) -> Vec<egui::Rect> {
-    let name = |c: &&stability::Case| format!("{} ({})", c.title, c.id);
-    stability::CASES.iter().map(|c| harness.get_by_label(&name(&c)).rect()).collect()
+    let name = |c: &&cases::Case| format!("{} ({})", c.title, c.id);
+    cases::CASES.iter().map(|c| harness.get_by_label(&name(&c)).rect()).collect()
 }
 
 fn open_cases(harness: &mut Harness<'static, State>) {
@@ -807,7 +808,7 @@ fn cases_keep_their_places_when_their_pictures_come() {
         asked.push(subject.clone());
         assert!(draw_picture(&mut harness));
     }
-    let all: Vec<Subject> = stability::CASES.iter().map(|c| Subject::Scene(c.id)).collect();
+    let all: Vec<Subject> = cases::CASES.iter().map(|c| Subject::Scene(c.id)).collect();
     assert_eq!(asked, all);
     assert_eq!(cells(&harness), before);
     assert_eq!(harness.state().actions, []);
@@ -821,7 +822,7 @@ fn no_small_picture_is_asked_for_while_measuring() {
     assert_eq!(harness.state().actions, []);
     harness.state_mut().model.measuring = None;
     harness.run_steps(2);
-    assert_eq!(harness.state().actions, [Action::Thumbnail(Subject::Scene(stability::CASES[0].id))]);
+    assert_eq!(harness.state().actions, [Action::Thumbnail(Subject::Scene(cases::CASES[0].id))]);
 }
 
 /// In both themes; a smaller window scrolls.
@@ -847,7 +848,7 @@ fn the_popup_of_cases_clips_nothing() {
         let panel = harness.ctx.global_style().visuals.panel_fill;
         let mut seen = 0;
         for (text, rect, clip, elided, color) in texts(&harness) {
-            let Some(case) = stability::CASES.iter().find(|c| [c.title, c.id].contains(&text.as_str())) else {
+            let Some(case) = cases::CASES.iter().find(|c| [c.title, c.id].contains(&text.as_str())) else {
                 continue;
             };
             let Some(cell) = cells.iter().find(|c| c.contains_rect(rect)) else { continue };
@@ -871,8 +872,8 @@ fn cases_are_chosen_by_keys() {
         h.run_steps(4);
     };
     let focused = |h: &Harness<'static, State>| {
-        let name = |c: &&stability::Case| format!("{} ({})", c.title, c.id);
-        stability::CASES.iter().position(|c| h.get_by_label(&name(&c)).is_focused())
+        let name = |c: &&cases::Case| format!("{} ({})", c.title, c.id);
+        cases::CASES.iter().position(|c| h.get_by_label(&name(&c)).is_focused())
     };
     harness.get_by_role_and_label(egui::accesskit::Role::ComboBox, "case").focus();
     harness.run_steps(2);
@@ -890,8 +891,8 @@ fn cases_are_chosen_by_keys() {
         assert_eq!(focused(&harness), Some(expected), "after {key:?}");
     }
     press(&mut harness, egui::Key::Enter);
-    assert_eq!(harness.state().actions, [Action::Open(stability::CASES[1].id.into())]);
-    assert_eq!(harness.state().model.timeline.case.map(|c| c.id), Some(stability::CASES[1].id));
+    assert_eq!(harness.state().actions, [Action::Open(cases::CASES[1].id.into())]);
+    assert_eq!(harness.state().model.timeline.case.map(|c| c.id), Some(cases::CASES[1].id));
 }
 
 /// A scene under the pointer in the panel's list shows its picture.
@@ -1517,7 +1518,7 @@ fn every_case_names_only_techniques_that_are_there() {
         "lixel-per-pixel",
         "optimal-light-plane",
     ];
-    for case in stability::CASES {
+    for case in cases::CASES {
         assert!(case.title.contains(": "), "{}", case.title);
         for word in case.doc.split(|c: char| !(c.is_alphanumeric() || c == '-')).map(|w| w.trim_end_matches("'s")) {
             assert!(!absent.contains(&word) || known.contains(&word), "{}: {word}", case.id);
@@ -1543,7 +1544,7 @@ fn techniques_are_searched_for() {
 #[test]
 fn the_fonts_have_every_letter_of_the_tooltips() {
     let harness = harness("cubes", 800.0);
-    let mut all: Vec<&str> = stability::CASES.iter().flat_map(|c| [c.title, c.doc, c.axis]).collect();
+    let mut all: Vec<&str> = cases::CASES.iter().flat_map(|c| [c.title, c.doc, c.axis]).collect();
     all.extend(
         view::VIEWS.iter().chain(techniques::ALL.iter().flat_map(|i| i.all_views())).flat_map(|v| [v.title, v.doc]),
     );

@@ -5,8 +5,8 @@ use glam::{DVec2, DVec3, Mat4, Vec2, Vec3, Vec4};
 use shadowscope::frame::{Ask, Renderer};
 use shadowscope::light::{Light, LightView};
 use shadowscope::measure::metrics::{BACKGROUND, FACING};
-use shadowscope::measure::stability;
 use shadowscope::scene::Camera;
+use shadowscope::scene::builtin::cases;
 use shadowscope::setup::Setup;
 
 /// View samples in each column and in each row of the map, and the texels that have any.
@@ -391,7 +391,7 @@ fn exact_casters_err_least_where_triangles_are_long() {
 #[test]
 fn a_diagonal_wastes_two_corners() {
     let (mut r, mut s) = built_in("st-diagonal", [384, 384]);
-    let case = stability::find("st-diagonal").unwrap();
+    let case = cases::find("st-diagonal").unwrap();
     let mut covered = |technique: &str, t: f32| {
         (case.place)(&mut s, t);
         select(&mut s, technique, &["resolution=64"]);

@@ -4,7 +4,8 @@ use glam::Vec3;
 use serde_json::Value;
 use shadowscope::frame::Renderer;
 use shadowscope::light::{Light, LightView};
-use shadowscope::measure::stability::{self, CASES, Case, Change, Point, Stability, Track};
+use shadowscope::measure::stability::{self, Change, Point, Stability, Track};
+use shadowscope::scene::builtin::cases::{self, CASES, Case};
 use shadowscope::scene::geometry::Geometry;
 use shadowscope::setup::Setup;
 use shadowscope::techniques;
@@ -14,7 +15,7 @@ use std::process::{Command, Output};
 use std::sync::Arc;
 
 fn case(id: &str) -> &'static Case {
-    stability::find(id).unwrap_or_else(|| panic!("there is no {id}"))
+    cases::find(id).unwrap_or_else(|| panic!("there is no {id}"))
 }
 
 fn open(case: &Case, side: u32) -> (Renderer, Setup) {

@@ -4,7 +4,7 @@ mod arches;
 mod bench;
 mod blocks;
 mod builder;
-mod cases;
+pub mod cases;
 mod cubes;
 mod hall;
 mod observatory;
@@ -13,7 +13,7 @@ mod terrain;
 
 use super::Scene;
 
-pub use cases::CASES;
+use cases::CASES;
 
 /// A generated scene: how it is called, what it shows, what makes it.
 pub struct Builtin {

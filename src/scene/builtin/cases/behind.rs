@@ -1,8 +1,7 @@
 //! A clearing with the sun coming round behind the camera.
 
-use super::{FRAMES, conifer, eye, floor, look, paving, sun};
+use super::{Case, FRAMES, conifer, eye, floor, look, paving, sun};
 use crate::light::Light;
-use crate::measure::stability::Case;
 use crate::scene::Scene;
 use crate::scene::builtin::builder::{Builder, Rng, light};
 use glam::vec3;

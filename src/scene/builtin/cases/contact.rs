@@ -1,7 +1,6 @@
 //! Things that rest on the floor, under a growing bias.
 
-use super::{FRAMES, eye, floor, look, paving, sun};
-use crate::measure::stability::Case;
+use super::{Case, FRAMES, eye, floor, look, paving, sun};
 use crate::params::Value;
 use crate::scene::Scene;
 use crate::scene::builtin::builder::{Builder, light};

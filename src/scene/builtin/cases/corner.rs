@@ -1,8 +1,7 @@
 //! Saw blades whose teeth end in tips of ten degrees.
 
-use super::{FRAMES, eye, floor, look, paving, sun};
+use super::{Case, FRAMES, eye, floor, look, paving, sun};
 use crate::light::Light;
-use crate::measure::stability::Case;
 use crate::scene::Scene;
 use crate::scene::builtin::builder::{Builder, light};
 use glam::{Vec2, vec2, vec3};

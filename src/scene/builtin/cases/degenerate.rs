@@ -1,8 +1,7 @@
 //! Triangles without area, surfaces edge-on to the sun, and a view of nothing.
 
-use super::{FRAMES, direction, eye, floor, look, paving};
+use super::{Case, FRAMES, direction, eye, floor, look, paving};
 use crate::light::Light;
-use crate::measure::stability::Case;
 use crate::scene::builtin::builder::{Builder, Patch, Shading, light};
 use crate::scene::{Camera, Scene};
 use glam::{Vec2, Vec3, vec3};

@@ -1,7 +1,6 @@
 //! A terrace high above the sea, and a sail on the horizon.
 
-use super::{FRAMES, direction, eye, floor, look, paving, sun};
-use crate::measure::stability::Case;
+use super::{Case, FRAMES, direction, eye, floor, look, paving, sun};
 use crate::scene::builtin::builder::{Builder, light};
 use crate::scene::{Camera, Scene};
 use glam::{Vec3, vec2, vec3};

@@ -1,8 +1,7 @@
 //! Two islands of detail and nothing between them.
 
-use super::{FRAMES, eye, fence, look, paving, sun};
+use super::{Case, FRAMES, eye, fence, look, paving, sun};
 use crate::light::Light;
-use crate::measure::stability::Case;
 use crate::scene::Scene;
 use crate::scene::builtin::builder::{Builder, Rng, light};
 use glam::{vec2, vec3};

@@ -1,8 +1,7 @@
 //! A colonnade against the light.
 
-use super::{FRAMES, bar, eye, floor, look, paving, sun};
+use super::{Case, FRAMES, bar, eye, floor, look, paving, sun};
 use crate::light::Light;
-use crate::measure::stability::Case;
 use crate::scene::Scene;
 use crate::scene::builtin::builder::{Builder, light};
 use glam::{Vec3, vec3};

@@ -1,8 +1,7 @@
 //! A poplar of loose leaves, each there twice.
 
-use super::{FRAMES, eye, floor, look, paving, sun};
+use super::{Case, FRAMES, eye, floor, look, paving, sun};
 use crate::light::Light;
-use crate::measure::stability::Case;
 use crate::scene::Scene;
 use crate::scene::builtin::builder::{Builder, Patch, Rng, Shading, light};
 use glam::{Vec2, Vec3, vec3};

@@ -1,8 +1,7 @@
 //! A fence under a sinking sun.
 
-use super::{FRAMES, eye, fence, floor, look, paving, sun};
+use super::{Case, FRAMES, eye, fence, floor, look, paving, sun};
 use crate::light::Light;
-use crate::measure::stability::Case;
 use crate::scene::Scene;
 use crate::scene::builtin::builder::{Builder, light};
 use glam::vec3;

@@ -1,7 +1,6 @@
 //! A park seen by a camera that hardly moves.
 
-use super::{conifer, eye, fence, floor, look, paving, sun};
-use crate::measure::stability::Case;
+use super::{Case, conifer, eye, fence, floor, look, paving, sun};
 use crate::scene::builtin::builder::{Builder, Rng, light};
 use crate::scene::{Camera, Scene};
 use glam::{Mat3, vec3};

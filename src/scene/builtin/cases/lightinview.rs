@@ -1,8 +1,7 @@
 //! A lamp that flies through the picture.
 
-use super::{FRAMES, eye, floor, look, paving};
+use super::{Case, FRAMES, eye, floor, look, paving};
 use crate::light::Light;
-use crate::measure::stability::Case;
 use crate::scene::Scene;
 use crate::scene::builtin::builder::{Builder, light};
 use glam::{vec2, vec3};

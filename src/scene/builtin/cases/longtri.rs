@@ -1,7 +1,6 @@
 //! Triangles of two hundred metres beside things of ten centimetres.
 
-use super::{FRAMES, bar, eye, floor, look, paving, sun};
-use crate::measure::stability::Case;
+use super::{Case, FRAMES, bar, eye, floor, look, paving, sun};
 use crate::scene::builtin::builder::{Builder, light};
 use crate::scene::{Camera, Scene};
 use glam::{Vec3, vec2, vec3};

@@ -21,9 +21,31 @@ mod wire;
 
 use super::builder::{Builder, Shading, camera};
 use crate::light::Light;
-use crate::measure::stability::Case;
-use crate::scene::{Camera, NamedCamera};
+use crate::scene::{Camera, NamedCamera, Scene};
+use crate::setup::Setup;
 use glam::{Mat4, Quat, Vec3, vec2, vec3};
+
+/// A scene with a path on which some techniques fail.
+pub struct Case {
+    /// Also the name of its scene.
+    pub id: &'static str,
+    /// What it is about: `Contact: peter-panning`.
+    pub title: &'static str,
+    /// What it provokes and in which techniques, a sentence.
+    pub doc: &'static str,
+    /// What runs along the path, with its unit: `sun elevation, °`.
+    pub axis: &'static str,
+    /// The value of `axis` at t, 0 to 1.
+    pub value: fn(f32) -> f32,
+    /// Moves a set-up of the case's scene to t.
+    pub place: fn(&mut Setup, f32),
+    /// The t at which a picture tells most of what it is about.
+    pub telling: f32,
+    /// Frames that the path has by default.
+    pub frames: usize,
+    /// Makes the scene, which starts as it is placed at 0.
+    pub build: fn() -> Scene,
+}
 
 /// All of them, in the order of the lists.
 pub static CASES: &[Case] = &[
@@ -46,6 +68,11 @@ pub static CASES: &[Case] = &[
     corner::CASE,
     single_plane::CASE,
 ];
+
+/// A case by id.
+pub fn find(id: &str) -> Option<&'static Case> {
+    CASES.iter().find(|c| c.id == id)
+}
 
 /// Frames of a path, unless a case needs more.
 const FRAMES: usize = 32;

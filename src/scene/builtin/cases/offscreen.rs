@@ -1,7 +1,6 @@
 //! A mast that leaves the picture while its shadow stays.
 
-use super::{FRAMES, bar, direction, eye, floor, look, paving, sun};
-use crate::measure::stability::Case;
+use super::{Case, FRAMES, bar, direction, eye, floor, look, paving, sun};
 use crate::scene::builtin::builder::{Builder, light};
 use crate::scene::{Camera, Scene};
 use glam::{Vec3, vec3};

@@ -1,8 +1,7 @@
 //! A long wall behind a long row of posts.
 
-use super::{FRAMES, bar, eye, floor, look, paving, sun};
+use super::{Case, FRAMES, bar, eye, floor, look, paving, sun};
 use crate::light::Light;
-use crate::measure::stability::Case;
 use crate::scene::builtin::builder::{Builder, light};
 use crate::scene::{Camera, Scene};
 use glam::vec3;

@@ -1,7 +1,6 @@
 //! A floor and nothing else.
 
-use super::{FRAMES, direction, eye, floor, look, paving, sun};
-use crate::measure::stability::Case;
+use super::{Case, FRAMES, direction, eye, floor, look, paving, sun};
 use crate::scene::builtin::builder::{Builder, light};
 use crate::scene::{Camera, Scene};
 use glam::vec3;

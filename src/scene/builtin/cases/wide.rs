@@ -1,8 +1,7 @@
 //! A ceiling light that grows.
 
-use super::{FRAMES, bar, eye, floor, look, paving};
+use super::{Case, FRAMES, bar, eye, floor, look, paving};
 use crate::light::Light;
-use crate::measure::stability::Case;
 use crate::scene::Scene;
 use crate::scene::builtin::builder::{Builder, light};
 use glam::{Vec3, vec3};

@@ -1,7 +1,6 @@
 //! Wires a fifth of a texel thick.
 
-use super::{FRAMES, bar, eye, floor, look, paving, sun};
-use crate::measure::stability::Case;
+use super::{Case, FRAMES, bar, eye, floor, look, paving, sun};
 use crate::scene::builtin::builder::{Builder, light};
 use crate::scene::{Camera, Scene};
 use glam::vec3;
