@@ -74,17 +74,18 @@ fn a_lit_floor_is_lit() {
     let p = |x: f32, y: f32, z: f32| Vec3::new(x, y, z);
     let view = camera(p(0.0, 1.5, 12.0), p(0.0, 0.0, 2.0));
     let mut acne = vec![0; techniques::ALL.len()];
-    for light in [
-        sun(p(0.9, 1.0, 0.3)),
-        sun(p(0.3, 0.5, -1.0)),
-        sun(p(1.0, 0.2, 0.0)),
-        spot(p(-9.0, 4.0, 1.0), p(2.0, 0.0, 2.0), 30.0),
-        spot(p(3.0, 6.0, -8.0), p(0.0, 0.0, 5.0), 35.0),
-        spot(p(2.0, 5.0, 18.0), p(0.0, 0.0, 2.0), 35.0),
+    // Filters are chosen where it is hardest, under the low sun and the spot that grazes.
+    for (light, grazes) in [
+        (sun(p(0.9, 1.0, 0.3)), false),
+        (sun(p(0.3, 0.5, -1.0)), false),
+        (sun(p(1.0, 0.2, 0.0)), true),
+        (spot(p(-9.0, 4.0, 1.0), p(2.0, 0.0, 2.0), 30.0), true),
+        (spot(p(3.0, 6.0, -8.0), p(0.0, 0.0, 5.0), 35.0), false),
+        (spot(p(2.0, 5.0, 18.0), p(0.0, 0.0, 2.0), 35.0), false),
     ] {
         let (mut r, mut s) = start(lit(&ground, view, light), [120, 90]);
         for (i, info) in techniques::ALL.iter().enumerate().filter(|(_, i)| i.refuses(&light).is_none()) {
-            let filters = info.choosable().map(|f| (Some(f), vec![format!("filter={}", f.id)]));
+            let filters = info.choosable().filter(|_| grazes).map(|f| (Some(f), vec![format!("filter={}", f.id)]));
             let own = (info.filter, vec![]);
             let exact = exact(info).into_iter().map(|sets| (info.filter, sets));
             for (filter, sets) in filters.chain([own]).chain(exact) {
@@ -110,7 +111,7 @@ fn a_lit_floor_is_lit() {
 #[test]
 fn every_view_sample_has_a_texel() {
     let mut scenes = vec![over_the_yard(awkward_spots())];
-    scenes.extend(["bench", "arches"].map(|name| {
+    scenes.extend(["bench"].map(|name| {
         let (r, s) = built_in(name, [120, 90]);
         (r, vec![(name.to_string(), s)])
     }));
@@ -220,12 +221,14 @@ fn over_the_yard(spots: Vec<(&str, Camera, Light)>) -> (Renderer, Vec<(String, S
     (r, spots.into_iter().map(place).collect())
 }
 
-/// Every technique that serves a light, with its defaults at all places, and at each place with one more of its [`rows`], of which
-/// `row` gives the number; places with the same settings follow one another, so that pipelines are made once.
+/// Every technique that serves a light, with its defaults at all of many places, and at each place with one of its [`rows`], of
+/// which `row` gives the number; places with the same settings follow one another, so that pipelines are made once.
 fn turns(light: Light, row: Vec<usize>) -> Vec<(&'static Info, Vec<String>, Vec<usize>)> {
     let mut all = Vec::new();
     for info in serving(light) {
-        all.push((info, vec![], (0..row.len()).collect()));
+        if row.len() > 2 {
+            all.push((info, vec![], (0..row.len()).collect()));
+        }
         let rows = rows(info);
         let n = rows.len();
         for (i, sets) in rows.into_iter().enumerate() {
