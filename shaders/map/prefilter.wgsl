@@ -4,7 +4,6 @@
 //     fn moments(z: f32, slope: f32, plane: u32) -> vec4f   of a depth z from 0 (near) to 1 (far) that changes by `slope` a
 //                                                           texel; the plane-th four of them
 //     fn light_at_depth(s: Surface, r: Receiver, z: f32) -> f32   visibility of a receiver, if its depth were z
-//     fn kernel_reach() -> f32                                    how far its comparisons reach, texels; 0 if it has none
 //     fn explaining_depths(s: Surface, r: Receiver) -> vec2f      depths that stand for all in the kernel; negative: none
 // A layer of the map is as many layers here as there are planes. The store/ file gives `moments_out`.
 
@@ -121,7 +120,7 @@ fn receiver_share(r: Receiver) -> f32 {
 }
 
 fn lit(s: Surface, layer: u32) -> f32 {
-    let r = receive(s, layer, kernel_reach(), 2.0);
+    let r = receive(s, layer, 0.0, 2.0);
     let v = light_at_depth(s, r, receiver_share(r));
     return select(v, 1.0, outside_map(r, r.texel));
 }

@@ -15,13 +15,13 @@ crate::params! {
     /// How a map is filtered before it is looked up.
     pub struct PrefilterParams {
         "Filter" {
-            /// Radius of the Gaussian that the map is blurred with; it ends at twice its standard deviation. 0: no blur.
+            /// Radius of the Gaussian blur, cut off at two standard deviations. 0: no blur.
             blur_radius: int(3, 0..=16, "texels"),
             /// Bits of each number that the map holds. 16: floating-point numbers, or, of moment shadow maps, whole numbers in a basis of their own.
             precision: choice("32", ["32", "16"]),
-            /// Average the map over as many texels as a pixel covers, too.
+            /// Also average the map over the texels that a pixel covers.
             mipmaps: flag(true),
-            /// How many times longer than wide such a pixel's trace in the map may be.
+            /// The largest ratio of length to width of a pixel's footprint in the map.
             anisotropy: int(1, 1..=16, "") if mipmaps = true,
         }
     }

@@ -15,7 +15,7 @@ crate::params! {
             terms: int(8, 1..=16, "terms"),
             /// How strongly high frequencies are damped. 0: the series rings, in stripes of light and dark.
             damping: float(1.0, 0.0..=4.0, ""),
-            /// Depth taken off before the comparison; about half the ramp's width.
+            /// Subtracted from the receiver's depth before the comparison; about half the ramp's width.
             csm_offset: float(0.02, 0.0..=0.2, "× range"),
         }
     }

@@ -11,11 +11,11 @@ crate::params! {
     /// The exponential that stands for the depth test.
     pub struct EsmParams {
         "Filter" {
-            /// How steep the exponential is. Small: light leaks where shadows touch their casters. Above 88 numbers of 32 bits, above 11 of 16 bits overflow.
+            /// How steep the exponential is. Small: light leaks where shadows touch their casters. Overflows above 88 with 32 bits, above 11 with 16.
             exponent: float(60.0, 5.0..=120.0, ""),
-            /// Depth taken off before the comparison, of the map's range.
+            /// Subtracted from the receiver's depth before the comparison, as a share of the map's range.
             esm_offset: float(0.5, 0.0..=10.0, "‰"),
-            /// Compare texel by texel where part of the kernel lies behind the receiver, of which the exponential tells nothing.
+            /// Compare texel by texel where part of the kernel lies behind the receiver and the exponential says nothing about the rest.
             fall_back: flag(true),
         }
     }

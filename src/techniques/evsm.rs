@@ -12,12 +12,12 @@ crate::params! {
     /// The warps of exponential variance shadow maps.
     pub struct EvsmParams {
         "Filter" {
-            /// How strongly the positive warp stretches what is far. Larger: less light leaks; above 42 numbers of 32 bits, above 5.5 of 16 bits overflow.
+            /// How strongly the positive warp stretches what is far. Larger: less light leaks; overflows above 42 with 32 bits, above 5.5 with 16.
             far_exponent: float(40.0, 5.0..=60.0, ""),
-            /// How strongly the negative warp stretches what is near.
+            /// How strongly the negative warp stretches what is near. The same limits hold.
             near_exponent: float(5.0, 1.0..=60.0, ""),
-            /// The deviation of depth that is assumed at least. Too little: rounding shows as acne.
-            least_deviation: float(1.0, 0.1..=10.0, "‰"),
+            /// The smallest deviation of depth assumed. Too little: rounding shows as acne.
+            least_deviation: float(0.5, 0.05..=5.0, "‰"),
         }
     }
 }

@@ -12,11 +12,11 @@ crate::params! {
     /// The bound by four moments.
     pub struct MsmParams {
         "Filter" {
-            /// How far the moments are drawn towards those of evenly spread depths, in millionths (20 times as far with 16 bits). Too little: rounding shows as noise. Too much: light leaks.
+            /// How far the moments are drawn towards those of depths half at the near and half at the far plane, in millionths (20 times as far with 16 bits). Too little: rounding shows as noise. Too much: light leaks.
             moment_bias: float(3.0, 0.0..=100.0, "× 10⁻⁶"),
-            /// Depth taken off before the bound is taken.
+            /// Subtracted from the receiver's depth before the comparison, as a share of the map's range.
             msm_offset: float(1.0, 0.0..=10.0, "‰"),
-            /// Times which the bound is taken: what it misses of the shadow, as a rule.
+            /// Factor on the bound, to make up for the shadow that it usually misses.
             overestimation: float(1.02, 1.0..=1.1, "×"),
         }
     }

@@ -16,11 +16,11 @@ crate::params! {
             soft_kind: choice("mssm", ["vssm", "mssm"]),
             /// Side of the widest box that is searched or averaged, at most a quarter of the map's side. Wider penumbras are cut to it. Too wide: few bits are left for each texel, and shadows get noisy.
             max_box: int(128, 8..=256, "texels"),
-            /// Shares of light below this count as none, and the rest is stretched: light that leaks through behind several casters goes dark, and penumbras get narrower.
+            /// Light below this share counts as none, and the rest is rescaled: leaks behind several casters go dark, and penumbras get narrower.
             soft_bleeding: float(0.0, 0.0..=0.9, ""),
             /// How much of a box's half, from its middle, the comparison clears of the receiver's own slope. 0: wide lights shade lit slopes. 1: none is shaded, but casters close to a slope lose their shadow. Without any bias it moves nothing.
             box_bias: float(0.5, 0.0..=1.0, "× box"),
-            /// How far the moments are drawn towards those of evenly spread depths. Too little: rounding shows as noise. Too much: light leaks.
+            /// How far the moments are drawn towards those of depths half at the near and half at the far plane. Too little: rounding shows as noise. Too much: light leaks.
             mssm_bias: float(6.0, 0.0..=100.0, "× 10⁻⁶") if soft_kind = "mssm",
         }
     }

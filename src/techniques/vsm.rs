@@ -11,7 +11,7 @@ crate::params! {
     /// What filters by Chebyshev's inequality share.
     pub struct ChebyshevParams {
         "Filter" {
-            /// Shares of light below this count as none, and the rest is stretched: light that leaks through behind several casters goes dark, and penumbras get narrower.
+            /// Light below this share counts as none, and the rest is rescaled: leaks behind several casters go dark, and penumbras get narrower.
             bleed_reduction: float(0.2, 0.0..=0.9, ""),
         }
     }
@@ -21,9 +21,9 @@ crate::params! {
     /// The moments of variance shadow maps.
     pub struct VsmParams {
         "Filter" {
-            /// The variance that is assumed at least, in millionths of the map's squared depth. Too little: rounding shows as acne. Too much: shadows pale close to their casters.
+            /// The smallest variance assumed, in millionths of the map's squared depth. Too little: rounding shows as acne. Too much: shadows pale close to their casters.
             least_variance: float(1.0, 0.01..=1000.0, "× 10⁻⁶"),
-            /// The largest slope within a texel that adds to the variance, in shares of the map's depth per texel.
+            /// The steepest slope within a texel that is added to the variance, as a share of the map's depth per texel.
             slope_within: float(0.01, 0.0..=0.1, "× range"),
         }
     }

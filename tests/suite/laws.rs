@@ -77,10 +77,8 @@ fn a_lit_floor_is_lit() {
     // Filters are chosen where it is hardest, under the low sun and the spot that grazes.
     for (light, grazes) in [
         (sun(p(0.9, 1.0, 0.3)), false),
-        (sun(p(0.3, 0.5, -1.0)), false),
         (sun(p(1.0, 0.2, 0.0)), true),
         (spot(p(-9.0, 4.0, 1.0), p(2.0, 0.0, 2.0), 30.0), true),
-        (spot(p(3.0, 6.0, -8.0), p(0.0, 0.0, 5.0), 35.0), false),
         (spot(p(2.0, 5.0, 18.0), p(0.0, 0.0, 2.0), 35.0), false),
     ] {
         let (mut r, mut s) = start(lit(&ground, view, light), [120, 90]);
@@ -110,7 +108,7 @@ fn a_lit_floor_is_lit() {
 /// defaults the picture is nearly right.
 #[test]
 fn every_view_sample_has_a_texel() {
-    let mut scenes = vec![over_the_yard(awkward_spots())];
+    let mut scenes = vec![over_the_yard(awkward_spots().into_iter().step_by(2).collect())];
     scenes.extend(["bench"].map(|name| {
         let (r, s) = built_in(name, [120, 90]);
         (r, vec![(name.to_string(), s)])
@@ -118,6 +116,8 @@ fn every_view_sample_has_a_texel() {
     for (k, (r, places)) in scenes.iter_mut().enumerate() {
         let rows = (0..places.len()).map(|at| if k == 0 { at } else { k }).collect();
         for (info, sets, turn) in turns(places[0].1.light, rows) {
+            // No filter moves a texel.
+            let sets: Vec<String> = sets.into_iter().filter(|set| !set.starts_with("filter=")).collect();
             for at in turn {
                 let (place, s) = &mut places[at];
                 s.size = [120, 90];
@@ -146,11 +146,14 @@ fn every_view_sample_has_a_texel() {
 #[test]
 fn errors_fall_with_resolution() {
     let view = camera(Vec3::new(0.0, 5.0, 9.0), Vec3::ZERO);
-    for light in [sun(Vec3::new(0.5, 1.0, 0.3)), spot(Vec3::new(3.0, 9.0, 4.0), Vec3::ZERO, 45.0)] {
+    let lamp = spot(Vec3::new(3.0, 9.0, 4.0), Vec3::ZERO, 45.0);
+    for (at, light) in [sun(Vec3::new(0.5, 1.0, 0.3)), lamp].into_iter().enumerate() {
         let (mut r, mut s) = start(lit(&yard(), view, light), [160, 120]);
         for info in serving(light).filter(|i| i.specs().any(|s| s.name == "resolution")) {
-            let chosen = filters(info).into_iter().map(|set| vec![set]);
-            for sets in chosen.chain(info.filter.is_some().then(Vec::new)) {
+            // Filters know nothing of the light's kind.
+            let chosen = filters(info).into_iter().filter(|_| at == 0).map(|set| vec![set]);
+            let own = (at > 0 || info.filter.is_some()).then(Vec::new);
+            for sets in chosen.chain(own) {
                 let [coarse, fine] = [64, 512].map(|resolution| {
                     choose(&mut s, info, resolution, &sets);
                     shadowscope::measure::errors(&mut r, &s).unwrap().rmse
@@ -242,17 +245,20 @@ fn turns(light: Light, row: Vec<usize>) -> Vec<(&'static Info, Vec<String>, Vec<
 /// and the same visibility; where nothing is in view it draws too.
 #[test]
 fn every_view_shows_something() {
-    for light in [sun(Vec3::new(0.5, 0.6, 0.3)), spot(Vec3::new(4.0, 7.0, 4.0), Vec3::ZERO, 45.0)] {
+    let lamp = spot(Vec3::new(4.0, 7.0, 4.0), Vec3::ZERO, 45.0);
+    for (at, light) in [sun(Vec3::new(0.5, 0.6, 0.3)), lamp].into_iter().enumerate() {
         let view = camera(Vec3::new(0.0, 4.0, 10.0), Vec3::ZERO);
         let (mut r, mut s) = start(lit(&yard(), view, light), [96, 72]);
         for info in serving(light) {
-            let chosen = filters(info).into_iter().map(|set| vec![set]);
-            for sets in chosen.chain(info.filter.is_some().then(Vec::new)) {
+            // Filters know nothing of the light's kind.
+            let chosen = filters(info).into_iter().filter(|_| at == 0).map(|set| vec![set]);
+            let own = (at > 0 || info.filter.is_some()).then(Vec::new);
+            for sets in chosen.chain(own) {
                 choose(&mut s, info, 256, &sets);
                 let values = s.params[info.id].clone();
                 // A technique's own views are the same under all filters.
                 let skipped = if sets == ["filter=pcf"] { 0 } else { info.maps.iter().map(|m| m.len()).sum() };
-                let skipped = if info.filter.is_some() { 0 } else { skipped };
+                let skipped = if at > 0 || info.filter.is_some() { 0 } else { skipped };
                 for map in info.views(&values).skip(skipped) {
                     s.view = map.id.into();
                     let what = format!("{} {sets:?}, {} of a {}", info.id, map.id, light.kind());

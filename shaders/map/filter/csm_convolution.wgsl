@@ -31,12 +31,8 @@ fn term(k: u32, m: vec2f, t: f32) -> f32 {
     return term_weight(k) * (cos(at) * m.x - sin(at) * m.y);
 }
 
-fn kernel_reach() -> f32 {
-    return 0.0;
-}
-
 fn light_at_depth(s: Surface, r: Receiver, z: f32) -> f32 {
-    let t = share_used * (z - csm.csm_offset);
+    let t = share_used * max(z - csm.csm_offset, 0.0);
     let places = averaged(s, r);
     var v = 0.5;
     for (var k = 1u; k <= csm.terms; k += 2u) {

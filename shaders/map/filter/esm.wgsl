@@ -8,19 +8,21 @@ fn moments(z: f32, slope: f32, plane: u32) -> vec4f {
     return vec4f(exp(esm.exponent * z), 0.0, 0.0, 0.0);
 }
 
-// The mean of exp(c (z - t)) over the kernel. Above 1 some of its texels lie behind the receiver, and it tells nothing of the rest.
+// The mean of exp(c (t - z)) over the kernel's depths t. Above 1 some of its texels lie behind the receiver, and it tells nothing of
+// the rest.
 fn exponential(s: Surface, r: Receiver, z: f32) -> f32 {
-    return moments_at(s, r).x * exp(-esm.exponent * (z - 0.001 * esm.esm_offset));
+    return moments_at(s, r).x * exp(-esm.exponent * z);
 }
 
-// A texel behind the receiver by so much is no rounding, nor the slope of the receiver itself.
+// Above 1 by so much it is no rounding, nor a gentle slope of the receiver itself.
 const bound_margin = 1.05;
 
-// Comparisons over the kernel that was averaged, of a receiver at depth z.
-fn compared(r: Receiver, z: f32) -> f32 {
+// Comparisons over the kernel that was averaged, of a receiver at depth z, with the bias that so wide a kernel asks for.
+fn compared(s: Surface, r: Receiver, z: f32) -> f32 {
     let v = light_views[r.layer];
-    var moved = r;
-    moved.depth = max(stored_depth(v, mix(v.near, v.far, z)), 0.0);
+    var moved = receive(s, r.layer, f32(prefiltering.blur_radius), 1.0);
+    let share = z + receiver_share(moved) - receiver_share(r);
+    moved.depth = max(stored_depth(v, mix(v.near, v.far, share)), 0.0);
     let radius = i32(prefiltering.blur_radius);
     let narrow = -2.0 / max(f32(radius * radius), 1.0);
     let side = 2 * radius + 1;
@@ -36,16 +38,12 @@ fn compared(r: Receiver, z: f32) -> f32 {
     return sum / weight;
 }
 
-fn kernel_reach() -> f32 {
-    return select(0.0, f32(prefiltering.blur_radius), esm.fall_back != 0u);
-}
-
 fn light_at_depth(s: Surface, r: Receiver, z: f32) -> f32 {
     let e = exponential(s, r, z);
     if esm.fall_back != 0u && e > bound_margin {
-        return compared(r, z);
+        return compared(s, r, z);
     }
-    return saturate(e);
+    return saturate(e * exp(0.001 * esm.exponent * esm.esm_offset));
 }
 
 fn explaining_depths(s: Surface, r: Receiver) -> vec2f {

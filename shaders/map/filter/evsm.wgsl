@@ -22,12 +22,8 @@ fn bounds(s: Surface, r: Receiver, z: f32) -> vec2f {
     let m = moments_at(s, r);
     let t = warped_depth(z);
     // Warped, a length is longer by the warp's slope.
-    let least = 0.001 * evsm.least_deviation * vec2f(evsm.far_exponent, evsm.near_exponent) * t;
+    let least = 0.002 * evsm.least_deviation * vec2f(evsm.far_exponent, evsm.near_exponent) * t;
     return vec2f(chebyshev(m.xy, t.x, least.x * least.x), chebyshev(m.zw, t.y, least.y * least.y));
-}
-
-fn kernel_reach() -> f32 {
-    return 0.0;
 }
 
 fn light_at_depth(s: Surface, r: Receiver, z: f32) -> f32 {

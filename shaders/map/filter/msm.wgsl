@@ -29,10 +29,6 @@ fn known(s: Surface, r: Receiver, z: f32) -> Depths {
     return depths_of(mix(b, vec4f(0.5), bias), z - 0.001 * msm.msm_offset);
 }
 
-fn kernel_reach() -> f32 {
-    return 0.0;
-}
-
 fn light_at_depth(s: Surface, r: Receiver, z: f32) -> f32 {
     return 1.0 - saturate(msm.overestimation * known(s, r, z).shadow);
 }

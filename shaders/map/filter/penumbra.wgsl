@@ -14,5 +14,5 @@ fn in_texels(metres: f32, density: vec2f, most: f32) -> vec2f {
 
 // As far from the receiver as texels may lie that a filter reads up to `wanted` texels off: what fits leave free.
 fn most_texels(layer: u32, wanted: f32) -> f32 {
-    return max(min(wanted, light_views[layer].margin - 1.0 - biases.normal_offset), 0.0);
+    return max(min(wanted, light_views[layer].margin - 1.0 - normal_offset()), 0.0);
 }

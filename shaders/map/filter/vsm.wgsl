@@ -15,10 +15,6 @@ fn bound(s: Surface, r: Receiver, z: f32) -> f32 {
     return chebyshev(moments_at(s, r).xy, z, 1e-6 * vsm.least_variance);
 }
 
-fn kernel_reach() -> f32 {
-    return 0.0;
-}
-
 fn light_at_depth(s: Surface, r: Receiver, z: f32) -> f32 {
     return without_bleeding(bound(s, r, z), bounding.bleed_reduction);
 }
