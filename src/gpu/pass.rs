@@ -34,11 +34,6 @@ impl From<&super::Buffer> for Resource {
         Resource::Buffer((**b).clone())
     }
 }
-impl From<&wgpu::Buffer> for Resource {
-    fn from(b: &wgpu::Buffer) -> Self {
-        Resource::Buffer(b.clone())
-    }
-}
 impl From<&wgpu::TextureView> for Resource {
     fn from(t: &wgpu::TextureView) -> Self {
         Resource::Texture(t.clone())

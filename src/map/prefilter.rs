@@ -104,13 +104,13 @@ pub struct Prefilter {
 }
 
 struct Textures {
-    /// On the account as long as its views are bound.
-    _moments: Texture,
     all: wgpu::TextureView,
     /// Level by level of each layer.
     levels: Vec<Vec<wgpu::TextureView>>,
     /// One layer on its way.
-    scratch: Texture,
+    scratch: wgpu::TextureView,
+    /// Whose views these are: on the account as long as they are held.
+    _counted: [Texture; 2],
 }
 
 impl Prefilter {
@@ -149,7 +149,7 @@ impl Prefilter {
             passes.iter().for_each(|pass| pass.forget());
             Ok(Textures::new(gpu, *size, *format))
         })?;
-        let scratch = textures.scratch.create_view(&Default::default());
+        let scratch = &textures.scratch;
         let view_size = size_of::<LightView>() as u64;
         let groups = |size: u32| size.div_ceil(8);
         for (layer, (depth, map_side)) in maps.layers.each.iter().zip(&maps.sides).enumerate() {
@@ -166,7 +166,7 @@ impl Prefilter {
                     .bind("moments_out", &level[0])
                     .dispatch(groups(side), groups(side), 1);
                 if p.blur_radius > 0 {
-                    for (uniform, from, to) in [(&across, &level[0], &scratch), (&down, &scratch, &level[0])] {
+                    for (uniform, from, to) in [(&across, &level[0], scratch), (&down, scratch, &level[0])] {
                         let run = f.run(&self.blur).bind("prefiltered", uniform);
                         run.bind("unfiltered", from).bind("moments_out", to).dispatch(groups(side), groups(side), 1);
                     }
@@ -240,6 +240,7 @@ impl Textures {
             (0..levels).map(one).collect()
         };
         let (all, levels) = (view(wgpu::TextureViewDimension::D2Array, None, None), (0..layers).map(level).collect());
-        Textures { all, levels, scratch: texture("moments on their way", 1, 1), _moments: moments }
+        let way = texture("moments on their way", 1, 1);
+        Textures { all, levels, scratch: way.create_view(&Default::default()), _counted: [moments, way] }
     }
 }

@@ -28,12 +28,12 @@ pub struct Sums {
 }
 
 struct Textures {
-    /// On the account as long as its views are bound.
-    _sums: Texture,
     all: wgpu::TextureView,
     each: Vec<wgpu::TextureView>,
     /// One layer on its way.
-    scratch: Texture,
+    scratch: wgpu::TextureView,
+    /// Whose views these are: on the account as long as they are held.
+    _counted: [Texture; 2],
 }
 
 impl Sums {
@@ -61,7 +61,7 @@ impl Sums {
             passes.iter().for_each(|pass| pass.forget());
             let usage = Use::STORAGE_BINDING | Use::TEXTURE_BINDING;
             let texture = |label, layers| gpu::texture(gpu, label, [*side, *side, layers], 1, of.format, usage);
-            let sums = texture("summed-area tables", *layers);
+            let (sums, way) = (texture("summed-area tables", *layers), texture("sums on their way", 1));
             let view = |dimension, layer, count| {
                 sums.create_view(&wgpu::TextureViewDescriptor {
                     dimension: Some(dimension),
@@ -73,11 +73,11 @@ impl Sums {
             Ok(Textures {
                 all: view(wgpu::TextureViewDimension::D2Array, 0, *layers),
                 each: (0..*layers).map(|i| view(wgpu::TextureViewDimension::D2, i, 1)).collect(),
-                scratch: texture("sums on their way", 1),
-                _sums: sums,
+                scratch: way.create_view(&Default::default()),
+                _counted: [sums, way],
             })
         })?;
-        let scratch = textures.scratch.create_view(&Default::default());
+        let scratch = &textures.scratch;
         for (layer, (depth, side)) in maps.layers.each.iter().zip(&maps.sides).enumerate() {
             let (table, groups) = (&textures.each[layer], side.div_ceil(8));
             let [across, down] = [0, 1].map(|down| {
@@ -90,7 +90,7 @@ impl Sums {
                 .bind("layer_depth", depth)
                 .bind("moments_out", table)
                 .dispatch(groups, groups, 1);
-            for (uniform, from, to) in [(&across, table, &scratch), (&down, &scratch, table)] {
+            for (uniform, from, to) in [(&across, table, scratch), (&down, scratch, table)] {
                 let run = f.run(&self.sum).bind("summed", uniform).bind("unsummed", from);
                 run.bind("moments_out", to).dispatch(*side, 1, 1);
             }

@@ -421,12 +421,9 @@ fn pcss_beats_one_width() {
     }
 }
 
-/// A floor alone stays lit however wide the search or the kernel is.
-#[test]
-fn a_floor_stays_lit() {
-    let ground = floor(Vec2::splat(-5.0), Vec2::splat(5.0), 0.0);
-    let view = camera(Vec3::new(0.0, 3.0, 5.0), Vec3::ZERO);
-    for light in [
+/// Lights so wide, high and low, that filters reach over much of a floor's slope.
+pub fn wide_lights() -> [Light; 3] {
+    [
         wide_sun(Vec3::new(0.9, 1.0, 0.3), 5.0),
         wide_sun(Vec3::new(1.0, 0.2, 0.0), 10.0),
         Light::Spot {
@@ -437,8 +434,21 @@ fn a_floor_stays_lit() {
             radius: 1.0,
             color: Vec3::splat(50.0),
         },
-    ] {
-        let (mut r, mut s) = start(scene(vec![mesh(&ground, 0)], vec![material(Vec3::ONE)], view, light), [160, 120]);
+    ]
+}
+
+/// A floor alone.
+pub fn lit_floor(light: Light) -> (Renderer, Setup) {
+    let ground = floor(Vec2::splat(-5.0), Vec2::splat(5.0), 0.0);
+    let view = camera(Vec3::new(0.0, 3.0, 5.0), Vec3::ZERO);
+    start(scene(vec![mesh(&ground, 0)], vec![material(Vec3::ONE)], view, light), [160, 120])
+}
+
+/// A floor alone stays lit however wide the search or the kernel is.
+#[test]
+fn a_floor_stays_lit() {
+    for light in wide_lights() {
+        let (mut r, mut s) = lit_floor(light);
         for (technique, sets) in [
             ("pcss", &["max_radius=128"][..]),
             ("pssm", &["filter=pcss"]),

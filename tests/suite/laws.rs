@@ -48,6 +48,15 @@ fn rows(info: &Info) -> Vec<Vec<String>> {
         .collect()
 }
 
+/// Settings with each of the filters that it lets be chosen; without `all`, or a choice, its own alone. Filters know nothing of the
+/// light's kind: under one kind all of them are enough.
+fn look_ups(info: &Info, all: bool) -> Vec<Vec<String>> {
+    match all && info.filter.is_none() {
+        true => filters(info).into_iter().map(|set| vec![set]).collect(),
+        false => vec![vec![]],
+    }
+}
+
 /// Chooses a technique with these parameters and a small map.
 fn choose(s: &mut Setup, info: &'static Info, resolution: u32, sets: &[String]) {
     let mut sets: Vec<&str> = sets.iter().map(String::as_str).collect();
@@ -150,10 +159,7 @@ fn errors_fall_with_resolution() {
     for (at, light) in [sun(Vec3::new(0.5, 1.0, 0.3)), lamp].into_iter().enumerate() {
         let (mut r, mut s) = start(lit(&yard(), view, light), [160, 120]);
         for info in serving(light).filter(|i| i.specs().any(|s| s.name == "resolution")) {
-            // Filters know nothing of the light's kind.
-            let chosen = filters(info).into_iter().filter(|_| at == 0).map(|set| vec![set]);
-            let own = (at > 0 || info.filter.is_some()).then(Vec::new);
-            for sets in chosen.chain(own) {
+            for sets in look_ups(info, at == 0) {
                 let [coarse, fine] = [64, 512].map(|resolution| {
                     choose(&mut s, info, resolution, &sets);
                     shadowscope::measure::errors(&mut r, &s).unwrap().rmse
@@ -250,10 +256,7 @@ fn every_view_shows_something() {
         let view = camera(Vec3::new(0.0, 4.0, 10.0), Vec3::ZERO);
         let (mut r, mut s) = start(lit(&yard(), view, light), [96, 72]);
         for info in serving(light) {
-            // Filters know nothing of the light's kind.
-            let chosen = filters(info).into_iter().filter(|_| at == 0).map(|set| vec![set]);
-            let own = (at > 0 || info.filter.is_some()).then(Vec::new);
-            for sets in chosen.chain(own) {
+            for sets in look_ups(info, at == 0) {
                 choose(&mut s, info, 256, &sets);
                 let values = s.params[info.id].clone();
                 // A technique's own views are the same under all filters.

@@ -11,7 +11,14 @@ use shadowscope::scene::Scene;
 use shadowscope::setup::Setup;
 use shadowscope::techniques::{self, FILTERS};
 
-/// A device that has `probe.wgsl`, written on top of the shaders, in the folder.
+/// What probes are given, and what they find.
+const PROBED: &str = "
+var<storage, read> given: array<vec4f>;
+var<storage, read> second: array<vec4f>;
+var<storage, read_write> probed: array<vec4f>;
+";
+
+/// A device that has `probe.wgsl`, which binds `PROBED` and is written on top of the shaders, in the folder.
 pub fn with_probe(text: &str) -> (Gpu, tempfile::TempDir) {
     let folder = tempfile::tempdir().unwrap();
     let from = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("shaders");
@@ -20,7 +27,7 @@ pub fn with_probe(text: &str) -> (Gpu, tempfile::TempDir) {
         std::fs::create_dir_all(to.parent().unwrap()).unwrap();
         std::fs::copy(from.join(&file), to).unwrap();
     }
-    std::fs::write(folder.path().join("probe.wgsl"), text).unwrap();
+    std::fs::write(folder.path().join("probe.wgsl"), format!("{text}{PROBED}")).unwrap();
     let mut gpu = Gpu::new(None).unwrap();
     gpu.shaders = Shaders::from_folder(folder.path());
     (gpu, folder)
@@ -52,9 +59,6 @@ pub fn probe(text: &str, technique: &str, values: &Values, given: &[[f32; 4]], s
 }
 
 const HAMBURGER: &str = "//!include map/filter/hamburger.wgsl
-var<storage, read> given: array<vec4f>;
-var<storage, read> second: array<vec4f>;
-var<storage, read_write> probed: array<vec4f>;
 
 @compute @workgroup_size(64)
 fn probe(@builtin(global_invocation_id) id: vec3u) {
@@ -108,9 +112,6 @@ fn moments_bound_the_shadow_from_below() {
 const SERIES: &str = "//!include map/single.wgsl
 //!include map/filter/csm_convolution.wgsl
 //!include store/rgba32float.wgsl
-var<storage, read> given: array<vec4f>;
-var<storage, read> second: array<vec4f>;
-var<storage, read_write> probed: array<vec4f>;
 
 @compute @workgroup_size(64)
 fn probe(@builtin(global_invocation_id) id: vec3u) {

@@ -1,13 +1,12 @@
 //! Summed-area tables against sums on the CPU, and the soft shadows that they serve against closed forms.
 
 use crate::common::*;
-use crate::filters_pcf::{lamp, looked_up, penumbra, sheets, under_a_lid};
+use crate::filters_pcf::{lamp, lit_floor, looked_up, penumbra, sheets, under_a_lid, wide_lights};
 use crate::light_size::wide_sun;
 use crate::moments::{leaks, probe, with_probe};
-use glam::{Vec2, Vec3};
+use glam::Vec3;
 use shadowscope::frame::Ask;
 use shadowscope::gpu::{Pass, Recorder, Resource, Timer, texture};
-use shadowscope::light::Light;
 use shadowscope::measure::metrics::FACING;
 use shadowscope::params::{Value, Values};
 use shadowscope::techniques;
@@ -20,9 +19,6 @@ fn kind(name: &str) -> Values {
 const CASTERS: &str = "//!include map/single.wgsl
 //!include map/filter/prefiltered_soft.wgsl
 //!include store/rgba32uint.wgsl
-var<storage, read> given: array<vec4f>;
-var<storage, read> second: array<vec4f>;
-var<storage, read_write> probed: array<vec4f>;
 
 @compute @workgroup_size(64)
 fn probe(@builtin(global_invocation_id) id: vec3u) {
@@ -55,9 +51,7 @@ fn casters_have_the_mean_that_the_moments_tell() {
 const SUMS: &str = "//!include map/single.wgsl
 //!include map/filter/prefiltered_soft.wgsl
 //!include store/rgba32uint.wgsl
-var<storage, read> given: array<vec4f>;
 var<storage, read_write> exact: array<vec4u>;
-var<storage, read_write> probed: array<vec4f>;
 
 @compute @workgroup_size(64)
 fn probe(@builtin(global_invocation_id) id: vec3u) {
@@ -178,9 +172,6 @@ fn sums_of_boxes_are_exact() {
 const BEYOND: &str = "//!include map/single.wgsl
 //!include map/filter/prefiltered_soft.wgsl
 //!include store/rgba32uint.wgsl
-var<storage, read> given: array<vec4f>;
-var<storage, read> second: array<vec4f>;
-var<storage, read_write> probed: array<vec4f>;
 
 @compute @workgroup_size(1)
 fn probe(@builtin(global_invocation_id) id: vec3u) {
@@ -303,22 +294,9 @@ fn four_moments_leak_less_than_two() {
 /// A floor alone stays lit, though wide boxes reach over much of its slope.
 #[test]
 fn a_floor_stays_lit() {
-    let ground = floor(Vec2::splat(-5.0), Vec2::splat(5.0), 0.0);
-    let view = camera(Vec3::new(0.0, 3.0, 5.0), Vec3::ZERO);
-    for light in [
-        wide_sun(Vec3::new(0.9, 1.0, 0.3), 1.0),
-        wide_sun(Vec3::new(0.9, 1.0, 0.3), 5.0),
-        wide_sun(Vec3::new(1.0, 0.2, 0.0), 10.0),
-        Light::Spot {
-            position: Vec3::new(-3.0, 4.0, 2.0),
-            direction: Vec3::new(0.6, -1.0, -0.3),
-            outer_angle: 35.0,
-            range: 40.0,
-            radius: 1.0,
-            color: Vec3::splat(50.0),
-        },
-    ] {
-        let (mut r, mut s) = start(scene(vec![mesh(&ground, 0)], vec![material(Vec3::ONE)], view, light), [160, 120]);
+    let narrow = wide_sun(Vec3::new(0.9, 1.0, 0.3), 1.0);
+    for light in [narrow].into_iter().chain(wide_lights()) {
+        let (mut r, mut s) = lit_floor(light);
         for (technique, set) in [
             ("prefiltered-soft", "soft_kind=vssm"),
             ("prefiltered-soft", "soft_kind=mssm"),
