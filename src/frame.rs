@@ -174,6 +174,8 @@ pub struct Frame<'a> {
     pub fresh: bool,
     /// Maps are looked into: their texels are drawn even where the picture looks none up.
     pub whole_maps: bool,
+    pub history: History,
+    frames: [u32; 2],
     offered: Option<Offered>,
     splits: Option<(Buffer, u32)>,
     pieces: Option<Buffer>,
@@ -199,6 +201,11 @@ impl Frame<'_> {
     /// Whether one of the technique's own maps is asked for, so that `inspect` must run.
     pub fn wants_any_map(&self) -> bool {
         self.inspected
+    }
+
+    /// Tells of how many frames the light is averaged, and of how many it is to be.
+    pub fn tell_frames(&mut self, averaged: u32, wanted: u32) {
+        self.frames = [averaged, wanted];
     }
 
     /// Tells where cascades meet: floats, metres along the camera's axis, one more than there are cascades.
@@ -245,6 +252,17 @@ pub enum Truth {
     All,
 }
 
+/// What a frame takes over of what those before it saw, where the technique averages several.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum History {
+    /// Everything: it is one frame more.
+    Goes,
+    /// Nothing: it is the first one.
+    Starts,
+    /// Nothing, and all frames that the technique is to average are drawn at once.
+    Whole,
+}
+
 /// What a frame is asked for.
 #[derive(Clone, Copy, Debug)]
 pub struct Ask {
@@ -259,6 +277,7 @@ pub struct Ask {
     pub picture: bool,
     /// Do everything again, even what the last frame's results would serve for: its time is to be known.
     pub fresh: bool,
+    pub history: History,
 }
 
 /// What a frame tells of itself.
@@ -270,6 +289,9 @@ pub struct Told {
     pub gpu_bytes: u64,
     /// How much of the truth is traced that the set-up names ([`crate::truth::Samples::shown`]).
     pub truth: Progress,
+    /// Of how many frames the light is averaged, and of how many it is to be; of a comparison on the side that is farthest
+    /// from it.
+    pub frames: [u32; 2],
     /// What each side of a comparison tells; empty without one.
     pub sides: Vec<ToldSide>,
     /// Samples of pixels that the frame traced of it.
@@ -454,6 +476,8 @@ pub struct Renderer {
     figure: figure::Figure,
     /// The last frame's view; None: the technique could not draw it.
     seen: Option<&'static View>,
+    /// Of how many frames its light is averaged.
+    frames: u32,
     /// The last frame's depth maps.
     offered: Option<Offered>,
     read_map: Option<Pass>,
@@ -529,6 +553,7 @@ impl Renderer {
             draw_counts: Pass::compute(&gpu, "count map", "counts.wgsl", "draw_counts", &[])?,
             figure: figure::Figure::default(),
             seen: None,
+            frames: 1,
             offered: None,
             whole_maps: false,
             read_map: None,
@@ -667,6 +692,8 @@ impl Renderer {
             // What is analysed counts what is drawn.
             fresh: ask.fresh || analysed || broken,
             whole_maps: self.whole_maps,
+            history: if broken && ask.history == History::Goes { History::Starts } else { ask.history },
+            frames: [1, 1],
             offered: None,
             splits: None,
             pieces: None,
@@ -684,6 +711,8 @@ impl Renderer {
         }
         told.cpu_ms = start.elapsed().as_secs_f64() * 1e3 - (f.waited() - waited);
         told.gpu_bytes = made.account.bytes();
+        told.frames = f.frames;
+        self.frames = f.frames[0];
         let Frame { mut recorder, offered, splits, pieces, analysis, outlines, .. } = f;
         recorder.freeze(Vec::new());
         let mut aliasing = None;

@@ -17,6 +17,8 @@ use glam::Vec3;
 /// What only a rendered frame knows of its legend.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Known {
+    /// Of how many frames each side's light is averaged.
+    pub frames: Vec<u32>,
     /// Of each side, where counted.
     pub errors: Vec<Option<Errors>>,
     /// Where cascades meet, metres along the camera's axis; empty without cascades.
@@ -213,7 +215,11 @@ impl Key {
             let share = known.errors.get(side).copied().flatten().filter(|_| !setup.is_truth(side)).map(|e| e.share());
             share.map_or(String::new(), |s| format!(" ({} wrong)", percent(s)))
         };
-        let name = |side: usize| side_name(setup, side) + &error(side);
+        let frames = |side: usize| match known.frames.get(side) {
+            Some(2..) => format!(" after {} frames", known.frames[side]),
+            _ => String::new(),
+        };
+        let name = |side: usize| side_name(setup, side) + &frames(side) + &error(side);
         match setup.sides() {
             1 if setup.overlay.is_some() => self.title = format!("{} over {}", self.title, name(0)),
             1 => self.title = format!("{}: {}", self.title, name(0)),

@@ -75,6 +75,8 @@ pub(super) struct Beside {
     output: Slot,
     pub(super) analysis: Analysis,
     pub(super) seen: Option<&'static View>,
+    /// As [`Told::frames`] has it first.
+    pub(super) frames: u32,
 }
 
 impl Figure {
@@ -96,6 +98,11 @@ impl Figure {
     /// A side of the last comparison; None: the first one.
     pub(super) fn beside(&self, side: usize) -> Option<&Beside> {
         self.beside.get(side.checked_sub(1)?)
+    }
+
+    /// The second side of the last comparison and those behind it.
+    pub(super) fn besides(&self) -> impl Iterator<Item = &Beside> {
+        self.beside.iter()
     }
 
     /// Visibility that the view `difference` takes off; None: the truth's.
@@ -166,7 +173,8 @@ impl Renderer {
         let alone = setup.view == "difference";
         let seen = |side: usize| !alone || side == 0;
         let mut sides = vec![ToldSide::default(); setup.sides()];
-        let mut told = Told::default();
+        let mut told = Told { frames: [1, 1], ..Told::default() };
+        let averaged = |[now, wanted]: [u32; 2]| f64::from(now) / f64::from(wanted);
         // The first one last, so that what is read back is its.
         for i in (0..setup.sides()).rev().filter(|i| !setup.is_truth(*i)) {
             let ask_side = Ask { size, picture: ask.picture && seen(i), ..ask };
@@ -174,7 +182,11 @@ impl Renderer {
             self.exchange_side(i);
             let rendered = self.render_over(&side, ask_side);
             self.exchange_side(i);
+            let frames = told.frames;
             told = rendered?;
+            if averaged(frames) < averaged(told.frames) {
+                told.frames = frames;
+            }
             sides[i].gpu_bytes = told.gpu_bytes;
             if ask.timed {
                 self.collect_times(true)?;
@@ -216,6 +228,7 @@ impl Renderer {
         swap(&mut self.targets.output, &mut beside.output);
         swap(&mut self.analysis, &mut beside.analysis);
         swap(&mut self.seen, &mut beside.seen);
+        swap(&mut self.frames, &mut beside.frames);
     }
 
     /// Draws the picture of a side that is the truth, which has been taken in use: as of a technique that is always right.

@@ -1,6 +1,6 @@
 //! What a pass wrote, as a small picture (`shaders/shot.wgsl`).
 
-use super::{ANALYSIS, Ask, JUDGED, Renderer, STORED, Truth};
+use super::{ANALYSIS, Ask, History, JUDGED, Renderer, STORED, Truth};
 use crate::gpu::{Buffer, Gpu, Pass, Recorder, Slot, Watch};
 use crate::setup::Setup;
 use anyhow::{Context, Result};
@@ -135,7 +135,15 @@ impl Renderer {
         } else {
             self.watched = Some(pass);
             let analysis = pass == ANALYSIS;
-            let ask = Ask { size, truth: Truth::Off, analysis, timed: false, picture: true, fresh: true };
+            let ask = Ask {
+                size,
+                truth: Truth::Off,
+                analysis,
+                timed: false,
+                picture: true,
+                fresh: true,
+                history: History::Goes,
+            };
             let rendered = self.again(setup, side, ask);
             self.watched = None;
             rendered?;

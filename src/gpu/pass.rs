@@ -62,7 +62,7 @@ pub struct Pass {
 }
 
 /// The entry points that look maps up for the picture, or draw into it, whatever technique they belong to.
-const LOOK_UPS: [&str; 5] = ["resolve", "inspect", "analyse", "draw_counts", "draw_curve"];
+const LOOK_UPS: [&str; 6] = ["resolve", "accumulate", "inspect", "analyse", "draw_counts", "draw_curve"];
 
 /// The bind groups that a pass used in the last two frames in which it ran: older ones would hold memory that nobody needs.
 #[derive(Default)]

@@ -2,6 +2,7 @@
 
 use super::Maps;
 use super::cascades::CascadeParams;
+use super::noise::Noise;
 use super::prefilter::{CURVE, Moments, Prefilter};
 use super::sums::Sums;
 use crate::frame::{ANALYSIS, Frame, MapSizes};
@@ -37,6 +38,8 @@ pub struct Filter {
     pub reach: fn(&Frame) -> Reach,
     /// What it keeps of depth, if maps are filtered or summed up before the look-up.
     pub moments: Option<fn(&Values) -> Moments>,
+    /// If it includes `disk.wgsl`: whether its taps lie in a disk, so that [`super::noise::NoiseParams`] apply.
+    pub turns: Option<fn(&Values) -> bool>,
     /// What it shows of itself.
     pub views: &'static [View],
 }
@@ -68,6 +71,8 @@ struct Passes {
     analyse: Pass,
     prefilter: Option<Prefilter>,
     sums: Option<Sums>,
+    /// Of filters whose taps can be turned.
+    noise: Option<Noise>,
 }
 
 impl LookUp {
@@ -109,6 +114,7 @@ impl LookUp {
                 inspect: pass("inspect", "inspect")?,
                 curve: averaged.map(|_| pass("inspect", "draw_curve")).transpose()?,
                 analyse: pass(ANALYSIS, "analyse")?,
+                noise: filter.turns.map(|_| Noise::new(gpu)),
             })
         })?;
         let mut all = maps.bound.clone();
@@ -124,10 +130,17 @@ impl LookUp {
         if let (Some(sums), Some(moments)) = (&mut passes.sums, moments) {
             all.extend(sums.run(f, maps, moments)?);
         }
+        if let Some(noise) = &mut passes.noise {
+            all.extend(noise.bound(f));
+        }
         f.keep_table("light_views", &maps.light_views);
         f.offer_maps(&maps.layers.each, &maps.light_views, &maps.sides);
         f.analyse(&passes.analyse, MapSizes::of(&maps.sides), &all);
-        f.run(&passes.resolve).bind_all(&all).per_pixel();
+        let resolve = |f: &mut Frame| f.run(&passes.resolve).bind_all(&all).per_pixel();
+        match (&mut passes.noise, filter.turns) {
+            (Some(noise), Some(turns)) => noise.accumulate(f, turns(f.values), resolve)?,
+            _ => resolve(f),
+        }
         if f.wants_any_map() {
             let curve = passes.curve.as_ref().filter(|_| f.view == CURVE.id);
             f.run(curve.unwrap_or(&passes.inspect)).bind_all(&all).per_pixel();

@@ -9,6 +9,7 @@ pub mod casters;
 pub mod filter;
 pub mod fit;
 mod layers;
+pub mod noise;
 pub mod peel;
 pub mod prefilter;
 pub mod single;

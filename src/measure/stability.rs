@@ -3,7 +3,7 @@
 use super::metrics::FACING;
 use super::{params_text, timing};
 use crate::chart::{self, Lines};
-use crate::frame::{Ask, Made, Renderer, Truth};
+use crate::frame::{Ask, History, Made, Renderer, Truth};
 use crate::scene::Camera;
 use crate::scene::builtin::cases::Case;
 use crate::setup::Setup;
@@ -187,7 +187,7 @@ pub fn run(
         for (i, lane) in lanes.iter_mut().enumerate() {
             (case.place)(&mut lane.setup, t);
             renderer.exchange(&mut lane.made);
-            let drawn = draw(renderer, &lane.setup);
+            let drawn = draw(renderer, &lane.setup, k == 0);
             renderer.exchange(&mut lane.made);
             let shadow = drawn?;
             let (now, same) = match &seen {
@@ -234,7 +234,7 @@ pub fn flicker(renderer: &mut Renderer, setup: &Setup) -> Result<Option<Change>>
         let by = step * k as f32;
         let camera = Camera { position: camera.position + by, target: camera.target + by, ..camera };
         let setup = Setup { camera, view: "shaded".into(), ..setup.clone() };
-        let shadow = draw(renderer, &setup)?;
+        let shadow = draw(renderer, &setup, k == 0)?;
         let now = Seen::read(renderer, &setup)?;
         if let Some((last, before)) = &last {
             steps.extend(change(&reproject(&now, last), [&shadow, before], [&now.hard, &last.hard]));
@@ -257,11 +257,20 @@ struct Shadow {
     truth: Vec<f32>,
 }
 
-/// Draws a set-up with its truth.
-fn draw(renderer: &mut Renderer, setup: &Setup) -> Result<Shadow> {
+/// Draws a set-up with its truth. `first`: no frame goes before it that the technique could average with.
+fn draw(renderer: &mut Renderer, setup: &Setup, first: bool) -> Result<Shadow> {
+    let history = if first { History::Whole } else { History::Goes };
     renderer.render(
         setup,
-        Ask { size: setup.size, truth: Truth::All, analysis: false, timed: false, picture: false, fresh: false },
+        Ask {
+            size: setup.size,
+            truth: Truth::All,
+            analysis: false,
+            timed: false,
+            picture: false,
+            fresh: false,
+            history,
+        },
     )?;
     Ok(Shadow { visibility: renderer.read_visibility()?, truth: renderer.read_truth()? })
 }

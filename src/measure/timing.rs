@@ -1,6 +1,6 @@
 //! Times of configurations: many frames, warm-up left out, taking turns so that drift hits all alike.
 
-use crate::frame::{Ask, Made, Renderer, Truth, technique_ms};
+use crate::frame::{Ask, History, Made, Renderer, Truth, technique_ms};
 use crate::gpu::TimerMode;
 use crate::setup::Setup;
 use anyhow::{Result, ensure};
@@ -116,8 +116,15 @@ pub const STOPPED: &str = "measuring was cancelled";
 
 impl Lane<'_> {
     fn frame(&mut self, renderer: &mut Renderer, counted: bool) -> Result<()> {
-        let ask =
-            Ask { size: self.setup.size, truth: Truth::Off, analysis: false, timed: true, picture: false, fresh: true };
+        let ask = Ask {
+            size: self.setup.size,
+            truth: Truth::Off,
+            analysis: false,
+            timed: true,
+            picture: false,
+            fresh: true,
+            history: History::Goes,
+        };
         renderer.exchange(&mut self.made);
         let told = renderer.render(self.setup, ask);
         renderer.exchange(&mut self.made);

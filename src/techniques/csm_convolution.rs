@@ -26,6 +26,7 @@ pub static FILTER: Filter = Filter {
     file: "map/filter/csm_convolution.wgsl",
     reach,
     moments: Some(|values| Moments::of(values, CsmConvolutionParams::read(values).terms.div_ceil(2), 4)),
+    turns: None,
     views: VIEWS,
 };
 

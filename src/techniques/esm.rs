@@ -26,6 +26,7 @@ pub static FILTER: Filter = Filter {
     file: "map/filter/esm.wgsl",
     reach,
     moments: Some(|values| Moments::of(values, 1, 1)),
+    turns: None,
     views: VIEWS,
 };
 

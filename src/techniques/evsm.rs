@@ -27,6 +27,7 @@ pub static FILTER: Filter = Filter {
     file: "map/filter/evsm.wgsl",
     reach,
     moments: Some(|values| Moments::of(values, 1, 4)),
+    turns: None,
     views: VIEWS,
 };
 

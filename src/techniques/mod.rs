@@ -26,6 +26,7 @@ use crate::gpu::Gpu;
 use crate::light::Light;
 use crate::map::MOST;
 use crate::map::filter::Filter;
+use crate::map::noise::NoiseParams;
 use crate::map::prefilter::PrefilterParams;
 use crate::params::{Condition, Group, Kind, Params, Spec, Values};
 use crate::view::View;
@@ -116,6 +117,7 @@ crate::params! {
 const EVERYWHERE: &[Group] = &[
     pcf::PcfParams::GROUP.when("filter", &["pcf"]),
     pcss::PcssParams::GROUP.when("filter", &["pcss"]),
+    NoiseParams::GROUP.when("filter", &["pcf", "pcss"]),
     PrefilterParams::GROUP.when("filter", &["vsm", "esm", "evsm", "csm-convolution", "msm"]),
     vsm::ChebyshevParams::GROUP.when("filter", &["vsm", "evsm"]),
     vsm::VsmParams::GROUP.when("filter", &["vsm"]),

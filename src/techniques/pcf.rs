@@ -3,6 +3,7 @@
 use super::Info;
 use super::shadow_map::{GROUPS, MAPS, single};
 use crate::map::filter::{Filter, Reach};
+use crate::map::noise::NoiseParams;
 use crate::params::Params;
 use crate::view;
 
@@ -22,10 +23,6 @@ crate::params! {
             blur: float(0.0, 0.0..=1.0, "m") if mode = ["grid", "hw2x2", "disk", "dpcf"],
             /// How fast edges soften as the receiver moves away from the caster.
             ratio_scale: float(1.0, 0.1..=10.0, "") if mode = "dpcf",
-            /// Turn the disk by a different angle at every pixel: bands become noise.
-            rotate: flag(false) if mode = ["disk", "dpcf"],
-            /// The angles. White: at random. Ign: interleaved gradient noise, more evenly spread among neighbours, so that it looks finer.
-            noise: choice("white", ["white", "ign"]) if rotate = true,
         }
     }
 }
@@ -49,6 +46,7 @@ pub static FILTER: Filter = Filter {
         }
     },
     moments: None,
+    turns: Some(|values| matches!(PcfParams::read(values).mode.as_str(), "disk" | "dpcf")),
     views: &[
         view::map(
             "transition",
@@ -75,7 +73,7 @@ pub static INFO: Info = Info {
           is equally wide everywhere, even where the shadow touches its caster.",
     lights: &["directional", "spot"],
     filter: Some(&FILTER),
-    params: crate::groups!(&[PcfParams::GROUP], GROUPS),
+    params: crate::groups!(&[PcfParams::GROUP, NoiseParams::GROUP], GROUPS),
     main: &[("resolution", "256..8192*2"), ("mode", "grid,tent"), ("kernel", "3,5,7")],
     maps: &[MAPS],
     make: single,

@@ -3,6 +3,7 @@
 use super::Info;
 use super::shadow_map::{GROUPS, MAPS, single};
 use crate::map::filter::{Filter, Reach, soft_reach};
+use crate::map::noise::NoiseParams;
 use crate::params::Params;
 use crate::view::{self, View};
 
@@ -16,8 +17,6 @@ crate::params! {
             filter_taps: int(49, 8..=128, "taps"),
             /// The largest radius of search and filter, at most an eighth of the map's side. Wider penumbras are cut to it, and so many texels stay free at each border of a fitted map.
             max_radius: float(64.0, 1.0..=128.0, "texels"),
-            /// Turn the taps by a different angle at every pixel: bands become noise. White: at random. Ign: interleaved gradient noise, more evenly spread among neighbours.
-            turn: choice("none", ["none", "white", "ign"]),
         }
     }
 }
@@ -30,6 +29,7 @@ pub static FILTER: Filter = Filter {
         false => Reach::default(),
     },
     moments: None,
+    turns: Some(|_| true),
     views: &[BLOCKER_DEPTH, PENUMBRA_WIDTH],
 };
 
@@ -59,7 +59,7 @@ pub static INFO: Info = Info {
           at several depths their mean is the depth of none.",
     lights: &["directional", "spot"],
     filter: Some(&FILTER),
-    params: crate::groups!(&[PcssParams::GROUP], GROUPS),
+    params: crate::groups!(&[PcssParams::GROUP, NoiseParams::GROUP], GROUPS),
     main: &[("resolution", "256..4096*2"), ("filter_taps", "16,49"), ("search_taps", "16,25")],
     maps: &[MAPS],
     make: single,

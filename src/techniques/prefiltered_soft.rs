@@ -40,6 +40,7 @@ pub static FILTER: Filter = Filter {
             _ => Format::Rgba32Uint,
         },
     }),
+    turns: None,
     views: &[BLOCKER_DEPTH, PENUMBRA_WIDTH],
 };
 

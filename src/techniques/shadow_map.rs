@@ -12,8 +12,14 @@ use crate::view::{self, View};
 use anyhow::Result;
 
 /// One comparison with the nearest texel.
-pub static FILTER: Filter =
-    Filter { id: "nearest", file: "map/filter/nearest.wgsl", reach: |_| Reach::default(), moments: None, views: &[] };
+pub static FILTER: Filter = Filter {
+    id: "nearest",
+    file: "map/filter/nearest.wgsl",
+    reach: |_| Reach::default(),
+    moments: None,
+    turns: None,
+    views: &[],
+};
 
 /// The parameters of a single fitted map, beside its filter's.
 pub const GROUPS: &[Group] = &[

@@ -34,6 +34,7 @@ pub static FILTER: Filter = Filter {
     file: "map/filter/vsm.wgsl",
     reach,
     moments: Some(|values| Moments::of(values, 1, 2)),
+    turns: None,
     views: VIEWS,
 };
 

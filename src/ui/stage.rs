@@ -6,7 +6,7 @@
 
 use super::model::{Facts, Traced};
 use super::work::{Done, Loaded, Post};
-use crate::frame::{Ask, Renderer, Truth, panes};
+use crate::frame::{Ask, History, Renderer, Truth, panes};
 use crate::gpu::{GivenUp, Gpu, TimerMode};
 use crate::legend::Known;
 use crate::measure::{Record, metrics, params_text};
@@ -324,6 +324,9 @@ struct Painter<'a> {
     counted: bool,
     /// The picture made do with one sample a pixel where more are wanted.
     coarse: bool,
+    /// As [`Told::frames`](crate::frame::Told::frames); and whether things moved in the last of them.
+    frames: [u32; 2],
+    moved: bool,
     /// The last frame was analysed, and the map that was handed in of it.
     analysed: bool,
     mapped: Option<u32>,
@@ -360,6 +363,8 @@ impl Painter<'_> {
             drawn_truth: Progress::default(),
             counted: false,
             coarse: false,
+            frames: [1, 1],
+            moved: false,
             analysed: false,
             mapped: None,
             failed: false,
@@ -446,7 +451,15 @@ impl Painter<'_> {
             return;
         };
         self.shaders = newest;
-        let ask = Ask { size: [16; 2], truth: Truth::All, analysis: false, timed: false, picture: true, fresh: false };
+        let ask = Ask {
+            size: [16; 2],
+            truth: Truth::All,
+            analysis: false,
+            timed: false,
+            picture: true,
+            fresh: false,
+            history: History::Whole,
+        };
         let made = Renderer::new(self.gpu.clone(), renderer.scene().clone())
             .and_then(|mut made| made.render(&order.setup, ask).map(|_| made));
         let done = made.map(|made| {
@@ -485,7 +498,9 @@ impl Painter<'_> {
         let due = self.drawn.as_ref().map_or(Change::Scene, |d| order.change(d));
         let scale = self.next_scale(order, due, rest, shown);
         let size = order.full.map(|side| ((side as f64 * scale).round() as u32).max(1));
-        if due > Change::Nothing || size != self.size || rest && self.coarse {
+        let [averaged, wanted] = self.frames;
+        let averages = rest && wanted > 1 && (averaged < wanted || self.moved);
+        if due > Change::Nothing || size != self.size || rest && self.coarse || averages {
             if due == Change::View && size == self.size && self.redrawable(order) {
                 self.redraw(order)?;
             } else {
@@ -580,7 +595,10 @@ impl Painter<'_> {
         let analysis = !draft && rest && order.map.is_some();
         // What a technique keeps from frame to frame must not flatter it beside others.
         let fresh = rest && !draft && setup.sides() > 1;
-        let ask = Ask { size, truth, analysis, timed: true, picture: true, fresh };
+        // What stood still from the first frame on comes to the same as a capture.
+        let goes = !rest || due == Change::Nothing && size == self.size && !self.coarse && !self.moved;
+        let history = if goes { History::Goes } else { History::Starts };
+        let ask = Ask { size, truth, analysis, timed: true, picture: true, fresh, history };
         renderer.whole_maps = analysis;
         let drawn = renderer.draw(&setup, ask);
         self.gpu.give_up_when(|| false);
@@ -596,6 +614,7 @@ impl Painter<'_> {
         let ms = start.elapsed().as_secs_f64() * 1e3;
         renderer.collect_times(true)?;
         let traced = told.traced;
+        (self.frames, self.moved) = (told.frames, !rest);
         (self.traced, self.drawn_truth, self.coarse) = (told.truth, told.truth, coarse);
         let stays = due == Change::View && size == self.size;
         (self.gave_up, self.scale, self.size) = (false, scale, size);

@@ -1,7 +1,7 @@
 //! What the tests share: one device, and scenes made by hand.
 
 use glam::{DMat4, Vec2, Vec3};
-use shadowscope::frame::{Ask, Renderer, Truth};
+use shadowscope::frame::{Ask, History, Renderer, Truth};
 use shadowscope::gpu::Gpu;
 use shadowscope::light::Light;
 use shadowscope::measure;
@@ -186,7 +186,15 @@ pub fn facing(r: &mut Renderer) -> u64 {
 }
 
 pub fn ask(setup: &Setup) -> Ask {
-    Ask { size: setup.size, truth: Truth::All, analysis: false, timed: false, picture: true, fresh: false }
+    Ask {
+        size: setup.size,
+        truth: Truth::All,
+        analysis: false,
+        timed: false,
+        picture: true,
+        fresh: false,
+        history: History::Whole,
+    }
 }
 
 /// PCG (O'Neill 2014).

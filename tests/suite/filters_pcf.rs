@@ -3,10 +3,11 @@
 use crate::common::*;
 use crate::light_size::{crossing, places, share, wide_sun};
 use glam::{DVec3, Vec2, Vec3, Vec4Swizzles};
-use shadowscope::frame::{Ask, MapLayer, Renderer, Truth};
+use shadowscope::frame::{Ask, History, MapLayer, Renderer, Truth};
 use shadowscope::light::Light;
 use shadowscope::measure;
 use shadowscope::measure::metrics::FACING;
+use shadowscope::scene::Camera;
 use shadowscope::setup::Setup;
 use shadowscope::truth::Samples;
 use std::f64::consts::TAU;
@@ -200,35 +201,141 @@ fn the_disk_turns_by_interleaved_gradient_noise() {
     }
 }
 
-/// Of the two noises the gradient one is finer: as large at each pixel, it leaves less in the means of 3 × 3.
+/// Root mean squares of what visibility in a transition is off by: at each pixel, and of its means over 3 × 3 and 7 × 7.
+fn left(v: &[f32], smooth: &[f32], [w, h]: [usize; 2]) -> [f64; 3] {
+    let off: Vec<f64> = v.iter().zip(smooth).map(|(v, smooth)| (v - smooth) as f64).collect();
+    let (mut n, mut sums) = (0.0, [0.0; 3]);
+    for (x, y) in (3..h - 3).flat_map(|y| (3..w - 3).map(move |x| (x, y))) {
+        if smooth[y * w + x] > 0.1 && smooth[y * w + x] < 0.9 {
+            n += 1.0;
+            for (sum, reach) in sums.iter_mut().zip([0, 1, 3]) {
+                let rows = y - reach..=y + reach;
+                let all: f64 = rows.map(|y| off[y * w + x - reach..=y * w + x + reach].iter().sum::<f64>()).sum();
+                *sum += (all / ((2 * reach + 1) * (2 * reach + 1)) as f64).powi(2);
+            }
+        }
+    }
+    assert!(n > 3000.0, "{n}");
+    sums.map(|sum| (sum / n).sqrt())
+}
+
+const DISK: [&str; 4] = ["mode=disk", "fit=scene", "resolution=2048", "blur=0.3"];
+
+/// The three noises are as large at each pixel. Gradient noise leaves less than white noise in the means of 3 × 3, and blue noise
+/// the least in those of 7 × 7.
 #[test]
-fn gradient_noise_is_finer_than_white() {
+fn noises_are_as_fine_as_their_names_say() {
     let (mut r, mut s) = under_a_lid(sun(Vec3::new(0.05, 1.0, 0.02)), 1.0);
     let mut seen = |sets: &[&str]| {
-        let disk = ["mode=disk", "fit=scene", "resolution=2048", "blur=0.3"];
-        select(&mut s, "pcf", &[&disk, sets].concat());
+        select(&mut s, "pcf", &[&DISK, sets].concat());
         r.render(&s, Ask { truth: Truth::Off, ..ask(&s) }).unwrap();
         r.read_visibility().unwrap()
     };
     let smooth = seen(&["samples=64"]);
-    let [w, h] = [216usize, 162];
-    let mut left = |noise: &str| {
-        let v = seen(&["samples=8", "rotate=true", noise]);
-        let off: Vec<f64> = v.iter().zip(&smooth).map(|(v, smooth)| (v - smooth) as f64).collect();
-        let (mut n, mut each, mut mean) = (0.0, 0.0, 0.0);
-        for i in (1..h - 1).flat_map(|y| (1..w - 1).map(move |x| y * w + x)) {
-            if smooth[i] > 0.1 && smooth[i] < 0.9 {
-                let sum: f64 = [i - w, i, i + w].iter().map(|j| off[j - 1] + off[*j] + off[j + 1]).sum();
-                (n, each, mean) = (n + 1.0, each + off[i] * off[i], mean + sum * sum / 81.0);
-            }
-        }
-        assert!(n > 3000.0, "{n}");
-        [each / n, mean / n].map(f64::sqrt)
+    let mut of = |noise: &str| left(&seen(&["samples=8", "rotate=true", noise]), &smooth, [216, 162]);
+    let [white, gradient, blue] = [of("noise=white"), of("noise=ign"), of("noise=blue")];
+    println!("each pixel, 3 × 3, 7 × 7: white {white:?}, gradient {gradient:?}, blue {blue:?}");
+    for (noise, finer) in [(gradient, 0.85), (blue, 0.92)] {
+        assert!((noise[0] / white[0] - 1.0).abs() < 0.15, "{noise:?}, {white:?}");
+        assert!(noise[1] < finer * white[1], "{noise:?}, {white:?}");
+    }
+    assert!(blue[2] < gradient[2] && gradient[2] < 0.95 * white[2], "{blue:?}, {gradient:?}, {white:?}");
+}
+
+/// Frames drawn one by one come to what a capture draws at once, which is the same every time and comes nearer to the smooth
+/// filter the more frames there are; filters of both families do.
+#[test]
+fn frames_are_averaged() {
+    let (mut r, mut s) = under_a_lid(wide_sun(Vec3::new(0.05, 1.0, 0.02), 4.0), 1.0);
+    let mut seen = |s: &Setup, history| {
+        let told = r.render(s, Ask { truth: Truth::Off, history, ..ask(s) }).unwrap();
+        (r.read_visibility().unwrap(), told.frames)
     };
-    let [white, gradient] = [left("noise=white"), left("noise=ign")];
-    println!("each pixel and 3 × 3: white {white:?}, gradient {gradient:?}");
-    assert!((gradient[0] / white[0] - 1.0).abs() < 0.15, "{gradient:?}, {white:?}");
-    assert!(gradient[1] < 0.85 * white[1], "{gradient:?}, {white:?}");
+    let soft = ["search_taps=64", "filter_taps=8", "fit=scene", "resolution=1024"];
+    for (technique, sets) in [("pcf", &[&DISK[..], &["samples=8"]].concat()), ("pcss", &soft.to_vec())] {
+        select(&mut s, technique, sets);
+        let set = |s: &mut Setup, noise: &str, k: u32| {
+            let sets = [
+                &format!("noise={noise}"),
+                &format!("accumulate={k}"),
+                "rotate=true",
+                "blend_factor=0",
+                "clamp_history=false",
+            ];
+            sets.iter().for_each(|set| s.set(set, &[technique.into()]).unwrap());
+        };
+        let taps = |s: &mut Setup, n: u32| {
+            let name = if technique == "pcf" { "samples" } else { "filter_taps" };
+            s.set(&format!("{name}={n}"), &[technique.into()]).unwrap();
+        };
+        taps(&mut s, 64);
+        let (_, frames) = seen(&s, History::Whole);
+        assert_eq!(frames, [1, 1]);
+        set(&mut s, "ign", 16);
+        let (smooth, _) = seen(&s, History::Whole);
+        taps(&mut s, 8);
+        let mut before = f64::MAX;
+        for noise in ["white", "ign", "blue"] {
+            let mut off = Vec::new();
+            for k in [1, 4, 16] {
+                set(&mut s, noise, k);
+                let (whole, frames) = seen(&s, History::Whole);
+                assert_eq!(frames, [k, k]);
+                assert!(seen(&s, History::Whole).0 == whole, "another time {technique}, {noise} is another");
+                for i in 1..=k {
+                    let one = seen(&s, if i == 1 { History::Starts } else { History::Goes });
+                    assert_eq!(one.1, [i, k]);
+                    assert_eq!(one.0 == whole, i == k, "{technique}, {noise}: frame {i} of {k}");
+                }
+                off.push(left(&whole, &smooth, [216, 162])[0]);
+            }
+            println!("{technique}, {noise}: off by {off:?} after 1, 4 and 16 frames");
+            assert!(off[1] < 0.6 * off[0] && off[2] < 0.5 * off[1], "{technique}, {noise}: {off:?}");
+            before = before.min(off[2]);
+        }
+        assert!(before < 0.02, "{technique}: {before}");
+    }
+}
+
+/// What earlier frames saw goes along with the surface as the camera moves. As the light moves it stays behind, a ghost, unless it is held
+/// within what the pixels around see now.
+#[test]
+fn history_follows_surfaces_and_not_shadows() {
+    let (mut r, mut s) = under_a_lid(sun(Vec3::new(0.05, 1.0, 0.02)), 1.0);
+    let set = |s: &mut Setup, sets: &[&str]| select(s, "pcf", &[&DISK[..], &["samples=8", "noise=ign"], sets].concat());
+    let averaged = ["rotate=true", "accumulate=16", "blend_factor=0", "clamp_history=false"];
+    let mut seen = |s: &Setup, history| {
+        r.render(s, Ask { truth: Truth::Off, history, ..ask(s) }).unwrap();
+        r.read_visibility().unwrap()
+    };
+    let (from, sun_at) = (s.camera, s.light);
+    for (clamp, blend) in [(false, 0.0), (true, 0.1)] {
+        let held = [&format!("clamp_history={clamp}"), &*format!("blend_factor={blend}")];
+        set(&mut s, &[&averaged[..], &held].concat());
+        seen(&s, History::Whole);
+        // Pixels and a half, sideways and forwards.
+        let by = Vec3::new(0.011, 0.0, -0.02);
+        s.camera = Camera { position: from.position + by, target: from.target + by, ..from };
+        let followed = seen(&s, History::Goes);
+        let one = seen(&s, History::Starts);
+        set(&mut s, &["samples=64"]);
+        let smooth = seen(&s, History::Whole);
+        let [followed, one] = [&followed, &one].map(|v| left(v, &smooth, [216, 162])[0]);
+        println!("camera moved, clamp {clamp}: off by {followed}, without the frames before {one}");
+        assert!(followed < 0.5 * one, "{followed}, {one}");
+        // A shadow's edge moves by half a metre.
+        s.camera = from;
+        set(&mut s, &[&averaged[..], &held].concat());
+        seen(&s, History::Whole);
+        s.light = sun(Vec3::new(0.55, 1.0, 0.02));
+        let ghost = seen(&s, History::Goes);
+        set(&mut s, &["samples=64"]);
+        let now = seen(&s, History::Whole);
+        let stayed = ghost.iter().zip(&now).filter(|(g, n)| (**g - **n).abs() > 0.5).count();
+        println!("light moved, clamp {clamp}: {stayed} pixels of the ghost");
+        assert_eq!(stayed > 1000, !clamp, "{stayed} of {}", now.len());
+        s.light = sun_at;
+    }
 }
 
 /// DPCF mixes the share of the disk that is seen with its hardened form, by how far off the casters are.
@@ -320,7 +427,7 @@ fn pcss_is_as_wide_as_the_closed_form() {
         let (mut r, mut s) = under_a_lid(light, height);
         for (technique, sets) in [
             ("pcss", &["resolution=512"][..]),
-            ("pcss", &["resolution=512", "turn=ign"]),
+            ("pcss", &["resolution=512", "rotate=true", "noise=ign"]),
             // Maps that cover so little that the widest radius is less than the penumbra would cut it.
             ("pssm", &["filter=pcss", "resolution=512", "cascades=2", "fit=stable"]),
             ("pssm", &["filter=pcss", "resolution=512", "cascades=2", "fit=indep"]),

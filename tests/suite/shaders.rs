@@ -17,8 +17,8 @@ fn groups(file: &str) -> &'static [Group] {
     if file.starts_with("shade.wgsl") {
         return &[view::GROUP];
     }
-    if file == "map/peel.wgsl" {
-        return techniques::find("shadow-map").map_or(&[], |i| i.params);
+    if ["map/peel.wgsl", "map/accumulate.wgsl"].contains(&file) {
+        return techniques::find("pcf").map_or(&[], |i| i.params);
     }
     let file = file.split(' ').next().unwrap();
     let stem = file.trim_start_matches("techniques/").trim_end_matches(".wgsl").replace('_', "-");

@@ -803,10 +803,18 @@ fn outlines_lie_where_maps_end() {
 /// All settings of the parameters that decide whether a parameter means anything, each with values on both sides.
 fn deciding(info: &Info, spec: &Spec) -> Vec<Vec<(&'static str, Value)>> {
     let mut all = vec![vec![]];
-    let mut open: Vec<&Condition> = spec.when.iter().copied().flatten().collect();
+    // A group that filters share may name what only one of them has.
+    let known = |c: &&Condition| info.specs().any(|s| s.name == c.of);
+    assert!(
+        spec.when.is_empty() || spec.when.iter().any(|one| one.iter().all(|c| known(&c))),
+        "{}.{}",
+        info.id,
+        spec.name
+    );
+    let mut open: Vec<&Condition> = spec.when.iter().copied().flatten().filter(known).collect();
     while let Some(c) = open.pop() {
-        let of = info.specs().find(|s| s.name == c.of).unwrap_or_else(|| panic!("{}: no {}", info.id, c.of));
-        open.extend(of.when.iter().copied().flatten());
+        let of = info.specs().find(|s| s.name == c.of).unwrap();
+        open.extend(of.when.iter().copied().flatten().filter(known));
         if all[0].iter().any(|(name, _)| *name == of.name) {
             continue;
         }

@@ -117,16 +117,6 @@ fn tap(i: u32, place: vec2f, turn: f32) -> Tap {
     return Tap(cell, 1.0 / n);
 }
 
-fn turn_of(pixel: vec2u) -> f32 {
-    if filtering.rotate == 0u {
-        return 0.0;
-    }
-    if filtering.noise == noise_ign {
-        return interleaved_turn(pixel);
-    }
-    return white_turn(pixel);
-}
-
 fn lit(s: Surface, layer: u32) -> f32 {
     let stretched = stretch(s, layer);
     let r = receiver(s, layer, stretched);

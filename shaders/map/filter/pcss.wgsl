@@ -17,16 +17,6 @@ struct Search {
     turn: f32,
 }
 
-fn turn_of(pixel: vec2u) -> f32 {
-    if soft.turn == turn_none {
-        return 0.0;
-    }
-    if soft.turn == turn_ign {
-        return interleaved_turn(pixel);
-    }
-    return white_turn(pixel);
-}
-
 // Radii of the disc under whose middle casters at a depth make a penumbra, texels.
 fn disc(search: Search, casters: f32) -> vec2f {
     return in_texels(0.5 * penumbra(search.depth, casters), search.density, most_texels(search.here.layer, soft.max_radius));

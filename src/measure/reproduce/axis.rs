@@ -2,7 +2,7 @@
 
 use super::{Bench, short};
 use crate::chart::Lines;
-use crate::frame::{Ask, Truth};
+use crate::frame::{Ask, History, Truth};
 use crate::light::Light;
 use crate::map::fit::{Scope, lispsm, warped};
 use crate::measure::table;
@@ -56,7 +56,15 @@ fn floor(b: &mut Bench, technique: &str, sets: &[&str]) -> Result<Vec<[f64; 2]>>
     }
     renderer.render(
         &setup,
-        Ask { size: SIZE, truth: Truth::Off, analysis: true, timed: false, picture: false, fresh: false },
+        Ask {
+            size: SIZE,
+            truth: Truth::Off,
+            analysis: true,
+            timed: false,
+            picture: false,
+            fresh: false,
+            history: History::Whole,
+        },
     )?;
     let m = renderer.analysis().aliasing(&renderer.gpu)?.with_context(|| format!("{technique} has no maps"))?;
     let places = renderer.read_position()?;

@@ -2,7 +2,7 @@
 
 use super::kenzel::SIZE;
 use super::{Bench, holds, short, with};
-use crate::frame::{Ask, Truth};
+use crate::frame::{Ask, History, Truth};
 use crate::measure::metrics::{FACING, TOLERANCE};
 use crate::measure::{self, Record, table};
 use crate::scene::Camera;
@@ -105,7 +105,15 @@ pub fn seam(b: &mut Bench) -> Result<String> {
             let (renderer, _) = b.open(&start.scene)?;
             renderer.render(
                 &split(z)?,
-                Ask { size: SIZE, truth: Truth::All, analysis: true, timed: false, picture: false, fresh: false },
+                Ask {
+                    size: SIZE,
+                    truth: Truth::All,
+                    analysis: true,
+                    timed: false,
+                    picture: false,
+                    fresh: false,
+                    history: History::Whole,
+                },
             )?;
             let m = renderer.analysis().aliasing(&renderer.gpu)?.context("pssm has maps")?;
             let (mask, points) = (renderer.read_mask()?, renderer.read_position()?);

@@ -2,7 +2,7 @@
 
 use super::{Bench, picture, short};
 use crate::capture::write_png;
-use crate::frame::{Ask, Renderer, Truth};
+use crate::frame::{Ask, History, Renderer, Truth};
 use crate::light::Light;
 use crate::measure::timing::{self, Times};
 use crate::measure::{self, table};
@@ -227,7 +227,15 @@ fn details(renderer: &mut Renderer, all: &[(&Method, Setup)], view: &str) -> Res
         let shown = Setup { view: view.into(), ..setup.clone() };
         renderer.render(
             &shown,
-            Ask { size: SIZE, truth: Truth::All, analysis: false, timed: false, picture: true, fresh: false },
+            Ask {
+                size: SIZE,
+                truth: Truth::All,
+                analysis: false,
+                timed: false,
+                picture: true,
+                fresh: false,
+                history: History::Whole,
+            },
         )?;
         let corner = match corner {
             Some(corner) => corner,

@@ -1,0 +1,202 @@
+//! Taps that differ from pixel to pixel and from frame to frame, and what several frames saw, averaged
+//! (`shaders/map/accumulate.wgsl`).
+
+use crate::frame::{Frame, History, STORED};
+use crate::gpu::{Buffer, Gpu, Pass, Resource, Slot};
+use crate::params::Params;
+use anyhow::Result;
+use std::sync::LazyLock;
+use wgpu::TextureFormat as Format;
+
+crate::params! {
+    /// How a filter's taps are turned, for filters that lay them out in a disk.
+    pub struct NoiseParams {
+        "Noise" {
+            /// Turn the taps by another angle at every pixel: bands become noise.
+            rotate: flag(false) if mode = ["disk", "dpcf"] or search_taps > 0,
+            /// The angles. White: at random. Ign: interleaved gradient noise, more evenly spread among neighbours, so that it looks finer. Blue: a tile of 64 × 64 whose neighbours differ as much as can be, the finest to look at.
+            noise: choice("white", ["white", "ign", "blue"]) if rotate = true,
+            /// Frames whose light is averaged, each with other angles; 1: only the newest. Pictures and measurements show what so many frames at rest come to, times are those of one.
+            accumulate: int(1, 1..=64, "frames") if rotate = true,
+            /// What the newest frame counts at least (the α of temporal anti-aliasing). Small: smooth, but where something moved old shadows stay behind as ghosts. 0: all frames count alike.
+            blend_factor: float(0.1, 0.0..=1.0, "mean of all" => "newest only") if accumulate > 1,
+            /// Keep what earlier frames saw within the values of the 3 × 3 pixels around. Ghosts go sooner, and noise stays.
+            clamp_history: flag(true) if accumulate > 1,
+        }
+    }
+}
+
+/// Side of the tile of blue noise.
+const SIDE: usize = 64;
+
+/// A tile of numbers from 0 to 1, each once, whose neighbours differ as much as can be: void and cluster (Ulichney 1993). Each
+/// pixel is ranked by when it joins a pattern that always grows where it is emptiest.
+static BLUE: LazyLock<Vec<f32>> = LazyLock::new(|| {
+    const ALL: usize = SIDE * SIDE;
+    // How much a pixel fills the place of another, across the tile's borders; whole numbers add up alike everywhere.
+    let near = |d: usize| d.min(SIDE - d) as f64;
+    let weights: Vec<i64> = (0..ALL)
+        .map(|i| {
+            let [x, y] = [i % SIDE, i / SIDE].map(near);
+            ((x * x + y * y) / (-2.0 * 1.9 * 1.9)).exp().mul_add(1e6, 0.5) as i64
+        })
+        .collect();
+    let mut filled = vec![0i64; ALL];
+    let mut taken = vec![false; ALL];
+    let put = |at: usize, there: bool, filled: &mut [i64], taken: &mut [bool]| {
+        taken[at] = there;
+        for (i, f) in filled.iter_mut().enumerate() {
+            let [x, y] = [(i % SIDE + SIDE - at % SIDE) % SIDE, (i / SIDE + SIDE - at / SIDE) % SIDE];
+            *f += if there { weights[y * SIDE + x] } else { -weights[y * SIDE + x] };
+        }
+    };
+    let void = |filled: &[i64], taken: &[bool]| (0..ALL).filter(|i| !taken[*i]).min_by_key(|i| filled[*i]);
+    let cluster = |filled: &[i64], taken: &[bool]| (0..ALL).filter(|i| taken[*i]).max_by_key(|i| filled[*i]);
+    // A tenth of the pixels at random, moved from the densest place to the emptiest until that is the same.
+    let mut state = 1u32;
+    for _ in 0..ALL / 10 {
+        state = state.wrapping_mul(747796405).wrapping_add(2891336453);
+        let at = (state >> 8) as usize % ALL;
+        if !taken[at] {
+            put(at, true, &mut filled, &mut taken);
+        }
+    }
+    while let Some(densest) = cluster(&filled, &taken) {
+        put(densest, false, &mut filled, &mut taken);
+        let emptiest = void(&filled, &taken).unwrap_or(densest);
+        put(emptiest, true, &mut filled, &mut taken);
+        if emptiest == densest {
+            break;
+        }
+    }
+    // Those are ranked by what is densest last, the others by what is emptiest first.
+    let mut ranks = vec![0; ALL];
+    let (first, pattern) = (filled.clone(), taken.clone());
+    let mut rank = pattern.iter().filter(|t| **t).count();
+    while let Some(at) = cluster(&filled, &taken) {
+        put(at, false, &mut filled, &mut taken);
+        rank -= 1;
+        ranks[at] = rank;
+    }
+    (filled, taken) = (first, pattern);
+    rank = taken.iter().filter(|t| **t).count();
+    while let Some(at) = void(&filled, &taken) {
+        put(at, true, &mut filled, &mut taken);
+        ranks[at] = rank;
+        rank += 1;
+    }
+    ranks.into_iter().map(|rank| (rank as f32 + 0.5) / ALL as f32).collect()
+});
+
+/// Bytes of `Past` in WGSL.
+const PAST: usize = 96;
+
+/// What the turned taps of a filter need, and what earlier frames saw.
+pub struct Noise {
+    blue: Slot,
+    /// `Past` in WGSL.
+    past: Buffer,
+    history: Option<Accumulation>,
+}
+
+/// The light of the frames so far, averaged.
+struct Accumulation {
+    accumulate: Pass,
+    keep: Pass,
+    lights: [Slot; 2],
+    /// Of how many frames, and pixels.
+    frames: u32,
+    size: [u32; 2],
+}
+
+impl Accumulation {
+    fn new(gpu: &Gpu) -> Result<Accumulation> {
+        let file = "map/accumulate.wgsl";
+        let pass = |entry| Pass::compute(gpu, "accumulation", file, entry, &[NoiseParams::GROUP]);
+        let (accumulate, keep) = (pass("accumulate")?, pass("keep_history")?);
+        Ok(Accumulation { accumulate, keep, lights: Default::default(), frames: 0, size: [0; 2] })
+    }
+}
+
+impl Noise {
+    pub fn new(gpu: &Gpu) -> Noise {
+        let usage = wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::STORAGE;
+        Noise { blue: Slot::default(), past: gpu.buffer("past", &[0; PAST], usage), history: None }
+    }
+
+    /// What a shader that includes `map/filter/disk.wgsl` binds, by name.
+    pub fn bound(&mut self, f: &Frame) -> [(&'static str, Resource); 2] {
+        let usage = wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST;
+        // One texel stands in where the tile is not asked for.
+        let side = if NoiseParams::read(f.values).noise == "blue" { SIDE as u32 } else { 1 };
+        let held = self.blue.texture().map(|t| t.width());
+        let blue = self.blue.get(f.gpu, "blue noise", [side; 2], Format::R32Float, usage);
+        if let Some(texture) = self.blue.texture().filter(|_| side > 1 && held != Some(side)) {
+            f.gpu.write_texture(texture, bytemuck::cast_slice(&BLUE));
+        }
+        [("blue_noise", (&blue).into()), ("past", (&self.past).into())]
+    }
+
+    /// Fills the visibility by `resolve`, and averages it over frames where that is asked for. `turns`: the taps can be turned.
+    ///
+    /// # Errors
+    /// Passes that cannot be made.
+    pub fn accumulate(&mut self, f: &mut Frame, turns: bool, resolve: impl Fn(&mut Frame)) -> Result<()> {
+        let p = NoiseParams::read(f.values);
+        let wanted = if turns && p.rotate { p.accumulate } else { 1 };
+        if wanted == 1 {
+            if self.history.take().is_some() {
+                f.clear(&self.past);
+            }
+            resolve(f);
+            return Ok(());
+        }
+        let history = match &mut self.history {
+            Some(history) => history,
+            None => self.history.insert(Accumulation::new(f.gpu)?),
+        };
+        if f.history != History::Goes || f.size != history.size {
+            (history.frames, history.size) = (0, f.size);
+            f.clear(&self.past);
+        }
+        let mut light = |i: usize, label| history.lights[i].get(f.gpu, label, f.size, Format::Rg32Uint, STORED);
+        let (now, before) = (light(0, "light so far"), light(1, "light before"));
+        let drawn = if f.history == History::Whole { wanted } else { 1 };
+        for _ in 0..drawn {
+            resolve(f);
+            f.run(&history.accumulate)
+                .bind("past", &self.past)
+                .bind("history", &before)
+                .bind("history_out", &now)
+                .per_pixel();
+            f.run(&history.keep)
+                .bind("past_out", &self.past)
+                .bind("history", &now)
+                .bind("history_out", &before)
+                .per_pixel();
+        }
+        history.frames = (history.frames + drawn).min(wanted);
+        f.tell_frames(history.frames, wanted);
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Each number stands once, and what is left of the tile in means of 4 × 4 is a small part of what numbers at random leave.
+    #[test]
+    fn the_tile_is_blue() {
+        let mut all = BLUE.clone();
+        all.sort_by(f32::total_cmp);
+        assert!(all.iter().enumerate().all(|(i, v)| *v == (i as f32 + 0.5) / (SIDE * SIDE) as f32));
+        let mean = |x: usize, y: usize| {
+            let of = |i: usize| BLUE[(y + i / 4) % SIDE * SIDE + (x + i % 4) % SIDE];
+            (0..16).map(of).sum::<f32>() / 16.0 - 0.5
+        };
+        let squares: f32 = (0..SIDE * SIDE).map(|i| mean(i % SIDE, i / SIDE).powi(2)).sum();
+        let left = (squares / (SIDE * SIDE) as f32).sqrt();
+        assert!(left < 0.3 * (1.0f32 / 12.0 / 16.0).sqrt(), "{left}");
+    }
+}
