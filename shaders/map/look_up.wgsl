@@ -30,7 +30,9 @@ struct Receiver {
     clip: vec4f,
     // Stored depth to compare with: lit where it is not below the map's (depth is reversed).
     depth: f32,
-    // Change of `depth` per texel along the receiver's plane; zero unless asked for.
+    // Change of depth per texel along the receiver's plane, no steeper than the slope limit; and by how much `depth` is compared as
+    // changing: zero unless asked for.
+    plane: vec2f,
     gradient: vec2f,
     // Share by which a warp's w grows per texel along that plane.
     bend: vec2f,
@@ -68,7 +70,6 @@ fn receive(s: Surface, layer: u32, radius: f32, tap: f32) -> Receiver {
     let v = light_views[layer];
     let to_light = normalize(light_at(s.position).to_light);
     let cosine = dot(s.normal, to_light);
-    let straight = dot(v.axis, vec4f(s.position, 1.0));
     let texel = map_texel_size(v, s.position, to_light);
 
     let position = s.position + s.normal * (normal_offset() * texel * sqrt(max(1.0 - cosine * cosine, 0.0)));
@@ -98,11 +99,18 @@ fn receive(s: Surface, layer: u32, radius: f32, tap: f32) -> Receiver {
     let slope = select(0.0, biases.slope_bias * max(climb * reach / grown, turned), sloped) + select(0.0, snapped * climb, by_ray);
     // Cleared texels hold 0: what lies beyond the far plane is compared as if on it.
     r.depth = max(stored_depth(v, z - constant_bias()) + slope, 0.0);
+    r.plane = gradient;
     r.gradient = select(vec2f(0.0), gradient, followed);
     r.bend = plane.bend;
-    let compared = select(r.depth, depth_at(r, floor(r.texel) + 0.5), by_ray);
-    r.moved = abs(straight - linear_depth(v, compared)) / texel;
+    r.moved = moved_to(s, layer, select(r.depth, depth_at(r, floor(r.texel) + 0.5), by_ray));
     return r;
+}
+
+// How far a comparison with this stored depth is moved along the light's axis, in texels.
+fn moved_to(s: Surface, layer: u32, depth: f32) -> f32 {
+    let v = light_views[layer];
+    let texel = map_texel_size(v, s.position, normalize(light_at(s.position).to_light));
+    return abs(dot(v.axis, vec4f(s.position, 1.0)) - linear_depth(v, depth)) / texel;
 }
 
 // How stored depth, and a warp's w, change per texel along a plane.
@@ -137,15 +145,13 @@ fn texels_per_metre(s: Surface, layer: u32) -> vec2f {
 }
 
 fn outside_map(r: Receiver, texel: vec2f) -> bool {
-    return any(texel < vec2f(0.0)) || any(texel >= vec2f(r.side));
+    return any((texel < vec2f(0.0)) | (texel >= vec2f(r.side)));
 }
 
 // One nearest sample; lit outside the map, where nothing can cast.
 fn compare(r: Receiver, texel: vec2f) -> f32 {
-    if outside_map(r, texel) {
-        return 1.0;
-    }
-    return select(0.0, 1.0, depth_at(r, floor(texel) + 0.5) >= textureLoad(shadow_maps, vec2u(texel), r.layer, 0));
+    let seen = depth_at(r, floor(texel) + 0.5) >= textureLoad(shadow_maps, vec2u(texel), r.layer, 0);
+    return select(0.0, 1.0, seen | outside_map(r, texel));
 }
 
 // What to compare with at a place in the map: the depth at which its light ray meets the receiver's plane, if that is followed.
@@ -173,15 +179,11 @@ fn depth_at_four(r: Receiver, texel: vec2f) -> f32 {
 fn visibility(s: Surface) -> f32 {
     let c = choose(s);
     // One copy of the look-up: adapters that run both sides of a branch pay for each.
+    let layers = select(1u, 2u, c.share > 0.0);
     var seen = 0.0;
-    var k = 0u;
-    loop {
+    for (var k = 0u; k < layers; k++) {
         let v = lit(s, select(c.layer, c.next, k == 1u));
         seen = select(mix(seen, v, c.share), v, k == 0u);
-        k++;
-        if c.share <= 0.0 || k == 2u {
-            break;
-        }
     }
     return seen;
 }

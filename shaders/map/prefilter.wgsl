@@ -119,6 +119,13 @@ fn receiver_share(r: Receiver) -> f32 {
     return depth_share(light_views[r.layer], r.depth);
 }
 
+// What views show of a receiver: its depth is compared as it is, whatever way its plane leans.
+fn received(s: Surface) -> Receiver {
+    var r = receive(s, choose(s).layer, 0.0, 2.0);
+    r.moved = moved_to(s, r.layer, r.depth);
+    return r;
+}
+
 fn lit(s: Surface, layer: u32) -> f32 {
     let r = receive(s, layer, 0.0, 2.0);
     let v = light_at_depth(s, r, receiver_share(r));
@@ -150,7 +157,7 @@ fn curve(pixel: vec2u) -> f32 {
     let size = vec2f(frame.size);
     let s = load_surface(vec2u(frame.probe & 0xffffu, frame.probe >> 16u));
     let at = ((vec2f(pixel) + 0.5) / size - 0.05) / 0.9;
-    let r = receive(s, choose(s).layer, 0.0, 2.0);
+    let r = received(s);
     let step = vec2f(1.0) / (0.9 * size);
     let wide = max(1.0, size.y / 400.0);
     let half = 0.5 * wide * step;
@@ -174,7 +181,7 @@ fn curve(pixel: vec2u) -> f32 {
     return select(v, drawn(white, 0.0), any(at < vec2f(0.0)) || any(at > vec2f(1.0)) || !s.valid);
 }
 
-// A pass of its own: beside the other views it would nest deeper than drivers can take (Mesa 22.3 writes beyond its lists).
+// A pass of its own: a chart takes as long to compile as all the other views.
 @compute @workgroup_size(8, 8)
 fn draw_curve(@builtin(global_invocation_id) id: vec3u) {
     if all(id.xy < frame.size) {

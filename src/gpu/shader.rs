@@ -132,8 +132,15 @@ impl Shaders {
         for file in files.split(' ') {
             self.include(file, &mut seen, &mut lines)?;
         }
-        let resources = lines.iter_mut().map(|(_, _, line)| line).filter(|line| is_resource(line));
-        resources.enumerate().for_each(|(i, line)| line.insert_str(0, &format!("@group(0) @binding({i}) ")));
+        // Parameters come first. Mesa 22.3's software driver notes which uniforms alone decide a branch, and writes past the end of
+        // its list for those of any uniform buffer of a compute shader after the seventh.
+        let mut resources: Vec<&mut String> =
+            lines.iter_mut().map(|(_, _, line)| line).filter(|line| is_resource(line)).collect();
+        resources.sort_by_key(|line| !groups.iter().any(|g| line.ends_with(&format!(": {};", g.name))));
+        resources
+            .into_iter()
+            .enumerate()
+            .for_each(|(i, line)| line.insert_str(0, &format!("@group(0) @binding({i}) ")));
         let source: String = lines.iter().flat_map(|(_, _, l)| [l.as_str(), "\n"]).collect();
         let place =
             |offset: Option<naga::SourceLocation>| match offset.and_then(|l| lines.get(l.line_number as usize - 1)) {
@@ -270,6 +277,8 @@ fn binding_type(space: naga::AddressSpace, ty: &naga::TypeInner, sampled: bool) 
 
 fn storage_format(format: naga::StorageFormat) -> Result<wgpu::TextureFormat> {
     Ok(match format {
+        naga::StorageFormat::R16Float => wgpu::TextureFormat::R16Float,
+        naga::StorageFormat::Rg16Float => wgpu::TextureFormat::Rg16Float,
         naga::StorageFormat::R32Float => wgpu::TextureFormat::R32Float,
         naga::StorageFormat::Rg32Float => wgpu::TextureFormat::Rg32Float,
         naga::StorageFormat::Rgba16Unorm => wgpu::TextureFormat::Rgba16Unorm,

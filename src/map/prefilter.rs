@@ -68,6 +68,8 @@ impl Moments {
     /// So many planes of so many numbers each, with the precision that the values ask for.
     pub fn of(values: &Values, planes: u32, numbers: u32) -> Moments {
         let format = match (PrefilterParams::read(values).precision.as_str(), numbers) {
+            ("16", 1) => Format::R16Float,
+            ("16", 2) => Format::Rg16Float,
             ("16", _) => Format::Rgba16Float,
             (_, 1) => Format::R32Float,
             (_, 2) => Format::Rg32Float,
@@ -207,9 +209,12 @@ fn check(gpu: &Gpu, format: Format) -> Result<()> {
     let features = match format {
         Format::R32Float | Format::Rg32Float | Format::Rgba32Float => wgpu::Features::FLOAT32_FILTERABLE,
         Format::Rgba16Unorm => wgpu::Features::TEXTURE_FORMAT_16BIT_NORM,
+        // WebGPU alone does not let these be written.
+        Format::R16Float | Format::Rg16Float => wgpu::Features::TEXTURE_ADAPTER_SPECIFIC_FORMAT_FEATURES,
         _ => wgpu::Features::empty(),
     };
-    let other = if format == Format::Rgba16Unorm { "32" } else { "16" };
+    let sixteen = matches!(format, Format::Rgba16Unorm | Format::R16Float | Format::Rg16Float);
+    let other = if sixteen { "32" } else { "16" };
     ensure!(
         gpu.features.contains(features),
         "{} cannot average textures of {format:?}; choose precision = {other}",

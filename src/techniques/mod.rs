@@ -103,42 +103,21 @@ crate::params! {
     }
 }
 
-crate::params! {
-    /// How cascades are looked up.
-    pub struct CascadeFilterParams {
-        "Filter" {
-            /// How the maps are looked up. Nearest: one comparison. The others are the techniques of these names, with their parameters.
-            filter: choice("nearest", ["nearest", "pcf", "pcss", "vsm", "evsm", "msm", "prefiltered-soft"]),
-        }
-    }
-}
-
-/// The parameters of the filters that every fit takes.
-const EVERYWHERE: &[Group] = &[
+/// The choice of a filter, and the parameters of each.
+pub const FILTERING: &[Group] = &[
+    FilterParams::GROUP,
     pcf::PcfParams::GROUP.when("filter", &["pcf"]),
     pcss::PcssParams::GROUP.when("filter", &["pcss"]),
     NoiseParams::GROUP.when("filter", &["pcf", "pcss"]),
     PrefilterParams::GROUP.when("filter", &["vsm", "esm", "evsm", "csm-convolution", "msm"]),
     vsm::ChebyshevParams::GROUP.when("filter", &["vsm", "evsm"]),
     vsm::VsmParams::GROUP.when("filter", &["vsm"]),
+    esm::EsmParams::GROUP.when("filter", &["esm"]),
     evsm::EvsmParams::GROUP.when("filter", &["evsm"]),
+    csm_convolution::CsmConvolutionParams::GROUP.when("filter", &["csm-convolution"]),
     msm::MsmParams::GROUP.when("filter", &["msm"]),
     prefiltered_soft::PrefilteredSoftParams::GROUP.when("filter", &["prefiltered-soft"]),
 ];
-
-/// The choice of a filter, and the parameters of each.
-pub const FILTERING: &[Group] = crate::groups!(
-    &[FilterParams::GROUP],
-    EVERYWHERE,
-    &[
-        esm::EsmParams::GROUP.when("filter", &["esm"]),
-        csm_convolution::CsmConvolutionParams::GROUP.when("filter", &["csm-convolution"]),
-    ],
-);
-
-/// The same for cascades: without `esm` and `csm-convolution`, whose loops in their look-up Mesa 22.3 cannot compile (it writes beyond
-/// its lists).
-pub const CASCADE_FILTERING: &[Group] = crate::groups!(&[CascadeFilterParams::GROUP], EVERYWHERE);
 
 /// The filter that `filter` names.
 pub fn chosen(values: &Values) -> &'static Filter {

@@ -12,14 +12,18 @@ crate::params! {
     /// The two box means of soft shadows.
     pub struct PrefilteredSoftParams {
         "Filter" {
-            /// What is kept of depth. Vssm: two moments. Light leaks where casters lie at several depths. Mssm: four moments, twice the memory. Less leaks, and the casters' mean depth is closer.
-            soft_kind: choice("mssm", ["vssm", "mssm"]),
+            /// What is kept of depth. Savsm: two moments, and a box as wide whatever casts. Vssm: the same two, and a box as wide as the penumbra. Light leaks where casters lie at several depths. Mssm: four moments, twice the memory. Less leaks, and the casters' mean depth is closer.
+            soft_kind: choice("mssm", ["vssm", "mssm", "savsm"]),
+            /// Side of the box that is averaged, where no pixel covers more of the map.
+            box_width: float(7.0, 1.0..=256.0, "texels") if soft_kind = "savsm",
             /// Side of the widest box that is searched or averaged, at most a quarter of the map's side. Wider penumbras are cut to it. Too wide: few bits are left for each texel, and shadows get noisy.
             max_box: int(128, 8..=256, "texels"),
+            /// Boxes to a side that a box is cut into where its mean depth lies behind the receiver, as on receivers that are not flat: there a mean tells nothing of casters.
+            subdivision: int(1, 1..=4, "boxes"),
             /// Light below this share counts as none, and the rest is rescaled: leaks behind several casters go dark, and penumbras get narrower.
             soft_bleeding: float(0.0, 0.0..=0.9, ""),
-            /// How much of a box's half, from its middle, the comparison clears of the receiver's own slope. 0: wide lights shade lit slopes. 1: none is shaded, but casters close to a slope lose their shadow. Without any bias it moves nothing.
-            box_bias: float(0.5, 0.0..=1.0, "× box"),
+            /// How much of a box's half, from its middle, the comparison clears of the receiver's own slope. 0: wide lights shade lit slopes. 1: none is shaded, but casters close to a slope lose their shadow.
+            box_bias: float(0.5, 0.0..=1.0, "× box") if slope_bias > 0.0 or receiver_plane = true or bias_kind = "ray-plane",
             /// How far the moments are drawn towards those of depths half at the near and half at the far plane. Too little: rounding shows as noise. Too much: light leaks.
             mssm_bias: float(6.0, 0.0..=100.0, "× 10⁻⁶") if soft_kind = "mssm",
         }
@@ -29,15 +33,19 @@ crate::params! {
 pub static FILTER: Filter = Filter {
     id: "prefiltered-soft",
     file: "map/filter/prefiltered_soft.wgsl",
-    reach: |f| match f.light.radius() > 0.0 {
-        true => soft_reach(f, 0.5 * PrefilteredSoftParams::read(f.values).max_box as f32),
-        false => Reach { texels: 1.0, ..Reach::default() },
+    reach: |f| {
+        let p = PrefilteredSoftParams::read(f.values);
+        match (p.soft_kind.as_str(), f.light.radius() > 0.0) {
+            ("savsm", _) => Reach { casters: false, ..soft_reach(f, 0.5 * p.box_width.min(p.max_box as f32)) },
+            (_, true) => soft_reach(f, 0.5 * p.max_box as f32),
+            (_, false) => Reach { texels: 1.0, ..Reach::default() },
+        }
     },
     moments: Some(|values| Moments {
         planes: 1,
         format: match PrefilteredSoftParams::read(values).soft_kind.as_str() {
-            "vssm" => Format::Rg32Uint,
-            _ => Format::Rgba32Uint,
+            "mssm" => Format::Rgba32Uint,
+            _ => Format::Rg32Uint,
         },
     }),
     turns: None,

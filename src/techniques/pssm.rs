@@ -1,6 +1,6 @@
 //! Parallel-split shadow maps (Zhang, Sun, Xu, Lun 2006), also known as cascaded shadow maps (Engel 2006).
 
-use super::{CASCADE_FILTERING, Info, Technique, chosen};
+use super::{FILTERING, Info, Technique, chosen};
 use crate::frame::Frame;
 use crate::gpu::{Buffer, Gpu, Pass};
 use crate::light::{Light, LightView};
@@ -67,7 +67,7 @@ pub static INFO: Info = Info {
     filter: None,
     params: crate::groups!(
         &[CascadeParams::GROUP, CasterParams::GROUP, PssmParams::GROUP],
-        CASCADE_FILTERING,
+        FILTERING,
         &[BiasParams::GROUP, StoredParams::GROUP, HardwareParams::GROUP],
     ),
     main: &[("resolution", "256..4096*2"), ("cascades", "2,4"), ("lambda", "0.5,0.9")],

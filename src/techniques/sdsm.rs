@@ -1,6 +1,6 @@
 //! Sample distribution shadow maps (Lauritzen, Salvi, Lefohn 2011).
 
-use super::{CASCADE_FILTERING, Info, Technique, chosen};
+use super::{FILTERING, Info, Technique, chosen};
 use crate::frame::Frame;
 use crate::gpu::{Buffer, Gpu, Pass};
 use crate::light::LightView;
@@ -45,7 +45,7 @@ pub static INFO: Info = Info {
     filter: None,
     params: crate::groups!(
         &[CascadeParams::GROUP, CasterParams::GROUP, SdsmParams::GROUP],
-        CASCADE_FILTERING,
+        FILTERING,
         &[BiasParams::GROUP, StoredParams::GROUP, HardwareParams::GROUP],
     ),
     main: &[("resolution", "256..4096*2"), ("cascades", "2,4"), ("scheme", "log,kmeans")],

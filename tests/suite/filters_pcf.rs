@@ -48,8 +48,8 @@ const FITS: [(&str, &[&str]); 3] = [
 /// A receiver as the look-up sees it.
 pub struct Receiver {
     pub pixel: [u32; 2],
-    visibility: f64,
-    layer: usize,
+    pub visibility: f64,
+    pub layer: usize,
     /// Its place in the map, texels, and its depth along the light's axis.
     pub texel: [f64; 2],
     pub depth: f64,

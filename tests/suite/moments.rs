@@ -233,7 +233,8 @@ fn moments_take_what_they_say() {
     for (taken, textures) in [
         (bytes("vsm", &["mipmaps=false"]) - none, 2 * 8 * texels),
         (bytes("evsm", &["mipmaps=true"]) - none, 16 * (levels(256) + texels)),
-        (bytes("esm", &["mipmaps=false", "precision=16"]) - none, 2 * 8 * texels),
+        (bytes("esm", &["mipmaps=false", "precision=16"]) - none, 2 * 2 * texels),
+        (bytes("vsm", &["mipmaps=false", "precision=16"]) - none, 2 * 4 * texels),
         (bytes("csm-convolution", &["mipmaps=false", "terms=5"]) - none, (3 + 1) * 16 * texels),
         (four, (4 + 1) * 16 * texels),
     ] {

@@ -4,11 +4,13 @@ use crate::common::*;
 use crate::filters_pcf::{lamp, lit_floor, looked_up, penumbra, sheets, under_a_lid, wide_lights};
 use crate::light_size::wide_sun;
 use crate::moments::{leaks, probe, with_probe};
-use glam::Vec3;
-use shadowscope::frame::Ask;
+use glam::{Vec2, Vec3};
+use shadowscope::frame::{Ask, MapLayer, Renderer};
 use shadowscope::gpu::{Pass, Recorder, Resource, Timer, texture};
+use shadowscope::light::Light;
 use shadowscope::measure::metrics::FACING;
 use shadowscope::params::{Value, Values};
+use shadowscope::setup::Setup;
 use shadowscope::techniques;
 
 /// Which moments are kept, for probes.
@@ -317,4 +319,85 @@ fn a_floor_stays_lit() {
             }
         }
     }
+}
+
+/// A table over a floor, half of it under a sheet: the boxes of what lies near the table's border hold the floor far behind.
+fn table(light: Light) -> (Renderer, Setup) {
+    let mut triangles = floor(Vec2::splat(-4.0), Vec2::splat(4.0), 0.0);
+    triangles.extend(floor(Vec2::splat(-1.2), Vec2::splat(1.2), 2.0));
+    triangles.extend(floor(Vec2::new(-3.0, -3.0), Vec2::new(0.1, 3.0), 3.0));
+    let view = camera(Vec3::new(5.0, 6.0, 4.0), Vec3::new(0.3, 1.0, 0.0));
+    start(scene(vec![mesh(&triangles, 0)], vec![material(Vec3::ONE)], view, light), [96, 72])
+}
+
+/// Depths from 0 to 1 of the texels of a box, and the shares of the box that they take.
+fn texels_of_box(map: &MapLayer, centre: [f64; 2], half: f64) -> Vec<(f64, f64)> {
+    let [low, high] = [-half, half].map(|to| centre.map(|c| c + to));
+    let range = |a: usize| low[a].floor() as i64..=high[a].floor() as i64;
+    let (near, far) = (f64::from(map.view.near), f64::from(map.view.far));
+    let mut all = Vec::new();
+    for y in range(1) {
+        for x in range(0) {
+            let share = |a: usize, i: i64| (high[a].min(i as f64 + 1.0) - low[a].max(i as f64)).max(0.0);
+            // What is empty lies at the far plane.
+            let metres = map.metres((y * i64::from(map.side) + x) as usize).map_or(far, f64::from);
+            all.push(((metres - near) / (far - near), share(0, x) * share(1, y) / (4.0 * half * half)));
+        }
+    }
+    all
+}
+
+/// Summed-area variance shadow maps bound the light by the moments of the box that is asked for; boxes whose mean lies behind the
+/// receiver are cut, and come closer to what comparisons of their texels give.
+#[test]
+fn cut_boxes_are_closer_to_their_texels() {
+    let (width, widest) = (24.0, 64);
+    let least = 1.0 / (4_294_967_040.0 / f64::from(widest * widest)).floor();
+    let bound = |texels: &[(f64, f64)], t: f64| {
+        let [mean, square] = [1, 2].map(|n| texels.iter().map(|(z, w)| z.powi(n) * w).sum::<f64>());
+        let variance = (square - mean * mean).max(least);
+        (mean, if t <= mean { 1.0 } else { variance / (variance + (t - mean).powi(2)) })
+    };
+    let (mut r, mut s) = table(sun(Vec3::Y));
+    let off = [1_u32, 2, 4].map(|k| {
+        let sets = [
+            "soft_kind=savsm",
+            "bias_kind=none",
+            "fit=scene",
+            "resolution=96",
+            &format!("box_width={width}"),
+            &format!("max_box={widest}"),
+            &format!("subdivision={k}"),
+        ];
+        select(&mut s, "prefiltered-soft", &sets);
+        let (all, maps) = looked_up(&mut r, &s, 0.5 * width + 1.0);
+        let (mut sum, mut cut) = (0.0, 0);
+        for p in &all {
+            let map = &maps[p.layer];
+            let (near, far) = (f64::from(map.view.near), f64::from(map.view.far));
+            let t = (p.depth - near) / (far - near);
+            let texels = texels_of_box(map, p.texel, 0.5 * width);
+            let (mean, whole) = bound(&texels, t);
+            // Flat receivers come out the same either way.
+            if (mean - t).abs() < 1e-5 {
+                continue;
+            }
+            let parts = (0..k * k).map(|i| {
+                let at = [i % k, i / k].map(|c| (2.0 * f64::from(c) + 1.0) / f64::from(k) - 1.0);
+                let centre = [0, 1].map(|a| p.texel[a] + 0.5 * width * at[a]);
+                bound(&texels_of_box(map, centre, 0.5 * width / f64::from(k)), t).1
+            });
+            let wanted = if mean > t { parts.sum::<f64>() / f64::from(k * k) } else { whole };
+            assert!((p.visibility - wanted).abs() < 2e-3, "{k}: {} at {:?}, not {wanted}", p.visibility, p.texel);
+            if mean > t {
+                let compared: f64 = texels.iter().filter(|(z, _)| *z > t - 0.01).map(|(_, w)| w).sum();
+                sum += (p.visibility - compared).powi(2);
+                cut += 1;
+            }
+        }
+        println!("{k}: {} over {cut} pixels", f64::sqrt(sum / f64::from(cut)));
+        assert!(cut > 100, "{cut}");
+        f64::sqrt(sum / f64::from(cut))
+    });
+    assert!(off[1] < 0.7 * off[0] && off[2] < 0.5 * off[0], "{off:?}");
 }

@@ -106,6 +106,25 @@ fn every_module_compiles() {
     assert!(entries >= 10, "only {entries} entry points were found");
 }
 
+/// Uniforms that decide branches, as parameters and the frame do, lie in the first seven uniform buffers of each compute shader: of
+/// later ones Mesa 22.3's software driver notes them past the end of a list.
+#[test]
+fn what_decides_branches_comes_first() {
+    for (file, groups) in &whole() {
+        let program = Shaders::default().load(file, groups).unwrap();
+        for entry in program.module.entry_points.iter().filter(|e| e.stage == wgpu::naga::ShaderStage::Compute) {
+            let bindings = program.bindings(&[&entry.name]).unwrap();
+            let uniform = wgpu::BufferBindingType::Uniform;
+            let is_uniform =
+                |t: &wgpu::BindingType| matches!(t, wgpu::BindingType::Buffer { ty, .. } if *ty == uniform);
+            for late in bindings.iter().filter(|b| is_uniform(&b.entry.ty)).skip(7) {
+                let decides = groups.iter().any(|g| g.name == late.type_name) || late.type_name == "Frame";
+                assert!(!decides, "{file} {}: {}", entry.name, late.name);
+            }
+        }
+    }
+}
+
 #[test]
 fn a_shader_error_names_file_and_line() {
     let folder = tempfile::tempdir().unwrap();

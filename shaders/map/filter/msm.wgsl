@@ -39,7 +39,7 @@ fn explaining_depths(s: Surface, r: Receiver) -> vec2f {
 }
 
 fn inspect_filter(s: Surface) -> f32 {
-    let r = receive(s, choose(s).layer, 0.0, 2.0);
+    let r = received(s);
     if frame.map == shows_near_depth || frame.map == shows_far_depth || frame.map == shows_determinant {
         if !s.valid || outside_map(r, r.texel) || !faces_light(s) {
             return -1.0;

@@ -3,8 +3,9 @@
 //!include map/filter/hamburger.wgsl
 //!include map/filter/penumbra.wgsl
 //!include map/filter/quantised.wgsl
-// Soft shadows from box means of moments: variance (Yang et al. 2010) and moment soft shadow mapping (Peters et al. 2016). As PCSS,
-// a search for casters and a filter as wide as the penumbra, but each is one mean.
+// Shadows from box means of moments: summed-area variance shadow maps, whose box is given (Lauritzen 2007); variance (Yang et al. 2010)
+// and moment soft shadow mapping (Peters et al. 2016), which as PCSS search for casters and filter as wide as the penumbra, but each is
+// one mean.
 
 var<uniform> soft: PrefilteredSoftParams;
 
@@ -23,6 +24,11 @@ fn moments(z: f32) -> vec4f {
     return select(b, saturate(packed(b)), soft.soft_kind == soft_kind_mssm);
 }
 
+// The mean of a box's depths, from its moments.
+fn mean_depth(m: vec4f) -> f32 {
+    return select(m.x, unpacked(m).x, soft.soft_kind == soft_kind_mssm);
+}
+
 // The share of a box's depths that lie before a depth, and their mean, from the box's moments.
 fn casters_before(m: vec4f, t: f32) -> vec2f {
     // What is lit lies at the receiver's depth.
@@ -32,16 +38,45 @@ fn casters_before(m: vec4f, t: f32) -> vec2f {
     return select(two, four, soft.soft_kind == soft_kind_mssm);
 }
 
-// What a box around the receiver holds before it. One comparison serves the whole box: before the receiver's plane as far out as
+// What a box around the receiver is compared with. One comparison serves the whole box: before the receiver's plane as far out as
 // `box_bias` says.
-fn casters_in(s: Surface, layer: u32, half: vec2f) -> vec2f {
+fn received(s: Surface, layer: u32, half: vec2f) -> Receiver {
     let followed = soft.box_bias * half;
-    let r = receive(s, layer, max(followed.x, followed.y), 1.0);
+    var r = receive(s, layer, max(followed.x, followed.y), 1.0);
     let out = followed + 0.5;
     let left = max(depth_at(r, r.texel - out), depth_at(r, r.texel + vec2f(-out.x, out.y)));
     let right = max(depth_at(r, r.texel + out), depth_at(r, r.texel + vec2f(out.x, -out.y)));
-    let found = casters_before(mean_of_box(r.texel, half, layer, r.side), depth_share(light_views[layer], max(left, right)));
-    return select(found, vec2f(0.0), outside_map(r, r.texel));
+    r.depth = max(left, right);
+    r.moved = moved_to(s, layer, r.depth);
+    return r;
+}
+
+// What a box around the receiver holds before it: a share, and its mean depth. Where the box's own mean lies behind the receiver it is
+// cut into smaller ones (Yang et al., section 4), each compared with the receiver's plane at its own place.
+fn casters_in(s: Surface, layer: u32, half: vec2f) -> vec2f {
+    let v = light_views[layer];
+    let k = soft.subdivision;
+    let part_half = half / f32(k);
+    let whole = received(s, layer, half);
+    var part = received(s, layer, part_half);
+    part.gradient = select(part.plane, vec2f(0.0), biases.bias_kind == bias_kind_none);
+    // Round 0 takes the whole box, the others a part each.
+    var rounds = 1u;
+    // Sums over the parts: the share, and its depths.
+    var found = vec2f(0.0);
+    for (var i = 0u; i < rounds; i++) {
+        let first = i == 0u;
+        let cell = vec2f(vec2u((i - 1u) % k, (i - 1u) / k));
+        let at = whole.texel + select(part_half * (2.0 * cell + 1.0) - half, vec2f(0.0), first);
+        let t = depth_share(v, select(depth_at(part, at), whole.depth, first));
+        let m = mean_of_box(at, select(part_half, half, first), layer, whole.side);
+        let c = casters_before(m, t);
+        let cut = first & (k > 1u) & (mean_depth(m) >= t);
+        found += select(vec2f(c.x, c.x * c.y), vec2f(0.0), cut);
+        rounds = select(rounds, 1u + k * k, cut);
+    }
+    let share = found.x / max(f32(rounds) - 1.0, 1.0);
+    return select(vec2f(share, found.y / max(found.x, 1e-6)), vec2f(0.0), outside_map(whole, whole.texel));
 }
 
 // Half the sides of the box that stands for a disc, texels.
@@ -62,23 +97,34 @@ fn search_casters(s: Surface, layer: u32) -> f32 {
     return select(-1.0, mix(v.near, v.far, found.y), found.x > least_share);
 }
 
-fn lit(s: Surface, layer: u32) -> f32 {
+// Half the sides of the box that is averaged. Casters so close that the search takes them for the receiver's plane have hardly a
+// penumbra.
+fn half_filter(s: Surface, layer: u32) -> vec2f {
+    if soft.soft_kind == soft_kind_savsm {
+        // As wide as asked for, and at least as what the pixel covers.
+        let v = light_views[layer];
+        let clip = light_clip(v, s.position);
+        let steps = pixel_steps(s);
+        let covered = max(abs(map_along(v, steps[0], clip).xy), abs(map_along(v, steps[1], clip).xy));
+        return clamp(0.5 * max(vec2f(soft.box_width), covered), vec2f(0.5), vec2f(0.5 * widest_box()));
+    }
     let depth = depth_along_axis(s, layer);
     let casters = search_casters(s, layer);
-    // Casters so close that the search takes them for the receiver's plane have hardly a penumbra.
-    let width = penumbra(depth, select(depth, casters, casters >= 0.0));
-    let seen = 1.0 - casters_in(s, layer, half_box(s, layer, width)).x;
-    return without_bleeding(seen, soft.soft_bleeding);
+    return half_box(s, layer, penumbra(depth, select(depth, casters, casters >= 0.0)));
+}
+
+fn lit(s: Surface, layer: u32) -> f32 {
+    return without_bleeding(1.0 - casters_in(s, layer, half_filter(s, layer)).x, soft.soft_bleeding);
 }
 
 fn inspect_filter(s: Surface) -> f32 {
     let layer = choose(s).layer;
-    let r = receive(s, layer, 0.0, 1.0);
     let v = light_views[layer];
+    if frame.map != shows_blocker_depth && frame.map != shows_penumbra_width {
+        return inspect_look_up(s, received(s, layer, half_filter(s, layer)));
+    }
     let casters = search_casters(s, layer);
     let shown = select(penumbra(depth_along_axis(s, layer), casters), saturate((casters - v.near) / (v.far - v.near)),
                        frame.map == shows_blocker_depth);
-    let found = s.valid && faces_light(s) && casters >= 0.0;
-    return select(inspect_look_up(s, r), select(-1.0, shown, found),
-                  frame.map == shows_blocker_depth || frame.map == shows_penumbra_width);
+    return select(-1.0, shown, s.valid && faces_light(s) && casters >= 0.0 && soft.soft_kind != soft_kind_savsm);
 }

@@ -24,7 +24,7 @@ fn explaining_depths(s: Surface, r: Receiver) -> vec2f {
 }
 
 fn inspect_filter(s: Surface) -> f32 {
-    let r = receive(s, choose(s).layer, 0.0, 2.0);
+    let r = received(s);
     if !s.valid || outside_map(r, r.texel) {
         return -1.0;
     }
