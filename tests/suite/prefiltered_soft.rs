@@ -12,6 +12,7 @@ use shadowscope::measure::metrics::FACING;
 use shadowscope::params::{Value, Values};
 use shadowscope::setup::Setup;
 use shadowscope::techniques;
+use shadowscope::truth::Samples;
 
 /// Which moments are kept, for probes.
 fn kind(name: &str) -> Values {
@@ -408,6 +409,7 @@ fn cut_boxes_err_less() {
     let (mut r, mut s) = built_in("bench", [112, 63]);
     s.camera = r.scene().cameras.iter().find(|c| c.name == "bench-side").unwrap().camera;
     s.light = wide_sun(Vec3::new(-0.744, 0.408, -0.527), 1.0);
+    s.truth_samples = Samples::Fixed(16);
     for name in ["vssm", "mssm"] {
         let [whole, cut] = [1, 4].map(|k| {
             let sets = [format!("soft_kind={name}"), format!("subdivision={k}")];
