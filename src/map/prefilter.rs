@@ -17,7 +17,7 @@ crate::params! {
         "Filter" {
             /// Radius of the Gaussian blur, cut off at two standard deviations. 0: no blur.
             blur_radius: int(3, 0..=16, "texels"),
-            /// Bits of each number that the map holds. 16: floating-point numbers, or, of moment shadow maps, whole numbers in a basis of their own.
+            /// Bits of each number that the map holds. 16: half the memory; floating-point numbers, or, of moment shadow maps, whole numbers in a basis of their own.
             precision: choice("32", ["32", "16"]),
             /// Also average the map over the texels that a pixel covers.
             mipmaps: flag(true),

@@ -1,4 +1,5 @@
-//! Soft shadows from summed-area tables: variance (Yang et al. 2010) and moment soft shadow mapping (Peters et al. 2016).
+//! Shadows from summed-area tables: summed-area variance shadow maps (Lauritzen 2007), variance (Yang et al. 2010) and moment soft
+//! shadow mapping (Peters et al. 2016).
 
 use super::Info;
 use super::pcss::{BLOCKER_DEPTH, PENUMBRA_WIDTH};
@@ -9,7 +10,7 @@ use crate::params::Params;
 use wgpu::TextureFormat as Format;
 
 crate::params! {
-    /// The two box means of soft shadows.
+    /// The box means of shadows.
     pub struct PrefilteredSoftParams {
         "Filter" {
             /// What is kept of depth. Savsm: two moments, and a box as wide whatever casts. Vssm: the same two, and a box as wide as the penumbra. Light leaks where casters lie at several depths. Mssm: four moments, twice the memory. Less leaks, and the casters' mean depth is closer.
@@ -18,8 +19,8 @@ crate::params! {
             box_width: float(7.0, 1.0..=256.0, "texels") if soft_kind = "savsm",
             /// Side of the widest box that is searched or averaged, at most a quarter of the map's side. Wider penumbras are cut to it. Too wide: few bits are left for each texel, and shadows get noisy.
             max_box: int(128, 8..=256, "texels"),
-            /// Boxes to a side that a box is cut into where its mean depth lies behind the receiver, as on receivers that are not flat: there a mean tells nothing of casters.
-            subdivision: int(1, 1..=4, "boxes"),
+            /// Boxes to a side that a box is cut into where its mean depth lies behind the receiver, as on receivers that are not flat, so that it tells little of the casters. 1: none is cut.
+            subdivision: int(4, 1..=4, "boxes"),
             /// Light below this share counts as none, and the rest is rescaled: leaks behind several casters go dark, and penumbras get narrower.
             soft_bleeding: float(0.0, 0.0..=0.9, ""),
             /// How much of a box's half, from its middle, the comparison clears of the receiver's own slope. 0: wide lights shade lit slopes. 1: none is shaded, but casters close to a slope lose their shadow.
@@ -55,12 +56,12 @@ pub static FILTER: Filter = Filter {
 pub static INFO: Info = Info {
     id: "prefiltered-soft",
     title: "Prefiltered soft shadows",
-    paper: "Yang et al. 2010; Peters et al. 2016",
+    paper: "Lauritzen 2007; Yang et al. 2010; Peters et al. 2016",
     family: "Filters",
     mark: 19,
     doc: "Penumbras as wide as PCSS has them, at the same cost whatever their width: moments of depth are summed up over the map, so \
           that the mean over a box takes a few reads. One box tells how far off the casters are, a second how much light \
-          they leave. The light needs a size. Light leaks where casters lie at several depths.",
+          they leave. The light needs a size, unless the box's width is given. Light leaks where casters lie at several depths.",
     lights: &["directional", "spot"],
     filter: Some(&FILTER),
     params: crate::groups!(&[PrefilteredSoftParams::GROUP], GROUPS),
