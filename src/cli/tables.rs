@@ -353,6 +353,26 @@ mod tests {
         assert_eq!(date(20_454), [2026, 1, 1]);
     }
 
+    /// No page names a technique, a parameter, a value or a column that is no longer there.
+    #[test]
+    fn the_tables_of_the_docs_can_be_measured() {
+        let docs = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs");
+        let mut found = 0;
+        for folder in [docs.clone(), docs.join("techniques")] {
+            for file in std::fs::read_dir(folder).unwrap().map(|f| f.unwrap().path()) {
+                if file.extension().is_some_and(|e| e == "md") {
+                    let text = read(&file).unwrap();
+                    for place in places(&text).unwrap() {
+                        place.table().unwrap_or_else(|e| panic!("{}, line {}: {e:#}", file.display(), place.line));
+                        assert!(!place.old.is_empty(), "{}, line {}: not measured", file.display(), place.line);
+                        found += 1;
+                    }
+                }
+            }
+        }
+        assert!(found >= 8, "{found}");
+    }
+
     #[test]
     fn a_page_keeps_what_no_command_wrote() {
         let page = "a\n<!-- shadowscope table x \\\n  --y 'z w' -->\n\n| |\n|---|\n\nMeasured on b,\nc.\n\nd\n\
