@@ -48,14 +48,34 @@ struct Layout {
 /// # Errors
 /// No record has a value on both axes.
 pub fn svg(records: &[Record], x: &Axis, y: &Axis, title: &str) -> Result<String> {
+    drawn(records, x, y, title, false)
+}
+
+/// As [`svg`], but with one line a technique: its own front over all of its parameters. The rest are faint points.
+///
+/// # Errors
+/// As [`svg`].
+pub fn fronts_svg(records: &[Record], x: &Axis, y: &Axis, title: &str) -> Result<String> {
+    drawn(records, x, y, title, true)
+}
+
+fn drawn(records: &[Record], x: &Axis, y: &Axis, title: &str, fronts: bool) -> Result<String> {
     let mut rows: Vec<Record> = records.iter().filter(|r| point(r, x, y).is_some()).cloned().collect();
     ensure!(!rows.is_empty(), "there is nothing to draw: no row has a value for both {} and {}", x.id, y.id);
     rows.sort_by_cached_key(|r| serde_json::to_string(r).unwrap_or_default());
     let values: Vec<Point> = rows.iter().filter_map(|r| point(r, x, y)).collect();
-    let lines = series(&rows);
     let spots: Vec<Spot> = rows.iter().filter_map(|r| spot(r, x, y)).collect();
     let front = front(x, &spots);
-    let named = named(&lines, &front);
+    let (lines, named) = if fronts {
+        let (mut lines, rest) = super::fronts(&rows, x, y);
+        let named = (0..lines.len()).collect();
+        lines.extend(rest);
+        (lines, named)
+    } else {
+        let lines = series(&rows);
+        let named = named(&lines, &front);
+        (lines, named)
+    };
     let title = canvas::wrap(title, TITLE, WIDTH - 2.0 * MARGIN);
     let top = MARGIN + title.len() as f64 * (LEAD + 1.5) + LEAD + 4.0;
     let lay = |height: f64| {
@@ -81,7 +101,7 @@ pub fn svg(records: &[Record], x: &Axis, y: &Axis, title: &str) -> Result<String
         c.text("title", heading(i), Anchor::Start, TITLE, BLACK, line);
     }
     c.text("axis", heading(title.len()), Anchor::Start, SMALL, BLACK, y.title);
-    for note in notes(&rows, x, lines.len() - named.len()) {
+    for note in notes(&rows, x, lines.len() - named.len(), fronts) {
         for line in canvas::wrap(&note, SMALL, WIDTH - 2.0 * MARGIN) {
             below += LEAD;
             c.text("note", (MARGIN, below), Anchor::Start, SMALL, GREY, &line);
@@ -106,7 +126,7 @@ fn named(lines: &[Series], front: &[usize]) -> BTreeSet<usize> {
 }
 
 /// What must be known to read the chart, in sentences.
-fn notes(rows: &[Record], x: &Axis, unnamed: usize) -> Vec<String> {
+fn notes(rows: &[Record], x: &Axis, unnamed: usize, fronts: bool) -> Vec<String> {
     let all = |f: &dyn Fn(&Record) -> String| {
         rows.iter().map(f).collect::<BTreeSet<String>>().into_iter().collect::<Vec<_>>()
     };
@@ -124,7 +144,9 @@ fn notes(rows: &[Record], x: &Axis, unnamed: usize) -> Vec<String> {
     if ["gpu_ms", "cost", "ratio"].contains(&x.id) {
         how.extend(busy(rows));
     }
-    if unnamed > 0 {
+    if fronts {
+        how.push(format!("Lines: each technique's own front. Faint: {unnamed} configurations off it."));
+    } else if unnamed > 0 {
         how.push(format!("Faint: {unnamed} lines away from the front, not labelled."));
     }
     let software = match (rows.iter().any(|r| r.software), x.id) {

@@ -8,7 +8,7 @@ mod raster;
 mod scale;
 
 pub use canvas::{escape, text_width};
-pub use error_cost::svg;
+pub use error_cost::{fronts_svg, svg};
 pub use labels::inside;
 pub use lines::{Line, Lines, lines_svg};
 pub use raster::{pixels, png};
@@ -198,7 +198,29 @@ pub struct Series {
 /// scene, size, camera, light, clock, seed and adapter where the records differ in them. Lines come in the order of
 /// [`techniques::ALL`], then by the values that set them apart.
 pub fn series(records: &[Record]) -> Vec<Series> {
-    let traits: Vec<Vec<Trait>> = records.iter().map(traits).collect();
+    grouped(records, true)
+}
+
+/// One line a technique (and scene, size and so on): its own front, the configurations that no other of its own beats in
+/// cost and error, by ascending cost. And the rest, each alone. All records must have both numbers.
+pub fn fronts(records: &[Record], x: &Axis, y: &Axis) -> (Vec<Series>, Vec<Series>) {
+    let (mut out, mut rest) = (Vec::new(), Vec::new());
+    for s in grouped(records, false) {
+        let values: Vec<(f64, f64)> = s.points.iter().filter_map(|i| point(&records[*i], x, y)).collect();
+        let front = pareto(&values);
+        let others = (0..s.points.len()).filter(|n| !front.contains(n));
+        rest.extend(others.map(|n| Series { points: vec![s.points[n]], ..s.clone() }));
+        out.push(Series { points: front.iter().map(|n| s.points[*n]).collect(), ..s });
+    }
+    (out, rest)
+}
+
+/// [`series`]; with `own` the techniques' parameters set lines apart, without only what lies around them.
+fn grouped(records: &[Record], own: bool) -> Vec<Series> {
+    let mut traits: Vec<Vec<Trait>> = records.iter().map(traits).collect();
+    if !own {
+        traits.iter_mut().for_each(|t| t.retain(|(of, ..)| of.is_empty()));
+    }
     let mut values: BTreeMap<(&str, &str), BTreeSet<&str>> = BTreeMap::new();
     for (of, name, value) in traits.iter().flatten() {
         values.entry((of, name)).or_default().insert(value);

@@ -21,6 +21,9 @@ pub struct Wanted {
     /// stretch_p95, anisotropy_p95 or folds.
     #[arg(long, default_value = ERRORS[0].id)]
     y: String,
+    /// One line a technique: its own Pareto front over all of its parameters. The rest are faint points.
+    #[arg(long)]
+    fronts: bool,
     /// Heading of the chart.
     #[arg(long, default_value = "")]
     title: String,
@@ -47,7 +50,10 @@ pub fn run(wanted: &Wanted) -> Result<()> {
             eprintln!("left out: {missing} of {} rows, which have no value for {}; {why}", rows.len(), axis.id);
         }
     }
-    let svg = chart::svg(&rows, x, y, &wanted.title)?;
+    let svg = match wanted.fronts {
+        true => chart::fronts_svg(&rows, x, y, &wanted.title)?,
+        false => chart::svg(&rows, x, y, &wanted.title)?,
+    };
     let bytes = if ends("png") { chart::png(&svg, wanted.width)? } else { svg.into_bytes() };
     capture::save(&wanted.output, &bytes)?;
     eprintln!("wrote {name}");

@@ -6,6 +6,7 @@ mod list;
 mod measure;
 mod stability;
 mod sweep;
+mod tables;
 
 use crate::frame::Renderer;
 use crate::gpu::Gpu;
@@ -94,6 +95,15 @@ enum Command {
         techniques: Vec<String>,
         #[command(flatten)]
         limits: advise::Limits,
+    },
+    /// Measure rows and columns of your choice and print them as a Markdown table.
+    Table(tables::Wanted),
+    /// Measure the tables of Markdown pages again, in place: each below a comment <!-- shadowscope table … --> that
+    /// says how.
+    Tables {
+        /// The pages.
+        #[arg(required = true)]
+        pages: Vec<PathBuf>,
     },
     /// Measure published tables and figures again and print ours beside theirs, as Markdown.
     Reproduce {
@@ -282,6 +292,8 @@ pub fn run() -> Result<ExitCode> {
         Some(Command::Measure { wanted, techniques, output }) => measure::run(wanted, techniques, output, adapter),
         Some(Command::Sweep { wanted, techniques, output }) => sweep::run(wanted, techniques, output, adapter),
         Some(Command::Chart(wanted)) => chart::run(&wanted),
+        Some(Command::Table(wanted)) => tables::table(&wanted, adapter),
+        Some(Command::Tables { pages }) => tables::refresh(&pages, adapter),
         Some(Command::Merge { parts, output }) => sweep::merge(&parts, &output),
         Some(Command::Advise { wanted, techniques, limits }) => {
             return advise::run(wanted, techniques, limits, adapter);

@@ -102,6 +102,7 @@ pub fn accuracy(renderer: &mut Renderer, setup: &Setup, index: u64) -> Result<Re
         mae: e.mae,
         max_error: e.max_error,
         beyond_tolerance: e.beyond_tolerance,
+        rmse_hard: Some(e.rmse_hard),
         rmse_penumbra: e.rmse_penumbra,
         rmse_image: metrics::rmse_image(&picture, &exact),
         flip: metrics::flip(&exact, &picture, setup.size),

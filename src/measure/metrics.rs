@@ -46,6 +46,8 @@ pub struct Errors {
     pub mae: f64,
     pub max_error: f64,
     pub beyond_tolerance: f64,
+    /// Root mean square of visibility minus the hard truth.
+    pub rmse_hard: f64,
     /// Root mean square over those whose truth lies between 0 and 1; None if there is no such penumbra.
     pub rmse_penumbra: Option<f64>,
     /// None: no wrong pixel, or no true boundary in the picture.
@@ -66,7 +68,7 @@ impl Errors {
 pub fn errors(visibility: &[f32], hard: &[f32], mean: &[f32], mask: &[u32], width: usize) -> Errors {
     let mut e = Errors::default();
     let (mut squares, mut sum, mut beyond) = (0.0f64, 0.0f64, 0usize);
-    let (mut penumbra, mut soft_squares) = (0usize, 0.0f64);
+    let (mut penumbra, mut soft_squares, mut hard_squares) = (0usize, 0.0f64, 0.0f64);
     let mut wrong = Vec::new();
     for (i, m) in mask.iter().enumerate() {
         match *m {
@@ -80,6 +82,7 @@ pub fn errors(visibility: &[f32], hard: &[f32], mean: &[f32], mask: &[u32], widt
                 let off = off as f64;
                 sum += off;
                 squares += off * off;
+                hard_squares += ((visibility[i] - hard[i]) as f64).powi(2);
                 e.max_error = e.max_error.max(off);
                 if mean[i] > 0.0 && mean[i] < 1.0 {
                     penumbra += 1;
@@ -99,6 +102,7 @@ pub fn errors(visibility: &[f32], hard: &[f32], mean: &[f32], mask: &[u32], widt
     }
     let facing = e.facing.max(1) as f64;
     e.rmse = (squares / facing).sqrt();
+    e.rmse_hard = (hard_squares / facing).sqrt();
     e.mae = sum / facing;
     e.beyond_tolerance = beyond as f64 / facing;
     e.rmse_penumbra = (penumbra > 0).then(|| (soft_squares / penumbra as f64).sqrt());

@@ -4,6 +4,7 @@ mod accuracy;
 pub mod advise;
 pub mod analysis;
 pub mod causes;
+mod columns;
 pub mod contour;
 pub mod metrics;
 mod record;
@@ -17,6 +18,7 @@ pub mod table;
 mod timing;
 
 pub use accuracy::{accuracy, errors};
+pub use columns::Column;
 pub use metrics::Errors;
 pub use record::{Record, params_text, read, read_csv, read_json, tied, write, write_csv, write_json};
 pub use space::{Axis, expand};

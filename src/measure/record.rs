@@ -49,6 +49,8 @@ pub struct Record {
     pub mae: f64,
     pub max_error: f64,
     pub beyond_tolerance: f64,
+    /// Root mean square of visibility minus the truth of one sample per pixel.
+    pub rmse_hard: Option<f64>,
     /// Root mean square in the truth's penumbra, and of the final picture.
     pub rmse_penumbra: Option<f64>,
     pub rmse_image: f64,

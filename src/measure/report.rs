@@ -1,6 +1,7 @@
 //! A sweep as one page: charts, tables and pictures of the extremes, for a browser without a network.
 
 use super::advise::Advice;
+use super::columns::{COLUMNS, Column};
 use super::record::params_text;
 use super::{Axis, Record, expand, tied};
 use crate::capture;
@@ -198,58 +199,6 @@ fn name(r: &Record, varying: &BTreeMap<(&str, &str), Vec<&str>>) -> String {
     own.fold(r.technique.clone(), |out, (n, v)| out + &format!(" {n}={v}"))
 }
 
-/// A number of a row as a column of a table.
-struct Column {
-    name: &'static str,
-    /// What it says.
-    doc: &'static str,
-    get: fn(&Record) -> Option<f64>,
-    digits: usize,
-}
-
-const fn column(name: &'static str, doc: &'static str, digits: usize, get: fn(&Record) -> Option<f64>) -> Column {
-    Column { name, doc, get, digits }
-}
-
-const COLUMNS: &[Column] = &[
-    column("error, %", "Wrong pixels of those that face the light and are reached by it", 4, |r| {
-        Some(100.0 * r.error_share)
-    }),
-    column("lit wrong", "Pixels called lit, but in shadow", 0, |r| Some(r.lit_incorrect as f64)),
-    column("shadow wrong", "Pixels called shadow, but lit", 0, |r| Some(r.shadow_incorrect as f64)),
-    column("RMSE", "Root mean square of visibility minus the averaged truth", 5, |r| Some(r.rmse)),
-    column("MAE", "Mean absolute value of visibility minus the averaged truth", 5, |r| Some(r.mae)),
-    column("off > 0.1, %", "Pixels whose visibility is off by more than 0.1", 3, |r| Some(100.0 * r.beyond_tolerance)),
-    column("FLIP", "How different the shaded picture looks, 0 to 1", 5, |r| Some(r.flip)),
-    column("edge p95, px", "Distance of wrong pixels from the true edge", 1, |r| r.boundary_p95_px),
-    column("contours, px", "Mean distance between the contour and the true one", 2, |r| r.contour_mean_px),
-    column("flicker, %", "Change from frame to frame beyond the truth's", 4, |r| r.flicker.map(|f| 100.0 * f)),
-    column("label flicker, %", "Labels that change though the truth's do not", 4, |r| {
-        r.label_flicker.map(|f| 100.0 * f)
-    }),
-    column("GPU ms", "Median time of the technique's passes", 3, |r| Some(r.gpu_ms)),
-    column("q1", "A quarter of the frames took less", 3, |r| Some(r.gpu_ms_q1)),
-    column("q3", "A quarter of the frames took more", 3, |r| Some(r.gpu_ms_q3)),
-    column("× same-size", "Time over that of shadow-map at the same resolution", 2, |r| r.ratio),
-    column("cost", "Time over that of the set-up's own shadow-map, in the same turns", 2, |r| r.cost),
-    column("CPU ms", "Recording the passes", 3, |r| Some(r.cpu_ms)),
-    column("MiB", "GPU memory held", 2, |r| Some(r.gpu_bytes as f64 / 1048576.0)),
-    column("rays", "Shadow rays traced", 0, |r| Some(r.rays as f64)),
-    column("m p95, px", "Extent of a texel in the picture", 2, |r| r.m_p95),
-    column("texel area p95, px²", "Area of a texel in the picture", 2, |r| r.texel_area_p95),
-    column("stretch p95, px²", "Squares of a texel's longest and shortest extent", 2, |r| r.stretch_p95),
-    column("long/short p95", "Longest over shortest extent of a texel", 2, |r| r.anisotropy_p95),
-    column("folds", "Texels' worth of the light's image that the warp turns over", 0, |r| r.folds.map(|n| n as f64)),
-    column("maps", "Maps rendered", 0, |r| r.views_rendered.map(|v| v as f64)),
-    column("needed", "Maps that some view sample falls into", 0, |r| r.views_needed.map(|v| v as f64)),
-    column("covered, %", "Texels that some view sample falls into", 1, |r| r.covered_share.map(|c| 100.0 * c)),
-    column("triangles sent", "Triangles sent to the maps", 0, |r| r.triangles_submitted.map(|t| t as f64)),
-    column("drawn", "At most so many of them have a part inside a map", 0, |r| r.triangles_drawn.map(|t| t as f64)),
-    column("fragments", "Runs of the fragment shader in these draws", 0, |r| r.fragments.map(|n| n as f64)),
-    column("texel use, %", "Covered texels of those that could be", 1, |r| r.utilisation.map(|u| 100.0 * u)),
-    column("frames", "Frames counted", 0, |r| Some(r.frames as f64)),
-];
-
 /// The columns that some row has a value for.
 fn columns(records: &[Record]) -> Vec<&'static Column> {
     COLUMNS.iter().filter(|c| records.iter().any(|r| (c.get)(r).is_some())).collect()
@@ -273,7 +222,9 @@ fn front(records: &[Record]) -> String {
     let varying = varying(records);
     let shown: Vec<&Column> = columns(records)
         .into_iter()
-        .filter(|c| ["error, %", "RMSE", "FLIP", "GPU ms", "q1", "q3", "cost", "MiB"].contains(&c.name))
+        .filter(|c| {
+            ["error_share", "rmse", "flip", "gpu_ms", "gpu_ms_q1", "gpu_ms_q3", "cost", "gpu_bytes"].contains(&c.id)
+        })
         .collect();
     let mut out = format!(
         "<h2>The cheapest for each error</h2>\n<p>No other configuration is as fast and as accurate as one of \

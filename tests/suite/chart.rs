@@ -103,6 +103,40 @@ fn series_split_by_what_varies_and_run_over_the_main_parameter() {
     );
 }
 
+/// With many parameters one line a technique: what nothing of its own beats, and every row once.
+#[test]
+fn each_technique_has_one_front() {
+    let mut rows = sweep();
+    let [x, y] = axes();
+    let (lines, rest) = chart::fronts(&rows, x, y);
+    let labels: Vec<&str> = lines.iter().map(|s| s.label.as_str()).collect();
+    assert_eq!(labels, ["shadow-map", "pcf", "rt-hard"]);
+    let place = |i: &usize| chart::point(&rows[*i], x, y).unwrap();
+    for line in &lines {
+        let own = |i: &usize| rows[*i].technique == line.technique;
+        for i in (0..rows.len()).filter(own) {
+            let (p, first) = (place(&i), line.points.contains(&i));
+            let beaten = (0..rows.len()).filter(own).map(|j| place(&j)).any(|q| q.0 <= p.0 && q.1 <= p.1 && q != p);
+            assert_eq!(first, !beaten, "{} {}", rows[i].technique, rows[i].params);
+        }
+        assert!(line.points.windows(2).all(|w| place(&w[0]).0 < place(&w[1]).0), "by ascending cost");
+    }
+    let mut seen: Vec<usize> = lines.iter().chain(&rest).flat_map(|s| s.points.clone()).collect();
+    seen.sort();
+    assert_eq!(seen, (0..rows.len()).collect::<Vec<_>>());
+    assert!(!rest.is_empty());
+    let svg = chart::fronts_svg(&rows, x, y, "").unwrap();
+    let document = Document::parse(&svg).unwrap();
+    let notes = of_class(&document, "note").iter().map(text).collect::<Vec<_>>().join(" ");
+    assert!(notes.contains(&format!("Faint: {} configurations off it.", rest.len())), "{notes}");
+    assert_eq!(of_class(&document, "label").len(), lines.len());
+    assert_eq!(of_class(&document, "point").len(), rows.len());
+    // Other scenes have fronts of their own.
+    rows.push(Record { scene: "terrain".into(), ..rows[0].clone() });
+    let labels: Vec<String> = chart::fronts(&rows, x, y).0.into_iter().map(|s| s.label).collect();
+    assert_eq!(labels, ["shadow-map bench", "shadow-map terrain", "pcf bench", "rt-hard bench"]);
+}
+
 #[test]
 fn the_front_is_what_nothing_beats() {
     let mut random = Random(5);

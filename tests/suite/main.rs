@@ -30,6 +30,7 @@ mod setup;
 mod shaders;
 mod stability;
 mod sweep;
+mod tables;
 mod techniques;
 mod truth;
 mod warps;

@@ -1,0 +1,129 @@
+//! The numbers of a row as columns of tables.
+
+use super::Record;
+use anyhow::{Context, Result};
+
+/// A number of a row as a column of a table.
+pub struct Column {
+    /// The record's field.
+    pub id: &'static str,
+    /// Its heading, with its unit.
+    pub name: &'static str,
+    /// What it says.
+    pub doc: &'static str,
+    pub get: fn(&Record) -> Option<f64>,
+    /// Digits behind the point in a report; 0 for counts.
+    pub digits: usize,
+}
+
+impl Column {
+    /// The column of a record's field.
+    ///
+    /// # Errors
+    /// No column of that name.
+    pub fn find(id: &str) -> Result<&'static Column> {
+        COLUMNS.iter().find(|c| c.id == id).with_context(|| {
+            let ids: Vec<&str> = COLUMNS.iter().map(|c| c.id).collect();
+            format!("{id}: there is no such column; there are {}", ids.join(", "))
+        })
+    }
+
+    /// Times of their own, which say nothing on a software adapter.
+    pub fn is_time(&self) -> bool {
+        self.id.contains("_ms")
+    }
+
+    /// Whether it is a time as a multiple of another.
+    pub fn is_multiple(&self) -> bool {
+        ["ratio", "cost"].contains(&self.id)
+    }
+
+    /// A row's number as a reader takes it in: counts whole, the rest with three digits that count.
+    pub fn rounded(&self, record: &Record) -> String {
+        match (self.get)(record) {
+            None => "–".into(),
+            Some(0.0) => "0".into(),
+            Some(v) if self.digits == 0 => format!("{v:.0}"),
+            Some(v) => {
+                let places = (2.0 - v.abs().log10().floor()).clamp(0.0, 9.0);
+                format!("{v:.0$}", places as usize)
+            }
+        }
+    }
+}
+
+const fn column(
+    id: &'static str,
+    name: &'static str,
+    doc: &'static str,
+    digits: usize,
+    get: fn(&Record) -> Option<f64>,
+) -> Column {
+    Column { id, name, doc, get, digits }
+}
+
+pub const COLUMNS: &[Column] = &[
+    column("error_share", "error, %", "Wrong pixels of those that face the light and are reached by it", 4, |r| {
+        Some(100.0 * r.error_share)
+    }),
+    column("lit_incorrect", "lit wrong", "Pixels called lit, but in shadow", 0, |r| Some(r.lit_incorrect as f64)),
+    column("shadow_incorrect", "shadow wrong", "Pixels called shadow, but lit", 0, |r| Some(r.shadow_incorrect as f64)),
+    column("rmse", "RMSE", "Root mean square of visibility minus the averaged truth", 5, |r| Some(r.rmse)),
+    column(
+        "rmse_hard",
+        "RMSE, one sample",
+        "Root mean square of visibility minus the truth of one sample per pixel",
+        5,
+        |r| r.rmse_hard,
+    ),
+    column("mae", "MAE", "Mean absolute value of visibility minus the averaged truth", 5, |r| Some(r.mae)),
+    column("beyond_tolerance", "off > 0.1, %", "Pixels whose visibility is off by more than 0.1", 3, |r| {
+        Some(100.0 * r.beyond_tolerance)
+    }),
+    column("flip", "FLIP", "How different the shaded picture looks, 0 to 1", 5, |r| Some(r.flip)),
+    column("boundary_p95_px", "edge p95, px", "Distance of wrong pixels from the true edge", 1, |r| r.boundary_p95_px),
+    column("contour_mean_px", "contours, px", "Mean distance between the contour and the true one", 2, |r| {
+        r.contour_mean_px
+    }),
+    column("flicker", "flicker, %", "Change from frame to frame beyond the truth's", 4, |r| {
+        r.flicker.map(|f| 100.0 * f)
+    }),
+    column("label_flicker", "label flicker, %", "Labels that change though the truth's do not", 4, |r| {
+        r.label_flicker.map(|f| 100.0 * f)
+    }),
+    column("gpu_ms", "GPU ms", "Median time of the technique's passes", 3, |r| Some(r.gpu_ms)),
+    column("gpu_ms_q1", "q1", "A quarter of the frames took less", 3, |r| Some(r.gpu_ms_q1)),
+    column("gpu_ms_q3", "q3", "A quarter of the frames took more", 3, |r| Some(r.gpu_ms_q3)),
+    column("ratio", "× same-size shadow-map", "Time over that of shadow-map at the same resolution", 2, |r| r.ratio),
+    column("cost", "× shadow-map", "Time over that of the set-up's own shadow-map, in the same turns", 2, |r| r.cost),
+    column("cpu_ms", "CPU ms", "Recording the passes", 3, |r| Some(r.cpu_ms)),
+    column("gpu_bytes", "MiB", "GPU memory held", 2, |r| Some(r.gpu_bytes as f64 / 1048576.0)),
+    column("rays", "rays", "Shadow rays traced", 0, |r| Some(r.rays as f64)),
+    column("m_p95", "m p95, px", "Extent of a texel in the picture", 2, |r| r.m_p95),
+    column("texel_area_p95", "texel area p95, px²", "Area of a texel in the picture", 2, |r| r.texel_area_p95),
+    column("stretch_p95", "stretch p95, px²", "Squares of a texel's longest and shortest extent", 2, |r| {
+        r.stretch_p95
+    }),
+    column("anisotropy_p95", "long/short p95", "Longest over shortest extent of a texel", 2, |r| r.anisotropy_p95),
+    column("folds", "folds", "Texels' worth of the light's image that the warp turns over", 0, |r| {
+        r.folds.map(|n| n as f64)
+    }),
+    column("views_rendered", "maps", "Maps rendered", 0, |r| r.views_rendered.map(|v| v as f64)),
+    column("views_needed", "needed", "Maps that some view sample falls into", 0, |r| r.views_needed.map(|v| v as f64)),
+    column("covered_share", "covered, %", "Texels that some view sample falls into", 1, |r| {
+        r.covered_share.map(|c| 100.0 * c)
+    }),
+    column("triangles_submitted", "triangles sent", "Triangles sent to the maps", 0, |r| {
+        r.triangles_submitted.map(|t| t as f64)
+    }),
+    column("triangles_drawn", "drawn", "At most so many of them have a part inside a map", 0, |r| {
+        r.triangles_drawn.map(|t| t as f64)
+    }),
+    column("fragments", "fragments", "Runs of the fragment shader in these draws", 0, |r| {
+        r.fragments.map(|n| n as f64)
+    }),
+    column("utilisation", "texel use, %", "Covered texels of those that could be", 1, |r| {
+        r.utilisation.map(|u| 100.0 * u)
+    }),
+    column("frames", "frames", "Frames counted", 0, |r| Some(r.frames as f64)),
+];
