@@ -145,13 +145,15 @@ fn texels_per_metre(s: Surface, layer: u32) -> vec2f {
 }
 
 fn outside_map(r: Receiver, texel: vec2f) -> bool {
-    return any((texel < vec2f(0.0)) | (texel >= vec2f(r.side)));
+    return any(texel < vec2f(0.0)) || any(texel >= vec2f(r.side));
 }
 
 // One nearest sample; lit outside the map, where nothing can cast.
 fn compare(r: Receiver, texel: vec2f) -> f32 {
-    let seen = depth_at(r, floor(texel) + 0.5) >= textureLoad(shadow_maps, vec2u(texel), r.layer, 0);
-    return select(0.0, 1.0, seen | outside_map(r, texel));
+    if outside_map(r, texel) {
+        return 1.0;
+    }
+    return select(0.0, 1.0, depth_at(r, floor(texel) + 0.5) >= textureLoad(shadow_maps, vec2u(texel), r.layer, 0));
 }
 
 // What to compare with at a place in the map: the depth at which its light ray meets the receiver's plane, if that is followed.
@@ -179,11 +181,15 @@ fn depth_at_four(r: Receiver, texel: vec2f) -> f32 {
 fn visibility(s: Surface) -> f32 {
     let c = choose(s);
     // One copy of the look-up: adapters that run both sides of a branch pay for each.
-    let layers = select(1u, 2u, c.share > 0.0);
     var seen = 0.0;
-    for (var k = 0u; k < layers; k++) {
+    var k = 0u;
+    loop {
         let v = lit(s, select(c.layer, c.next, k == 1u));
         seen = select(mix(seen, v, c.share), v, k == 0u);
+        k++;
+        if c.share <= 0.0 || k == 2u {
+            break;
+        }
     }
     return seen;
 }

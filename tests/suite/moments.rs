@@ -260,3 +260,21 @@ fn parameters_come_with_their_filter() {
         assert_eq!(info.filters(&values), filter.id != "nearest");
     }
 }
+
+/// Filters of moments compare with one depth, and the view of the bias says so: where texels' own rays move a comparison by the
+/// receiver's slope, theirs is moved by what rounding asks for.
+#[test]
+fn the_view_shows_the_bias_that_moments_take() {
+    let (mut r, mut s) = start(over_a_floor(&[], sun(Vec3::new(0.9, 0.6, 0.2))), [64, 48]);
+    s.view = "bias".into();
+    let mut most = |technique: &str| {
+        select(&mut s, technique, &["bias_kind=ray-plane", "resolution=128"]);
+        r.render(&s, ask(&s)).unwrap();
+        r.read_map().unwrap().into_iter().fold(0.0, f32::max)
+    };
+    assert!(most("shadow-map") > 0.3);
+    for technique in ["vsm", "esm", "evsm", "csm-convolution", "msm"] {
+        let most = most(technique);
+        assert!(most > 0.001 && most < 0.05, "{technique}: {most} texels");
+    }
+}

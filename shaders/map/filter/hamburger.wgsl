@@ -13,7 +13,7 @@ struct Depths {
 // `b`: the first four moments of depths; `t`: the receiver's depth.
 fn depths_of(b: vec4f, t: f32) -> Depths {
     // The Hankel matrix [1 b1 b2; b1 b2 b3; b2 b3 b4] as L D Lᵀ.
-    // Without branches: drivers fail on code that is nested too deep. Without variance there is one depth only.
+    // Without branches, of which adapters may run both sides. Without variance there is one depth only.
     let variance = b.y - b.x * b.x;
     let d2 = max(variance, 1e-12);
     let l32_d2 = b.z - b.x * b.y;
