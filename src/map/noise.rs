@@ -184,19 +184,30 @@ impl Noise {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::f64::consts::TAU;
 
-    /// Each number stands once, and what is left of the tile in means of 4 × 4 is a small part of what numbers at random leave.
+    /// Each number stands once, and waves eight pixels long and longer have less than a hundredth of the power that they have in
+    /// numbers at random.
     #[test]
     fn the_tile_is_blue() {
-        let mut all = BLUE.clone();
-        all.sort_by(f32::total_cmp);
-        assert!(all.iter().enumerate().all(|(i, v)| *v == (i as f32 + 0.5) / (SIDE * SIDE) as f32));
-        let mean = |x: usize, y: usize| {
-            let of = |i: usize| BLUE[(y + i / 4) % SIDE * SIDE + (x + i % 4) % SIDE];
-            (0..16).map(of).sum::<f32>() / 16.0 - 0.5
+        let all = (SIDE * SIDE) as f64;
+        let mut sorted = BLUE.clone();
+        sorted.sort_by(f32::total_cmp);
+        assert!(sorted.iter().enumerate().all(|(i, v)| *v == (i as f32 + 0.5) / all as f32));
+        let power = |u: i32, v: i32| {
+            let (mut re, mut im) = (0.0, 0.0);
+            for (i, value) in BLUE.iter().enumerate() {
+                let turn = (u * (i % SIDE) as i32 + v * (i / SIDE) as i32) as f64 / SIDE as f64;
+                let (s, c) = (TAU * turn).sin_cos();
+                (re, im) = (re + c * f64::from(*value - 0.5), im + s * f64::from(*value - 0.5));
+            }
+            // Of numbers at random: a twelfth each.
+            (re * re + im * im) / (all / 12.0)
         };
-        let squares: f32 = (0..SIDE * SIDE).map(|i| mean(i % SIDE, i / SIDE).powi(2)).sum();
-        let left = (squares / (SIDE * SIDE) as f32).sqrt();
-        assert!(left < 0.3 * (1.0f32 / 12.0 / 16.0).sqrt(), "{left}");
+        let long =
+            (-8..=8).flat_map(|u| (0..=8).map(move |v| (u, v))).filter(|(u, v)| (1..=64).contains(&(u * u + v * v)));
+        let powers: Vec<f64> = long.map(|(u, v)| power(u, v)).collect();
+        let mean = powers.iter().sum::<f64>() / powers.len() as f64;
+        assert!(mean < 0.01, "{mean}");
     }
 }

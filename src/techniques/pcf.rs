@@ -57,7 +57,7 @@ pub static FILTER: Filter = Filter {
         view::map(
             "taps",
             "Tap pattern",
-            "The filter's taps, enlarged: squares are shadow-map texels, each dot is as bright as its weight.",
+            "The filter's taps at the probed pixel, enlarged: squares are shadow-map texels, each dot is as bright as its weight.",
             view::ramp("weight over the largest", "", [0.0, 1.0]),
         ),
     ],

@@ -168,20 +168,25 @@ fn softness(s: Surface, layer: u32, casters: f32) -> f32 {
     return saturate(filtering.ratio_scale * (depth - casters) / max(casters - first, 1e-6 * max(depth - first, 1e-6)));
 }
 
-// The pattern of taps, enlarged: each a dot as bright as its weight, over one receiver in the middle of a texel.
+// The pattern of taps, enlarged: each a dot as bright as its weight, over a receiver in the middle of a texel. It is as wide, and
+// turned, as at the probed pixel.
 fn tap_pattern(pixel: vec2u) -> f32 {
+    let probed = vec2u(frame.probe & 0xffffu, frame.probe >> 16u);
+    let s = load_surface(probed);
+    let stretched = select(vec2f(1.0), stretch(s, choose(s).layer), s.valid);
+    let turn = turn_of(probed);
     let size = vec2f(frame.size);
-    let zoom = (2.0 * radius() + 3.0) / min(size.x, size.y);
+    let zoom = (2.0 * radius() * max(stretched.x, stretched.y) + 3.0) / min(size.x, size.y);
     let here = (vec2f(pixel) + 0.5 - 0.5 * size) * zoom;
     let grid = abs(fract(here) - 0.5) > vec2f(0.5 - zoom);
     var v = select(0.0, 0.15, any(grid));
     var most = 0.0;
     for (var i = 0u; i < taps(); i++) {
-        most = max(most, tap(i, vec2f(0.5), turn_of(vec2u(0u))).weight);
+        most = max(most, tap(i, vec2f(0.5), turn).weight);
     }
     for (var i = 0u; i < taps(); i++) {
-        let t = tap(i, vec2f(0.5), turn_of(vec2u(0u)));
-        if distance(t.offset, here) < 0.2 {
+        let t = tap(i, vec2f(0.5), turn);
+        if distance(t.offset * stretched, here) < max(0.2, 2.0 * zoom) {
             v = max(v, 0.2 + 0.8 * t.weight / most);
         }
     }
