@@ -478,6 +478,8 @@ pub struct Renderer {
     seen: Option<&'static View>,
     /// Of how many frames its light is averaged.
     frames: u32,
+    /// It draws penumbras, and its light has no size.
+    sizeless: bool,
     /// The last frame's depth maps.
     offered: Option<Offered>,
     read_map: Option<Pass>,
@@ -554,6 +556,7 @@ impl Renderer {
             figure: figure::Figure::default(),
             seen: None,
             frames: 1,
+            sizeless: false,
             offered: None,
             whole_maps: false,
             read_map: None,
@@ -713,6 +716,7 @@ impl Renderer {
         told.gpu_bytes = made.account.bytes();
         told.frames = f.frames;
         self.frames = f.frames[0];
+        self.sizeless = setup.light.radius() == 0.0 && info.filter(values).is_some_and(|f| (f.sized)(values));
         let Frame { mut recorder, offered, splits, pieces, analysis, outlines, .. } = f;
         recorder.freeze(Vec::new());
         let mut aliasing = None;

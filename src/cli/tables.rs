@@ -50,7 +50,7 @@ pub fn table(wanted: &Wanted, adapter: Option<&str>) -> Result<()> {
 /// Measures the tables of pages again and writes each page once all of its tables are there.
 pub fn refresh(pages: &[PathBuf], adapter: Option<&str>) -> Result<()> {
     let mut work = Vec::new();
-    for path in pages {
+    for (_, path) in pages.iter().enumerate().filter(|(i, path)| !pages[..*i].contains(path)) {
         let name = path.display();
         let text = read(path)?;
         let places = places(&text).with_context(|| name.to_string())?;

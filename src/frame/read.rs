@@ -62,6 +62,12 @@ impl Renderer {
     /// What the last frame did not do as it should, a sentence each.
     pub fn notes(&self) -> Result<Vec<String>> {
         let mut notes = Vec::new();
+        if self.sizeless {
+            notes.push(
+                "The light has no size, so there are no penumbras: give it an angular radius (sun) or a radius (lamp)."
+                    .into(),
+            );
+        }
         if let Some(pieces) = self.analysis.pieces(&self.gpu)?.filter(|p| p.unserved > 0) {
             notes.push(format!(
                 "{} parts of triangles were not split as far as they should be: shadows are wrong there.",

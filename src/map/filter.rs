@@ -40,8 +40,23 @@ pub struct Filter {
     pub moments: Option<fn(&Values) -> Moments>,
     /// If it includes `disk.wgsl`: whether its taps lie in a disk, so that [`super::noise::NoiseParams`] apply.
     pub turns: Option<fn(&Values) -> bool>,
+    /// Whether it draws the penumbras of a light that has a size, and compares once where it has none.
+    pub sized: fn(&Values) -> bool,
     /// What it shows of itself.
     pub views: &'static [View],
+}
+
+impl Filter {
+    /// What most filters leave as it is.
+    pub const PLAIN: Filter = Filter {
+        id: "",
+        file: "",
+        reach: |_| Reach { texels: 0.0, metres: 0.0, casters: false },
+        moments: None,
+        turns: None,
+        sized: |_| false,
+        views: &[],
+    };
 }
 
 /// A technique's shader with the simplest filter, for its passes that look nothing up.

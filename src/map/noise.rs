@@ -19,7 +19,7 @@ crate::params! {
             /// Frames whose light is averaged, each with other angles; 1: only the newest. Pictures and measurements show what so many frames at rest come to, times are those of one.
             accumulate: int(1, 1..=64, "frames") if rotate = true,
             /// What the newest frame counts at least (the α of temporal anti-aliasing). Small: smooth, but where something moved old shadows stay behind as ghosts. 0: all frames count alike.
-            blend_factor: float(0.1, 0.0..=1.0, "mean of all" => "newest only") if accumulate > 1,
+            blend_factor: float(0.1, 0.0..=1.0, "mean" => "newest") if accumulate > 1,
             /// Keep what earlier frames saw within the values of the 3 × 3 pixels around. Ghosts go sooner, and noise stays.
             clamp_history: flag(true) if accumulate > 1,
         }

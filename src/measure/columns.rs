@@ -68,6 +68,11 @@ pub const COLUMNS: &[Column] = &[
     }),
     column("lit_incorrect", "lit wrong", "Pixels called lit, but in shadow", 0, |r| Some(r.lit_incorrect as f64)),
     column("shadow_incorrect", "shadow wrong", "Pixels called shadow, but lit", 0, |r| Some(r.shadow_incorrect as f64)),
+    column("acne_share", "acne, %", "Wrong pixels that their own surface darkens", 4, |r| Some(100.0 * r.acne_share)),
+    column("detachment_share", "detached, %", "Wrong pixels lit at the foot of what should shadow them", 4, |r| {
+        Some(100.0 * r.detachment_share)
+    }),
+    column("leak_share", "leaks, %", "Wrong pixels lit through a caster", 4, |r| Some(100.0 * r.leak_share)),
     column("rmse", "RMSE", "Root mean square of visibility minus the averaged truth", 5, |r| Some(r.rmse)),
     column(
         "rmse_hard",

@@ -26,8 +26,8 @@ pub static FILTER: Filter = Filter {
     file: "map/filter/csm_convolution.wgsl",
     reach,
     moments: Some(|values| Moments::of(values, CsmConvolutionParams::read(values).terms.div_ceil(2), 4)),
-    turns: None,
     views: VIEWS,
+    ..Filter::PLAIN
 };
 
 const VIEWS: &[View] = &[

@@ -26,8 +26,8 @@ pub static FILTER: Filter = Filter {
     file: "map/filter/esm.wgsl",
     reach,
     moments: Some(|values| Moments::of(values, 1, 1)),
-    turns: None,
     views: VIEWS,
+    ..Filter::PLAIN
 };
 
 const VIEWS: &[View] = &[

@@ -27,8 +27,8 @@ pub static FILTER: Filter = Filter {
     file: "map/filter/evsm.wgsl",
     reach,
     moments: Some(|values| Moments::of(values, 1, 4)),
-    turns: None,
     views: VIEWS,
+    ..Filter::PLAIN
 };
 
 const VIEWS: &[View] = &[

@@ -244,7 +244,7 @@ impl Info {
             [all @ .., last] if !all.is_empty() => format!("{} and {last}", all.join(", ")),
             _ => self.lights.concat(),
         };
-        (!self.lights.contains(&kind)).then(|| format!("{} serves {lights} light, not {kind}", self.title))
+        (!self.lights.contains(&kind)).then(|| format!("{}: for {lights} light, not {kind}", self.title))
     }
 }
 

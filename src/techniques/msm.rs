@@ -30,8 +30,8 @@ pub static FILTER: Filter = Filter {
         Moments { format: Format::Rgba16Float, planes } => Moments { format: Format::Rgba16Unorm, planes },
         exact => exact,
     }),
-    turns: None,
     views: VIEWS,
+    ..Filter::PLAIN
 };
 
 const VIEWS: &[View] = &[

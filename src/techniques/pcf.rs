@@ -45,7 +45,6 @@ pub static FILTER: Filter = Filter {
             false => Reach { texels, metres: 0.0, casters },
         }
     },
-    moments: None,
     turns: Some(|values| matches!(PcfParams::read(values).mode.as_str(), "disk" | "dpcf")),
     views: &[
         view::map(
@@ -61,6 +60,7 @@ pub static FILTER: Filter = Filter {
             view::ramp("weight over the largest", "", [0.0, 1.0]),
         ),
     ],
+    ..Filter::PLAIN
 };
 
 pub static INFO: Info = Info {

@@ -28,9 +28,10 @@ pub static FILTER: Filter = Filter {
         true => soft_reach(f, PcssParams::read(f.values).max_radius),
         false => Reach::default(),
     },
-    moments: None,
     turns: Some(|_| true),
+    sized: |_| true,
     views: &[BLOCKER_DEPTH, PENUMBRA_WIDTH],
+    ..Filter::PLAIN
 };
 
 pub const BLOCKER_DEPTH: View = view::map(

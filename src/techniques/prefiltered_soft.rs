@@ -49,8 +49,9 @@ pub static FILTER: Filter = Filter {
             _ => Format::Rg32Uint,
         },
     }),
-    turns: None,
+    sized: |values| PrefilteredSoftParams::read(values).soft_kind != "savsm",
     views: &[BLOCKER_DEPTH, PENUMBRA_WIDTH],
+    ..Filter::PLAIN
 };
 
 pub static INFO: Info = Info {

@@ -3,7 +3,7 @@
 use super::{Info, NEAREST, Technique};
 use crate::frame::Frame;
 use crate::gpu::Gpu;
-use crate::map::filter::{Filter, LookUp, Reach};
+use crate::map::filter::{Filter, LookUp};
 use crate::map::peel::StoredParams;
 use crate::map::single::{FitParams, ShadowMap};
 use crate::map::{BiasParams, CasterParams, HardwareParams, MapParams};
@@ -12,14 +12,7 @@ use crate::view::{self, View};
 use anyhow::Result;
 
 /// One comparison with the nearest texel.
-pub static FILTER: Filter = Filter {
-    id: "nearest",
-    file: "map/filter/nearest.wgsl",
-    reach: |_| Reach::default(),
-    moments: None,
-    turns: None,
-    views: &[],
-};
+pub static FILTER: Filter = Filter { id: "nearest", file: "map/filter/nearest.wgsl", ..Filter::PLAIN };
 
 /// The parameters of a single fitted map, beside its filter's.
 pub const GROUPS: &[Group] = &[

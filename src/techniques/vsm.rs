@@ -34,8 +34,8 @@ pub static FILTER: Filter = Filter {
     file: "map/filter/vsm.wgsl",
     reach,
     moments: Some(|values| Moments::of(values, 1, 2)),
-    turns: None,
     views: VIEWS,
+    ..Filter::PLAIN
 };
 
 const VIEWS: &[View] = &[

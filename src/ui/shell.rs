@@ -307,6 +307,9 @@ fn status(ui: &mut Ui, m: &Model) {
         (Traced::NotServed, _) => RichText::new("no truth").weak(),
         _ if m.order != f.of => RichText::new("error …").weak(),
         _ if m.draft() => RichText::new("error … (draft)").weak(),
+        _ if f.told.frames[0] < f.told.frames[1] => {
+            RichText::new(format!("averaged {} of {} frames", f.told.frames[0], f.told.frames[1])).weak()
+        }
         (Traced::Partly(p), _) => RichText::new(format!("tracing truth {:.0} %", p.done * 100.0)).weak(),
         (Traced::Fully, None) => RichText::new("error …").weak(),
         (Traced::Fully, Some([share, rmse])) => {

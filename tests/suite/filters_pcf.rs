@@ -215,7 +215,7 @@ fn left(v: &[f32], smooth: &[f32], [w, h]: [usize; 2]) -> [f64; 3] {
             }
         }
     }
-    assert!(n > 3000.0, "{n}");
+    assert!(n > 2000.0, "{n}");
     sums.map(|sum| (sum / n).sqrt())
 }
 
@@ -290,7 +290,7 @@ fn frames_are_averaged() {
                 off.push(left(&whole, &smooth, [216, 162])[0]);
             }
             println!("{technique}, {noise}: off by {off:?} after 1, 4 and 16 frames");
-            assert!(off[1] < 0.6 * off[0] && off[2] < 0.6 * off[1], "{technique}, {noise}: {off:?}");
+            assert!(off[1] < 0.65 * off[0] && off[2] < 0.65 * off[1], "{technique}, {noise}: {off:?}");
             before = before.min(off[2]);
         }
         assert!(before < 0.02, "{technique}: {before}");

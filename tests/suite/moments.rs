@@ -250,6 +250,8 @@ fn parameters_come_with_their_filter() {
     for filter in FILTERS {
         let mut values = Values::new();
         values.insert("filter".into(), Value::Text(filter.id.into()));
+        // Noise needs taps in a disk.
+        values.insert("mode".into(), Value::Text("disk".into()));
         let own = techniques::ALL.iter().find(|i| i.filter.is_some_and(|f| f.id == filter.id)).unwrap();
         for group in techniques::FILTERING.iter().filter(|g| g.name != techniques::FilterParams::GROUP.name) {
             let belongs = own.params.iter().any(|g| g.name == group.name);

@@ -320,7 +320,7 @@ fn the_command_writes_tables_charts_and_worst_frames() {
     };
     let table = run(&["-o", "out"]);
     assert!(table.contains("st-corner: sun's azimuth, °; 3 frames of 64 × 64 pixels"), "{table}");
-    assert!(table.contains("left out: Shadow map serves"), "{table}");
+    assert!(table.contains("left out: Shadow map: for"), "{table}");
     let json = run(&["--json"]);
     assert_eq!(json, run(&["--json"]), "two runs print different figures");
     let value: Value = serde_json::from_str(&json).unwrap();
