@@ -23,8 +23,8 @@ crate::params! {
             subdivision: int(4, 1..=4, "boxes"),
             /// Light below this share counts as none, and the rest is rescaled: leaks behind several casters go dark, and penumbras get narrower.
             soft_bleeding: float(0.0, 0.0..=0.9, ""),
-            /// How much of a box's half, from its middle, the comparison clears of the receiver's own slope. 0: wide lights shade lit slopes. 1: none is shaded, but casters close to a slope lose their shadow.
-            box_bias: float(0.5, 0.0..=1.0, "× box") if slope_bias > 0.0 or receiver_plane = true or bias_kind = "ray-plane",
+            /// How much of a box's half, from its middle, the comparison clears of the receiver's own slope. 0: wide lights shade lit slopes. 1: none is shaded, but casters close to a slope lose their shadow. Without a bias that knows the slope it does nothing.
+            box_bias: float(0.5, 0.0..=1.0, "× box"),
             /// How far the moments are drawn towards those of depths half at the near and half at the far plane. Too little: rounding shows as noise. Too much: light leaks.
             mssm_bias: float(6.0, 0.0..=100.0, "× 10⁻⁶") if soft_kind = "mssm",
         }
