@@ -63,10 +63,7 @@ impl Renderer {
     pub fn notes(&self) -> Result<Vec<String>> {
         let mut notes = Vec::new();
         if self.sizeless {
-            notes.push(
-                "The light has no size, so there are no penumbras: give it an angular radius (sun) or a radius (lamp)."
-                    .into(),
-            );
+            notes.push("No penumbras: the light has no (angular) radius.".into());
         }
         if let Some(pieces) = self.analysis.pieces(&self.gpu)?.filter(|p| p.unserved > 0) {
             notes.push(format!(
