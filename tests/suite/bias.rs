@@ -296,7 +296,9 @@ fn maps_of_every_kind_take_two_surfaces() {
     let lamp = spot(Vec3::new(3.0, 7.0, 2.0), Vec3::ZERO, 40.0);
     for light in [rising(50.0, 30.0), lamp] {
         let (mut r, mut s) = start(boxed(light), [160, 120]);
-        for info in with_maps().filter(|i| i.refuses(&light).is_none() && i.specs().any(|s| s.name == "stored")) {
+        let stored = with_maps().filter(|i| i.refuses(&light).is_none() && i.specs().any(|s| s.name == "stored"));
+        // Filters look the map of the first up.
+        for info in stored.filter(|i| i.filter.is_none_or(|f| f.id == "nearest")) {
             for sets in [&["format=32f"][..], &["format=24"], &["format=16"], &["cull=back"]] {
                 let sets = [&["bias_kind=none", "stored=midpoint", "resolution=1024"], sets].concat();
                 let e = errors(&mut r, &mut s, info.id, &sets);
