@@ -132,7 +132,8 @@ fn every_map_follows_the_rays_of_its_texels() {
                 Some(Kind::Choice { .. }) => &["filter=nearest", "mode=grid", "mode=hw2x2"],
                 _ => &[""],
             };
-            for filter in filters {
+            // The low sun once each.
+            for filter in &filters[..if light.axis().y.abs() < 0.3 { 1 } else { filters.len() }] {
                 let mut sets = vec!["bias_kind=ray-plane", "slope_limit=60", "resolution=512"];
                 sets.extend(Some(*filter).filter(|f| !f.is_empty()));
                 if filter.starts_with("mode") {
