@@ -1,6 +1,6 @@
 //! Pictures to files, with the set-up inside, and the set-up out of them again.
 
-use crate::frame::{Ask, History, Renderer, Truth};
+use crate::frame::{Ask, Renderer, Truth};
 use crate::legend::{self, Key};
 use crate::measure::metrics;
 use crate::scene::geometry::shading_normal;
@@ -93,10 +93,7 @@ fn serve(setup: &Setup) -> Result<()> {
 /// Renders a set-up's picture in so many pixels.
 fn draw(renderer: &mut Renderer, setup: &Setup, size: [u32; 2], analysis: bool) -> Result<()> {
     let truth = if setup.needs_truth() { Truth::All } else { Truth::Off };
-    renderer.draw(
-        setup,
-        Ask { size, truth, analysis, timed: false, picture: true, fresh: false, history: History::Whole },
-    )?;
+    renderer.draw(setup, Ask { size, truth, analysis, ..Ask::of(setup) })?;
     Ok(())
 }
 

@@ -280,6 +280,21 @@ pub struct Ask {
     pub history: History,
 }
 
+impl Ask {
+    /// A set-up's picture at its size, with all of the truth and nothing from frames before, as captures draw it.
+    pub fn of(setup: &Setup) -> Ask {
+        Ask {
+            size: setup.size,
+            truth: Truth::All,
+            analysis: false,
+            timed: false,
+            picture: true,
+            fresh: false,
+            history: History::Whole,
+        }
+    }
+}
+
 /// What a frame tells of itself.
 #[derive(Clone, Debug, Default)]
 pub struct Told {

@@ -100,11 +100,6 @@ impl Figure {
         self.beside.get(side.checked_sub(1)?)
     }
 
-    /// The second side of the last comparison and those behind it.
-    pub(super) fn besides(&self) -> impl Iterator<Item = &Beside> {
-        self.beside.iter()
-    }
-
     /// Visibility that the view `difference` takes off; None: the truth's.
     pub(super) fn other(&self) -> Option<&wgpu::TextureView> {
         self.beside.first().and_then(|b| b.visibility.view())

@@ -81,7 +81,7 @@ impl Renderer {
 
     /// What the legend of the last frame's picture needs to know of it, but for errors.
     pub fn known(&self) -> Result<Known> {
-        let beside = self.figure.besides().map(|b| b.frames);
+        let beside = (1..).map_while(|side| self.figure.beside(side)).map(|b| b.frames);
         let mut known = Known { frames: [self.frames].into_iter().chain(beside).collect(), ..Known::default() };
         if let Some((splits, cascades)) = &self.splits {
             let bytes = self.gpu.read_range(splits, 0, (u64::from(*cascades) + 1) * 4)?;

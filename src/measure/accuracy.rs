@@ -4,7 +4,7 @@ use super::analysis::{Aliasing, Counts};
 use super::contour;
 use super::metrics::{self, Errors};
 use super::record::{Record, params_text};
-use crate::frame::{Ask, History, Renderer, Told, Truth};
+use crate::frame::{Ask, Renderer, Told};
 use crate::setup::Setup;
 use crate::techniques;
 use crate::truth::Samples;
@@ -23,15 +23,7 @@ pub fn errors(renderer: &mut Renderer, setup: &Setup) -> Result<Errors> {
 fn compare(renderer: &mut Renderer, setup: &Setup, all: bool) -> Result<(Errors, Option<f64>, Told)> {
     techniques::find_or_say(&setup.technique)?.serve(&setup.light)?;
     techniques::TRUTH.serve(&setup.light)?;
-    let ask = Ask {
-        size: setup.size,
-        truth: Truth::All,
-        analysis: all,
-        timed: false,
-        picture: all,
-        fresh: false,
-        history: History::Whole,
-    };
+    let ask = Ask { analysis: all, picture: all, ..Ask::of(setup) };
     let told = renderer.render(setup, ask)?;
     let mask = renderer.read_mask()?;
     let width = setup.size[0] as usize;

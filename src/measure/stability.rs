@@ -3,7 +3,7 @@
 use super::metrics::FACING;
 use super::{params_text, timing};
 use crate::chart::{self, Lines};
-use crate::frame::{Ask, History, Made, Renderer, Truth};
+use crate::frame::{Ask, History, Made, Renderer};
 use crate::scene::Camera;
 use crate::scene::builtin::cases::Case;
 use crate::setup::Setup;
@@ -260,18 +260,7 @@ struct Shadow {
 /// Draws a set-up with its truth. `first`: no frame goes before it that the technique could average with.
 fn draw(renderer: &mut Renderer, setup: &Setup, first: bool) -> Result<Shadow> {
     let history = if first { History::Whole } else { History::Goes };
-    renderer.render(
-        setup,
-        Ask {
-            size: setup.size,
-            truth: Truth::All,
-            analysis: false,
-            timed: false,
-            picture: false,
-            fresh: false,
-            history,
-        },
-    )?;
+    renderer.render(setup, Ask { picture: false, history, ..Ask::of(setup) })?;
     Ok(Shadow { visibility: renderer.read_visibility()?, truth: renderer.read_truth()? })
 }
 

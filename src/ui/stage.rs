@@ -324,8 +324,7 @@ struct Painter<'a> {
     counted: bool,
     /// The picture made do with one sample a pixel where more are wanted.
     coarse: bool,
-    /// As [`Told::frames`](crate::frame::Told::frames); and whether things moved in the last of them.
-    frames: [u32; 2],
+    /// Things moved in the last frame.
     moved: bool,
     /// The last frame was analysed, and the map that was handed in of it.
     analysed: bool,
@@ -363,7 +362,6 @@ impl Painter<'_> {
             drawn_truth: Progress::default(),
             counted: false,
             coarse: false,
-            frames: [1, 1],
             moved: false,
             analysed: false,
             mapped: None,
@@ -451,15 +449,7 @@ impl Painter<'_> {
             return;
         };
         self.shaders = newest;
-        let ask = Ask {
-            size: [16; 2],
-            truth: Truth::All,
-            analysis: false,
-            timed: false,
-            picture: true,
-            fresh: false,
-            history: History::Whole,
-        };
+        let ask = Ask { size: [16; 2], ..Ask::of(&order.setup) };
         let made = Renderer::new(self.gpu.clone(), renderer.scene().clone())
             .and_then(|mut made| made.render(&order.setup, ask).map(|_| made));
         let done = made.map(|made| {
@@ -498,7 +488,7 @@ impl Painter<'_> {
         let due = self.drawn.as_ref().map_or(Change::Scene, |d| order.change(d));
         let scale = self.next_scale(order, due, rest, shown);
         let size = order.full.map(|side| ((side as f64 * scale).round() as u32).max(1));
-        let [averaged, wanted] = self.frames;
+        let [averaged, wanted] = self.facts.told.frames;
         let averages = rest && wanted > 1 && (averaged < wanted || self.moved);
         if due > Change::Nothing || size != self.size || rest && self.coarse || averages {
             if due == Change::View && size == self.size && self.redrawable(order) {
@@ -614,7 +604,7 @@ impl Painter<'_> {
         let ms = start.elapsed().as_secs_f64() * 1e3;
         renderer.collect_times(true)?;
         let traced = told.traced;
-        (self.frames, self.moved) = (told.frames, !rest);
+        self.moved = !rest;
         (self.traced, self.drawn_truth, self.coarse) = (told.truth, told.truth, coarse);
         let stays = due == Change::View && size == self.size;
         (self.gave_up, self.scale, self.size) = (false, scale, size);

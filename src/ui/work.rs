@@ -5,7 +5,7 @@ use super::pictures::{self, Subject};
 use super::stage::Picture;
 use super::{picker, timeline};
 use crate::chart::{self, Axis};
-use crate::frame::{Ask, History, MapLayer, Renderer, Shot, Truth};
+use crate::frame::{Ask, MapLayer, Renderer, Shot, Truth};
 use crate::gpu::Gpu;
 use crate::measure::advise::{self, Advice, Budget};
 use crate::measure::stability::{self, Stability};
@@ -438,10 +438,7 @@ fn small(
         None => (timeline::pictured(renderer.scene())?, pictures::SIZE),
     };
     let truth = if setup.needs_truth() { Truth::All } else { Truth::Off };
-    renderer.render(
-        &setup,
-        Ask { size, truth, analysis: false, timed: false, picture: true, fresh: false, history: History::Whole },
-    )?;
+    renderer.render(&setup, Ask { size, truth, ..Ask::of(&setup) })?;
     Ok(ColorImage::from_rgba_unmultiplied(size.map(|s| s as usize), &renderer.read_picture()?))
 }
 

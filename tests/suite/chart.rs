@@ -1,6 +1,6 @@
 //! Charts and reports, from rows made by hand.
 
-use crate::common::Random;
+use crate::common::{Random, shadowscope};
 use resvg::usvg::roxmltree::{Document, Node};
 use resvg::usvg::{Options, Tree};
 use shadowscope::chart::{self, Axis, COSTS, ERRORS, Lines, Spot};
@@ -8,8 +8,6 @@ use shadowscope::frame::Renderer;
 use shadowscope::measure::{self, Record, params_text, report};
 use shadowscope::setup::Setup;
 use std::collections::HashSet;
-use std::path::Path;
-use std::process::{Command, Output};
 use std::sync::Arc;
 
 fn record(technique: &str, params: &str, gpu_ms: f64, error_share: f64) -> Record {
@@ -419,11 +417,6 @@ fn lines_are_labelled_at_their_ends() {
     assert!(chart::lines_svg(&lines).unwrap().contains("0.02"));
     lines.lines.clear();
     assert!(chart::lines_svg(&lines).is_err());
-}
-
-fn shadowscope(folder: &Path, args: &[&str]) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_shadowscope"));
-    command.args(args).current_dir(folder).env("RUST_BACKTRACE", "0").output().expect("the program runs")
 }
 
 #[test]

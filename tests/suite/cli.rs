@@ -1,25 +1,9 @@
 //! The program from outside: captures, measurements, lists and errors.
 
+use crate::common::{ok, shadowscope};
 use serde_json::Value;
 use std::path::Path;
-use std::process::{Command, Output};
-
-fn shadowscope(folder: &Path, args: &[&str]) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_shadowscope"));
-    command
-        .args(args)
-        .current_dir(folder)
-        .env_remove("DISPLAY")
-        .env_remove("WAYLAND_DISPLAY")
-        .env("RUST_BACKTRACE", "0");
-    command.output().expect("the program runs")
-}
-
-fn ok(folder: &Path, args: &[&str]) -> Output {
-    let out = shadowscope(folder, args);
-    assert!(out.status.success(), "{args:?}: {}", String::from_utf8_lossy(&out.stderr));
-    out
-}
+use std::process::Command;
 
 fn read(folder: &Path, name: &str) -> Vec<u8> {
     std::fs::read(folder.join(name)).unwrap()

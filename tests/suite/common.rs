@@ -1,14 +1,35 @@
 //! What the tests share: one device, and scenes made by hand.
 
 use glam::{DMat4, Vec2, Vec3};
-use shadowscope::frame::{Ask, History, Renderer, Truth};
+use shadowscope::frame::{Ask, Renderer};
 use shadowscope::gpu::Gpu;
 use shadowscope::light::Light;
 use shadowscope::measure;
 use shadowscope::measure::metrics::{Errors, FACING};
 use shadowscope::scene::{Camera, Local, Material, Mesh, NamedCamera, NamedLight, Node, Scene};
 use shadowscope::setup::Setup;
+use std::path::Path;
+use std::process::{Command, Output};
 use std::sync::{Arc, OnceLock};
+
+/// Runs the program in a folder, without a display.
+pub fn shadowscope(folder: &Path, args: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_shadowscope"));
+    command
+        .args(args)
+        .current_dir(folder)
+        .env_remove("DISPLAY")
+        .env_remove("WAYLAND_DISPLAY")
+        .env("RUST_BACKTRACE", "0");
+    command.output().expect("the program runs")
+}
+
+/// As [`shadowscope`], where it must succeed.
+pub fn ok(folder: &Path, args: &[&str]) -> Output {
+    let out = shadowscope(folder, args);
+    assert!(out.status.success(), "{args:?}: {}", String::from_utf8_lossy(&out.stderr));
+    out
+}
 
 /// The device that all tests of a file use.
 pub fn gpu() -> Arc<Gpu> {
@@ -186,15 +207,7 @@ pub fn facing(r: &mut Renderer) -> u64 {
 }
 
 pub fn ask(setup: &Setup) -> Ask {
-    Ask {
-        size: setup.size,
-        truth: Truth::All,
-        analysis: false,
-        timed: false,
-        picture: true,
-        fresh: false,
-        history: History::Whole,
-    }
+    Ask::of(setup)
 }
 
 /// PCG (O'Neill 2014).

@@ -3,7 +3,7 @@
 use crate::common::*;
 use glam::{Vec2, Vec3};
 use shadowscope::capture;
-use shadowscope::frame::{Ask, History, Renderer, Truth, panes};
+use shadowscope::frame::{Ask, Renderer, Truth, panes};
 use shadowscope::legend::{self, Key, Known, Part};
 use shadowscope::light::LightView;
 use shadowscope::palette::{self, OCTAVES};
@@ -24,15 +24,7 @@ fn yard_setup() -> (Renderer, Setup) {
 }
 
 fn whole(setup: &Setup) -> Ask {
-    Ask {
-        size: setup.size,
-        truth: Truth::All,
-        analysis: false,
-        timed: true,
-        picture: true,
-        fresh: false,
-        history: History::Whole,
-    }
+    Ask { timed: true, ..Ask::of(setup) }
 }
 
 /// The picture of a set-up, a colour a pixel.

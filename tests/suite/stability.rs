@@ -1,5 +1,6 @@
 //! The stability cases: that they hold what they promise, and that what is counted along them is right.
 
+use crate::common::shadowscope;
 use glam::Vec3;
 use serde_json::Value;
 use shadowscope::frame::Renderer;
@@ -11,7 +12,6 @@ use shadowscope::setup::Setup;
 use shadowscope::techniques;
 use shadowscope::truth::Samples;
 use std::path::Path;
-use std::process::{Command, Output};
 use std::sync::Arc;
 
 fn case(id: &str) -> &'static Case {
@@ -301,12 +301,6 @@ fn foliage_overflows_eight_bits() {
     assert!(high >= Some(256), "the light of a high sun passes {high:?} layers at most");
     (case.place)(&mut setup, 1.0);
     assert!(most(&setup) < high);
-}
-
-fn shadowscope(folder: &Path, args: &[&str]) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_shadowscope"));
-    command.args(args).current_dir(folder).env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY");
-    command.output().expect("the program runs")
 }
 
 #[test]

@@ -1,20 +1,10 @@
 //! Sweeps from outside: one order, parts that join, work that is not lost, times that can be believed, advice.
 
+use crate::common::{ok, shadowscope};
 use serde_json::Value;
 use shadowscope::measure::{self, Record};
 use std::path::Path;
-use std::process::{Command, Output};
-
-fn shadowscope(folder: &Path, args: &[&str]) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_shadowscope"));
-    command.args(args).current_dir(folder).env("RUST_BACKTRACE", "0").output().expect("the program runs")
-}
-
-fn ok(folder: &Path, args: &[&str]) -> Output {
-    let out = shadowscope(folder, args);
-    assert!(out.status.success(), "{args:?}: {}", String::from_utf8_lossy(&out.stderr));
-    out
-}
+use std::process::Output;
 
 /// The message of a refusal: one line.
 fn refused(folder: &Path, args: &[&str]) -> String {

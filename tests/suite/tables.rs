@@ -1,19 +1,7 @@
 //! Tables of Markdown pages: measured by the command that stands above them, the rest of the page left alone.
 
+use crate::common::{ok, shadowscope};
 use serde_json::Value;
-use std::path::Path;
-use std::process::{Command, Output};
-
-fn shadowscope(folder: &Path, args: &[&str]) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_shadowscope"));
-    command.args(args).current_dir(folder).env("RUST_BACKTRACE", "0").output().expect("the program runs")
-}
-
-fn ok(folder: &Path, args: &[&str]) -> Output {
-    let out = shadowscope(folder, args);
-    assert!(out.status.success(), "{args:?}: {}", String::from_utf8_lossy(&out.stderr));
-    out
-}
 
 const ABOVE: &str = "# Filters\r\n\nHand-written:\n\n| a | b |\n|---|---|\n| 1 | 2 |\n\n```md\n\
                      <!-- shadowscope table nonsense -->\n| kept |\n```\n\n";

@@ -2,7 +2,7 @@
 
 use super::{Bench, short};
 use crate::chart::Lines;
-use crate::frame::{Ask, History, Truth};
+use crate::frame::{Ask, Truth};
 use crate::light::Light;
 use crate::map::fit::{Scope, lispsm, warped};
 use crate::measure::table;
@@ -54,18 +54,8 @@ fn floor(b: &mut Bench, technique: &str, sets: &[&str]) -> Result<Vec<[f64; 2]>>
     for set in sets {
         setup.set(set, &[technique.into()])?;
     }
-    renderer.render(
-        &setup,
-        Ask {
-            size: SIZE,
-            truth: Truth::Off,
-            analysis: true,
-            timed: false,
-            picture: false,
-            fresh: false,
-            history: History::Whole,
-        },
-    )?;
+    renderer
+        .render(&setup, Ask { size: SIZE, truth: Truth::Off, analysis: true, picture: false, ..Ask::of(&setup) })?;
     let m = renderer.analysis().aliasing(&renderer.gpu)?.with_context(|| format!("{technique} has no maps"))?;
     let places = renderer.read_position()?;
     Ok(places.iter().zip(m).filter(|(_, m)| m[0] > 0.0).map(|(p, m)| [p[3] as f64, m[1] as f64]).collect())

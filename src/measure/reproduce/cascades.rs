@@ -2,7 +2,7 @@
 
 use super::kenzel::SIZE;
 use super::{Bench, holds, short, with};
-use crate::frame::{Ask, History, Truth};
+use crate::frame::Ask;
 use crate::measure::metrics::{FACING, TOLERANCE};
 use crate::measure::{self, Record, table};
 use crate::scene::Camera;
@@ -103,18 +103,8 @@ pub fn seam(b: &mut Bench) -> Result<String> {
         let (mut texels, mut seen, mut inside) = (Vec::new(), Vec::new(), Vec::new());
         for z in [STRIP[1], STRIP[0]] {
             let (renderer, _) = b.open(&start.scene)?;
-            renderer.render(
-                &split(z)?,
-                Ask {
-                    size: SIZE,
-                    truth: Truth::All,
-                    analysis: true,
-                    timed: false,
-                    picture: false,
-                    fresh: false,
-                    history: History::Whole,
-                },
-            )?;
+            let at = split(z)?;
+            renderer.render(&at, Ask { analysis: true, picture: false, ..Ask::of(&at) })?;
             let m = renderer.analysis().aliasing(&renderer.gpu)?.context("pssm has maps")?;
             let (mask, points) = (renderer.read_mask()?, renderer.read_position()?);
             inside = (0..mask.len())

@@ -2,7 +2,7 @@
 
 use super::{Bench, picture, short};
 use crate::capture::write_png;
-use crate::frame::{Ask, History, Renderer, Truth};
+use crate::frame::{Ask, Renderer};
 use crate::light::Light;
 use crate::measure::timing::{self, Times};
 use crate::measure::{self, table};
@@ -225,18 +225,7 @@ fn details(renderer: &mut Renderer, all: &[(&Method, Setup)], view: &str) -> Res
     let mut sheet = image::RgbaImage::from_pixel(size[0], size[1], image::Rgba([255; 4]));
     for (i, (_, setup)) in (0..).zip(all) {
         let shown = Setup { view: view.into(), ..setup.clone() };
-        renderer.render(
-            &shown,
-            Ask {
-                size: SIZE,
-                truth: Truth::All,
-                analysis: false,
-                timed: false,
-                picture: true,
-                fresh: false,
-                history: History::Whole,
-            },
-        )?;
+        renderer.render(&shown, Ask { size: SIZE, ..Ask::of(&shown) })?;
         let corner = match corner {
             Some(corner) => corner,
             None => *corner.insert(worst_detail(&renderer.read_visibility()?, &renderer.read_truth()?)),

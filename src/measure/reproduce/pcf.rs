@@ -2,7 +2,7 @@
 
 use super::kenzel::SIZE;
 use super::{Bench, holds, short, with};
-use crate::frame::{Ask, History, Place, Truth};
+use crate::frame::{Ask, Place};
 use crate::measure::metrics::{self, FACING};
 use crate::measure::{self, table};
 use crate::scene::Camera;
@@ -111,18 +111,7 @@ pub fn order(b: &mut Bench) -> Result<String> {
     start.light = scene_light(renderer.scene(), "spot")?;
     let start = Setup { size: SIZE, truth_samples: Samples::Fixed(16), ..start };
     let setup = with(&start, "pcf", &["mode=grid", "kernel=3", "slope_bias=0", &format!("bias={BIAS}")])?;
-    renderer.render(
-        &setup,
-        Ask {
-            size: SIZE,
-            truth: Truth::All,
-            analysis: true,
-            timed: false,
-            picture: false,
-            fresh: false,
-            history: History::Whole,
-        },
-    )?;
+    renderer.render(&setup, Ask { analysis: true, picture: false, ..Ask::of(&setup) })?;
     let map = renderer.read_layer(0)?.context("pcf has a map")?;
     let (visibility, mask, points) = (renderer.read_visibility()?, renderer.read_mask()?, renderer.read_position()?);
     let (hard, mean) = (renderer.read_hard_truth()?, renderer.read_truth()?);
