@@ -178,6 +178,7 @@ pub struct Frame<'a> {
     frames: [u32; 2],
     offered: Option<Offered>,
     splits: Option<(Buffer, u32)>,
+    faces: Option<([Buffer; 2], u32)>,
     pieces: Option<Buffer>,
     inspected: bool,
     analysis: Option<&'a mut Analysis>,
@@ -206,6 +207,12 @@ impl Frame<'_> {
     /// Tells of how many frames the light is averaged, and of how many it is to be.
     pub fn tell_frames(&mut self, averaged: u32, wanted: u32) {
         self.frames = [averaged, wanted];
+    }
+
+    /// Tells how many faces the light's maps have, and where the GPU keeps the samples and draws of each
+    /// (`shaders/map/faces.wgsl`).
+    pub fn tell_faces(&mut self, [samples, draws]: [&Buffer; 2], faces: u32) {
+        self.faces = Some(([samples.clone(), draws.clone()], faces));
     }
 
     /// Tells where cascades meet: floats, metres along the camera's axis, one more than there are cascades.
@@ -504,6 +511,8 @@ pub struct Renderer {
     light: Option<Light>,
     /// Where the last frame's cascades meet, and how many there are.
     splits: Option<(Buffer, u32)>,
+    /// Samples and draws of the last frame's faces, and how many there are.
+    faces: Option<([Buffer; 2], u32)>,
     /// What caused the last frame's errors, if its view showed that.
     causes: Option<Causes>,
     revision: u64,
@@ -578,6 +587,7 @@ impl Renderer {
             read_warp: None,
             light: None,
             splits: None,
+            faces: None,
             causes: None,
             gpu,
             scene,
@@ -714,6 +724,7 @@ impl Renderer {
             frames: [1, 1],
             offered: None,
             splits: None,
+            faces: None,
             pieces: None,
             inspected: view.is_some_and(|v| v.source == Source::Technique),
             analysis,
@@ -732,7 +743,7 @@ impl Renderer {
         told.frames = f.frames;
         self.frames = f.frames[0];
         self.sizeless = setup.light.radius() == 0.0 && info.filter(values).is_some_and(|f| (f.sized)(values));
-        let Frame { mut recorder, offered, splits, pieces, analysis, outlines, .. } = f;
+        let Frame { mut recorder, offered, splits, faces, pieces, analysis, outlines, .. } = f;
         recorder.freeze(Vec::new());
         let mut aliasing = None;
         if let Some(analysis) = analysis {
@@ -758,6 +769,7 @@ impl Renderer {
         self.offered = offered;
         self.light = Some(setup.light);
         self.splits = splits;
+        self.faces = faces;
         self.causes = None;
         if ask.picture {
             let truth = Targets::view(self.truth.shown().context(NO_FRAME)?)?;

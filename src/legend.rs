@@ -23,6 +23,8 @@ pub struct Known {
     pub errors: Vec<Option<Errors>>,
     /// Where cascades meet, metres along the camera's axis; empty without cascades.
     pub splits: Vec<f32>,
+    /// Of each face of a light's maps the pixels that it is looked up by and the triangles drawn into it; None: not drawn.
+    pub faces: Vec<Option<[u32; 2]>>,
     /// Nearest and farthest depth of the map shown, metres along the light's axis.
     pub depth: Option<[f32; 2]>,
 }
@@ -182,10 +184,19 @@ impl Key {
             }
             Legend::Classes(classes) => key.parts.extend(classes.iter().map(class)),
             Legend::Cascades => cascades(&mut key),
+            Legend::Faces => {
+                for (i, face) in known.faces.iter().enumerate() {
+                    let name = format!("{first}{}", i + 1);
+                    let text = match face {
+                        Some([samples, triangles]) => format!("{name}: {samples} pixels, {triangles} triangles"),
+                        None => format!("{name}: not drawn"),
+                    };
+                    key.parts.push(Part::Class(LABELS[i.min(7)], text));
+                }
+            }
             Legend::Chart(area, x, y, classes) => {
                 key.parts.extend(classes.iter().map(class));
-                let ticks =
-                    |axis: view::Axis| Ticks { what: axis.what.into(), marks: span_ticks(axis.span, &known.splits) };
+                let ticks = |axis: view::Axis| Ticks { what: axis.what.into(), marks: span_ticks(axis.span, known) };
                 key.chart = Some(Chart::Plot(area, [ticks(x), ticks(y)]));
             }
             Legend::Side => {
@@ -295,11 +306,11 @@ fn log_ticks(low: f64, high: f64, most: usize) -> Vec<(f32, String)> {
     values.iter().map(|v| (((v / low).ln() / (high / low).ln()) as f32, chart::short(*v))).collect()
 }
 
-fn span_ticks(span: Span, splits: &[f32]) -> Vec<(f32, String)> {
+fn span_ticks(span: Span, known: &Known) -> Vec<(f32, String)> {
     match span {
         Span::Linear(low, high) => linear_ticks(low.into(), high.into(), 5),
         Span::Root => [0.0, 0.01, 0.05, 0.1, 0.25, 0.5, 1.0f64].map(|s| (s.sqrt() as f32, percent(s))).into(),
-        Span::Splits => match splits {
+        Span::Splits => match known.splits.as_slice() {
             [low, .., high] => log_ticks((*low).into(), (*high).into(), 7),
             _ => Vec::new(),
         },
@@ -307,6 +318,14 @@ fn span_ticks(span: Span, splits: &[f32]) -> Vec<(f32, String)> {
             let at = |bin: u32| (bin as f32 + 0.5) / bins as f32;
             let octaves = (1..bins).step_by(2).map(|bin| (at(bin), (1u64 << ((bin - 1) / 2)).to_string()));
             [(at(0), "0".to_string())].into_iter().chain(octaves).collect()
+        }
+        Span::Octaves(octaves) => {
+            let at = |i: i32| (i + octaves) as f32 / (2 * octaves) as f32;
+            (-octaves..=octaves).map(|i| (at(i), chart::short(2f64.powi(i)))).collect()
+        }
+        Span::Faces => {
+            let count = known.faces.len();
+            (0..count).map(|i| ((i as f32 + 0.5) / count as f32, (i + 1).to_string())).collect()
         }
     }
 }
@@ -627,7 +646,7 @@ mod tests {
         assert_eq!(texts(linear_ticks(-1.0, 1.0, 5)), ["−1", "−0.5", "0", "0.5", "1"]);
         assert_eq!(texts(linear_ticks(0.0, 37.0, 5)), ["0", "10", "20", "30"]);
         assert_eq!(texts(log_ticks(0.1, 12.0, 7)), ["0.1", "0.2", "0.5", "1", "2", "5", "10"]);
-        let halves = span_ticks(Span::HalfOctaves(20), &[]);
+        let halves = span_ticks(Span::HalfOctaves(20), &Known::default());
         assert_eq!(halves[1].1, "1");
         assert_eq!(halves[3].1, "4");
         assert!(linear_ticks(1.0, 1.0, 5).is_empty() && log_ticks(0.0, 1.0, 5).is_empty());

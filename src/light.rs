@@ -203,6 +203,8 @@ pub struct LightView {
 impl LightView {
     /// `perspective` of a view whose image is warped: its depth is linear and drawn by fragments.
     pub const WARPED: u32 = 2;
+    /// Of a paraboloid's: its depth is the distance from the light.
+    pub const PARABOLOID: u32 = 3;
 
     /// Linear depth in metres along the axis of a stored depth, as `linear_depth` in WGSL.
     pub fn linear_depth(&self, d: f32) -> f32 {

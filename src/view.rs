@@ -104,6 +104,8 @@ pub enum Legend {
     Classes(&'static [Class]),
     /// A class for each cascade, with its range of depths.
     Cascades,
+    /// A class for each face of a light's maps, with the pixels that it is looked up by and the triangles drawn into it.
+    Faces,
     /// A chart: its axes, and what is drawn in it.
     Chart(Area, Axis, Axis, &'static [Class]),
     /// The upright plane through the camera's axis: distances along it, and the cascades.
@@ -164,6 +166,10 @@ pub enum Span {
     Splits,
     /// None, 1, and on in half octaves, so many bins.
     HalfOctaves(u32),
+    /// Logarithmic around 1, so many octaves down and up.
+    Octaves(i32),
+    /// Faces of a light's maps, from the first to the last.
+    Faces,
 }
 
 const fn common(

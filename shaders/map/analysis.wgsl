@@ -10,5 +10,5 @@ fn place(s: Surface, dx: vec3f, dy: vec3f) -> Place {
     // Beside a map that is smaller than its layer lies nothing; on its very edge, whatever the rounding, the map.
     let beside = any(texel > vec2f(v.resolution + 0.02));
     let inner = select(min(texel, vec2f(v.resolution - 0.01)), vec2f(-1.0), beside);
-    return Place(inner, layer, map_along(v, dx, clip).xy, map_along(v, dy, clip).xy);
+    return Place(inner, texture_layer(layer), map_along(v, dx, clip).xy, map_along(v, dy, clip).xy);
 }

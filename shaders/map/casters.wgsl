@@ -42,6 +42,29 @@ fn clamped_masked_caster(v: Corner) -> Caster {
     return Caster(clamped(light_clip(light_view, v.position)), v.uv, v.material);
 }
 
+// The part of a map that a view draws into where several share it: half planes whose products with a place (texels, 1) are not
+// negative.
+var<uniform> region: array<vec4f, 2>;
+
+fn outside_part(clip: vec4f) -> bool {
+    let at = vec3f(clip.xy, 1.0);
+    return dot(region[0].xyz, at) < 0.0 || dot(region[1].xyz, at) < 0.0;
+}
+
+@fragment
+fn part(@builtin(position) clip: vec4f) {
+    if outside_part(clip) {
+        discard;
+    }
+}
+
+@fragment
+fn part_masked(in: Caster) {
+    if outside_part(in.clip) || masked_out(materials[in.material], in.uv) {
+        discard;
+    }
+}
+
 // A warped view: depth is linear, so it is no affine function of the place in the map, and each fragment writes its own.
 struct WarpedCaster {
     @builtin(position) clip: vec4f,

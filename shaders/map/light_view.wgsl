@@ -11,7 +11,8 @@ struct LightView {
     axis: vec4f,
     near: f32,
     far: f32,
-    // 1: perspective (a spot's map), 0: orthographic, 2: a projective warp of the image, whose stored depth is linear.
+    // 1: perspective (a spot's map), 0: orthographic, 2: a projective warp of the image, whose stored depth is linear, 3: a paraboloid,
+    // whose depth is the distance from the light, linear: see `paraboloid_clip`.
     perspective: u32,
     // Side of a shadow-map texel in metres; perspective: at a depth of 1 m. A warp's texels differ: see `texel_size`.
     texel: f32,
@@ -28,9 +29,46 @@ struct LightView {
 var<uniform> light_view: LightView;
 var<uniform> light_views: array<LightView, most_layers>;
 
+// Where a paraboloid's view sees a point: in the light's frame, metres from the light. Its axis is z.
+fn light_frame(v: LightView, position: vec3f) -> vec3f {
+    let p = vec4f(position, 1.0);
+    return vec3f(dot(v.row_x, p), dot(v.row_y, p), dot(v.axis, p));
+}
+
+// The paraboloid's image of a point q of the light's frame is q.xy / (|q| + q.z): the equator becomes the unit circle (Brabec,
+// Annen, Seidel 2002). As a quotient it is a clip position; `row_z` says which part of the image the map is: its middle and
+// the inverse of half its sides.
+fn paraboloid_clip(v: LightView, q: vec3f) -> vec4f {
+    let w = length(q) + q.z;
+    return vec4f((q.xy - v.row_z.xy * w) * v.row_z.zw, stored_depth(v, length(q)) * w, w);
+}
+
+// The same point of the light's frame, from its clip position.
+fn unclipped(v: LightView, clip: vec4f) -> vec3f {
+    let xy = clip.xy / v.row_z.zw + v.row_z.xy * clip.w;
+    return vec3f(xy, 0.5 * (clip.w - dot(xy, xy) / max(clip.w, 1e-30)));
+}
+
+// The direction in the light's frame of a place of a paraboloid's map, as clip positions over w have it; not normalised.
+fn paraboloid_ray(v: LightView, ndc: vec2f) -> vec3f {
+    let at = ndc / v.row_z.zw + v.row_z.xy;
+    return vec3f(2.0 * at, 1.0 - dot(at, at));
+}
+
 fn light_clip(v: LightView, position: vec3f) -> vec4f {
+    if v.perspective == 3u {
+        return paraboloid_clip(v, light_frame(v, position));
+    }
     let p = vec4f(position, 1.0);
     return vec4f(dot(v.row_x, p), dot(v.row_y, p), dot(v.row_z, p), dot(v.row_w, p));
+}
+
+// Linear depth of a point, metres: along the light's axis, or, in a paraboloid, from the light.
+fn depth_in(v: LightView, position: vec3f) -> f32 {
+    if v.perspective == 3u {
+        return length(light_frame(v, position));
+    }
+    return dot(v.axis, vec4f(position, 1.0));
 }
 
 // Stored depth of a linear depth z in metres.
@@ -60,6 +98,14 @@ fn light_texel(v: LightView, clip: vec4f) -> vec2f {
 // Texels and stored depth gained as a point with this clip position moves by t: the derivative. w: the share of clip.w
 // that a warp gains.
 fn along(v: LightView, t: vec3f, clip: vec4f) -> vec4f {
+    if v.perspective == 3u {
+        let q = unclipped(v, clip);
+        let step = vec3f(dot(v.row_x.xyz, t), dot(v.row_y.xyz, t), dot(v.axis.xyz, t));
+        let farther = dot(q, step) / max(length(q), 1e-30);
+        let w = farther + step.z;
+        let xy = (step.xy * clip.w - q.xy * w) / (clip.w * clip.w) * v.row_z.zw;
+        return vec4f(0.5 * v.resolution * vec2f(xy.x, -xy.y), -farther / (v.far - v.near), 0.0);
+    }
     let d = vec4f(dot(v.row_x.xyz, t), dot(v.row_y.xyz, t), dot(v.row_z.xyz, t), dot(v.row_w.xyz, t));
     let ndc = (d.xyz * clip.w - clip.xyz * d.w) / (clip.w * clip.w);
     let texels = 0.5 * v.resolution * vec2f(ndc.x, -ndc.y);
@@ -84,7 +130,7 @@ fn scale_of(v: LightView) -> vec2f {
 
 // Longest extent in metres of the texel at a point, seen across the light's beam; `to_light` is a unit vector.
 fn texel_size(v: LightView, position: vec3f, to_light: vec3f) -> f32 {
-    if v.perspective != 2u {
+    if v.perspective < 2u {
         return v.texel * select(1.0, dot(v.axis, vec4f(position, 1.0)), v.perspective == 1u);
     }
     let other = select(vec3f(1.0, 0.0, 0.0), vec3f(0.0, 1.0, 0.0), abs(to_light.x) > 0.5);

@@ -6,6 +6,8 @@
 // Looking layers of maps up: a receiver's place with every bias applied, the pass that fills the visibility, and the views
 // of the look-up. It is put together with
 //     map/choose/…  fn choose(s: Surface) -> Chosen                    which layers a surface looks up
+//                   fn texture_layer(layer: u32) -> u32                which layer of the texture holds one
+//                   fn beside(r: Receiver, texel: vec2f) -> f32        visibility by a texel that lies outside the receiver's map
 //     map/place/…   fn map_texel(v: LightView, clip: vec4f) -> vec2f   where in a layer, and what goes with it
 //     map/filter/…  fn lit(s: Surface, layer: u32) -> f32              visibility by one layer
 //                   fn inspect_filter(s: Surface) -> f32               the filter's views, and inspect_look_up's
@@ -74,7 +76,7 @@ fn receive(s: Surface, layer: u32, radius: f32, tap: f32) -> Receiver {
 
     let position = s.position + s.normal * (normal_offset() * texel * sqrt(max(1.0 - cosine * cosine, 0.0)));
     let clip = light_clip(v, position);
-    let z = dot(v.axis, vec4f(position, 1.0));
+    let z = depth_in(v, position);
     // No steeper than the slope limit.
     let plane = plane_gradient(v, s.normal, clip);
     var gradient = plane.depth;
@@ -110,7 +112,7 @@ fn receive(s: Surface, layer: u32, radius: f32, tap: f32) -> Receiver {
 fn moved_to(s: Surface, layer: u32, depth: f32) -> f32 {
     let v = light_views[layer];
     let texel = map_texel_size(v, s.position, normalize(light_at(s.position).to_light));
-    return abs(dot(v.axis, vec4f(s.position, 1.0)) - linear_depth(v, depth)) / texel;
+    return abs(depth_in(v, s.position) - linear_depth(v, depth)) / texel;
 }
 
 // How stored depth, and a warp's w, change per texel along a plane.
@@ -148,12 +150,16 @@ fn outside_map(r: Receiver, texel: vec2f) -> bool {
     return any(texel < vec2f(0.0)) || any(texel >= vec2f(r.side));
 }
 
-// One nearest sample; lit outside the map, where nothing can cast.
+// One nearest sample.
 fn compare(r: Receiver, texel: vec2f) -> f32 {
     if outside_map(r, texel) {
-        return 1.0;
+        return beside(r, texel);
     }
-    return select(0.0, 1.0, depth_at(r, floor(texel) + 0.5) >= textureLoad(shadow_maps, vec2u(texel), r.layer, 0));
+    return select(0.0, 1.0, depth_at(r, floor(texel) + 0.5) >= drawn_depth(r.layer, vec2u(texel)));
+}
+
+fn drawn_depth(layer: u32, texel: vec2u) -> f32 {
+    return textureLoad(shadow_maps, texel, texture_layer(layer), 0);
 }
 
 // What to compare with at a place in the map: the depth at which its light ray meets the receiver's plane, if that is followed.

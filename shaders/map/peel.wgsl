@@ -63,6 +63,22 @@ fn peel(@builtin(position) clip: vec4f) -> @builtin(frag_depth) f32 {
 }
 
 @fragment
+fn peel_part(@builtin(position) clip: vec4f) -> @builtin(frag_depth) f32 {
+    if outside_part(clip) {
+        discard;
+    }
+    return peeled(clip, clip.z);
+}
+
+@fragment
+fn peel_part_masked(in: Caster) -> @builtin(frag_depth) f32 {
+    if outside_part(in.clip) || masked_out(materials[in.material], in.uv) {
+        discard;
+    }
+    return peeled(in.clip, in.clip.z);
+}
+
+@fragment
 fn peel_masked(in: Caster) -> @builtin(frag_depth) f32 {
     if masked_out(materials[in.material], in.uv) {
         discard;

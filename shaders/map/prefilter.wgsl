@@ -102,7 +102,7 @@ fn averaged(s: Surface, r: Receiver) -> Averaged {
     let wide = select(0.0, 1.0 / side, prefiltering.mipmaps != 0u);
     let x = wide * map_along(v, steps[0], clip).xy;
     let y = wide * map_along(v, steps[1], clip).xy;
-    return Averaged(at, x, y, r.layer * prefiltered.planes);
+    return Averaged(at, x, y, texture_layer(r.layer) * prefiltered.planes);
 }
 
 fn moments_of(a: Averaged, plane: u32) -> vec4f {
@@ -145,7 +145,7 @@ fn exact_share(r: Receiver, z: f32) -> f32 {
         let step = vec2i(i % side, i / side) - radius;
         let at = clamp(vec2i(r.texel) + step, vec2i(0), last);
         let w = exp(narrow * f32(step.x * step.x + step.y * step.y));
-        beyond += select(0.0, w, depth_share(v, textureLoad(shadow_maps, at, r.layer, 0)) >= z);
+        beyond += select(0.0, w, depth_share(v, drawn_depth(r.layer, vec2u(at))) >= z);
         weight += w;
     }
     return beyond / weight;

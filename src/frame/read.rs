@@ -87,6 +87,15 @@ impl Renderer {
             let bytes = self.gpu.read_range(splits, 0, (u64::from(*cascades) + 1) * 4)?;
             known.splits = bytemuck::pod_collect_to_vec(&bytes);
         }
+        if let Some(([samples, draws], count)) = &self.faces {
+            let words = |buffer, words: u32| -> Result<Vec<u32>> {
+                Ok(bytemuck::pod_collect_to_vec(&self.gpu.read_range(buffer, 0, u64::from(words) * 4)?))
+            };
+            let (samples, draws) = (words(samples, *count)?, words(draws, 10 * count)?);
+            // Indices of opaque and masked triangles, and whether there is an instance of them.
+            let face = |(samples, draw): (&u32, &[u32])| (draw[1] > 0).then(|| [*samples, (draw[0] + draw[5]) / 3]);
+            known.faces = samples.iter().zip(draws.chunks(10)).map(face).collect();
+        }
         if self.seen.is_some_and(|v| matches!(v.drawn, Drawn::Depth))
             && let Some(maps) = &self.offered
         {

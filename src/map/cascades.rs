@@ -1,6 +1,6 @@
 //! Cascades: several shadow maps that share the camera's depth range, one after the other.
 
-use super::casters::{Casters, DRAW, Triangles};
+use super::casters::{Casters, DRAW, Target, Triangles};
 use super::filter::Reach;
 use super::peel::{Depths, Held};
 use super::{MOST, Maps, light_views, margin};
@@ -281,7 +281,7 @@ impl Cascades {
             f.copy(&self.light_views, i as u64 * size, &self.single[i], size);
             let indices = self.indices.as_ref().unwrap_or(&scene.indices);
             let triangles = Triangles::Listed { indices, draws: &self.draws, at: 2 * i as u64 * DRAW };
-            self.casters.draw_depths(f, (&depths, i), *side, &self.single[i], &triangles, false)?;
+            self.casters.draw_depths(f, (&depths, i), Target::whole(*side, &self.single[i], false), &triangles)?;
         }
         let bound: Vec<_> = vec![("fitting", (&self.fitting).into()), ("splits", (&self.splits).into())];
         f.keep_table("splits", &self.splits);

@@ -3,13 +3,53 @@
 use super::peel::{Depths, Peel};
 use super::{CasterParams, HardwareParams};
 use crate::frame::Frame;
-use crate::gpu::{Buffer, Gpu, Pass, Raster, hold};
+use crate::gpu::{Buffer, Gpu, Pass, Raster, Resource, hold};
 use crate::params::Params;
 use crate::scene::geometry::{SceneGpu, Vertex};
 use anyhow::Result;
 
-/// What the pipelines depend on: culling, the layer's format, the rasteriser's bias, and whether the view is warped.
-type State = (String, wgpu::TextureFormat, HardwareParams, bool);
+/// What the pipelines depend on: culling, the layer's format, the rasteriser's bias, and how the view is drawn.
+type State = (String, wgpu::TextureFormat, HardwareParams, Drawing);
+
+/// How a view's casters are drawn.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Drawing {
+    /// As its matrix says.
+    #[default]
+    Straight,
+    /// Its `perspective` is [`LightView::WARPED`](crate::light::LightView::WARPED).
+    Warped,
+    /// As its matrix says, into a part of the map: `region` is bound.
+    Part,
+}
+
+/// Where a view's casters go.
+#[derive(Clone, Copy)]
+pub struct Target<'a> {
+    /// Texels of the map's side.
+    pub side: u32,
+    pub light_view: &'a Buffer,
+    pub drawing: Drawing,
+    /// Of [`Drawing::Part`]: two half planes, as `region` in `shaders/map/casters.wgsl`.
+    pub region: Option<&'a Buffer>,
+    /// The layer holds nothing yet: all of it is cleared before.
+    pub first: bool,
+}
+
+impl<'a> Target<'a> {
+    /// All of a layer.
+    pub fn whole(side: u32, light_view: &'a Buffer, warped: bool) -> Target<'a> {
+        let drawing = if warped { Drawing::Warped } else { Drawing::Straight };
+        Target { side, light_view, drawing, region: None, first: true }
+    }
+
+    /// What the casters' passes bind.
+    pub fn bound(&self) -> Vec<(&'static str, Resource)> {
+        let mut bound = vec![("light_view", self.light_view.into())];
+        bound.extend(self.region.map(|region| ("region", region.into())));
+        bound
+    }
+}
 
 /// The passes that draw opaque and masked casters into a layer, made anew when what they depend on changes.
 pub struct Casters {
@@ -47,30 +87,22 @@ impl Casters {
         Casters { names, passes: None, peel: Peel::default() }
     }
 
-    /// Draws casters into a layer, all of it cleared before. `side`: texels of the map in it; `warped`: the view's
-    /// `perspective` is [`LightView::WARPED`](crate::light::LightView::WARPED).
+    /// Draws casters into a layer.
     ///
     /// # Errors
     /// Passes that cannot be made.
-    pub fn draw(
-        &mut self,
-        f: &mut Frame,
-        layer: &wgpu::TextureView,
-        side: u32,
-        light_view: &Buffer,
-        triangles: &Triangles,
-        warped: bool,
-    ) -> Result<()> {
+    pub fn draw(&mut self, f: &mut Frame, layer: &wgpu::TextureView, to: Target, triangles: &Triangles) -> Result<()> {
         let cull = CasterParams::read(f.values).cull;
-        let state = (cull, layer.texture().format(), HardwareParams::read(f.values), warped);
+        let state = (cull, layer.texture().format(), HardwareParams::read(f.values), to.drawing);
         let names = self.names;
         let [opaque, masked] = hold(&mut self.passes, state, |state| passes(f.gpu, names, state))?;
         let scene = f.scene;
-        let issue = |p: &mut wgpu::RenderPass, which| triangles.draw(scene, p, side, which);
+        let issue = |p: &mut wgpu::RenderPass, which| triangles.draw(scene, p, to.side, which);
         let depth = Some((layer, 0.0));
-        f.run(opaque).bind("light_view", light_view).draw(&[], depth, true, |p| issue(p, 0));
+        let bound = to.bound();
+        f.run(opaque).bind_all(&bound).draw(&[], depth, to.first, |p| issue(p, 0));
         if scene.opaque_count < scene.triangle_count {
-            f.run(masked).bind("light_view", light_view).draw(&[], depth, false, |p| issue(p, 1));
+            f.run(masked).bind_all(&bound).draw(&[], depth, false, |p| issue(p, 1));
         }
         Ok(())
     }
@@ -83,15 +115,13 @@ impl Casters {
         &mut self,
         f: &mut Frame,
         (depths, i): (&Depths, usize),
-        side: u32,
-        light_view: &Buffer,
+        to: Target,
         triangles: &Triangles,
-        warped: bool,
     ) -> Result<()> {
         let nearest = &depths.nearest.each[i];
-        self.draw(f, nearest, side, light_view, triangles, warped)?;
+        self.draw(f, nearest, to, triangles)?;
         match &depths.peeled {
-            Some(to) => self.peel.draw(f, [nearest, &to.each[i]], side, light_view, triangles, warped),
+            Some(peeled) => self.peel.draw(f, [nearest, &peeled.each[i]], to, triangles),
             None => Ok(()),
         }
     }
@@ -114,7 +144,8 @@ impl Triangles<'_> {
 
 /// Vertex shaders for opaque and masked casters, and whether casters between the light and the near plane stay by themselves:
 /// they lie flat on it (pancaking).
-pub fn vertices(gpu: &Gpu, warped: bool) -> ([&'static str; 2], bool) {
+pub fn vertices(gpu: &Gpu, drawing: Drawing) -> ([&'static str; 2], bool) {
+    let warped = drawing == Drawing::Warped;
     let unclipped_depth = !warped && gpu.features.contains(wgpu::Features::DEPTH_CLIP_CONTROL);
     let names = match (warped, unclipped_depth) {
         (true, _) => ["warped_caster", "warped_caster"],
@@ -125,8 +156,8 @@ pub fn vertices(gpu: &Gpu, warped: bool) -> ([&'static str; 2], bool) {
     (names, unclipped_depth)
 }
 
-fn passes(gpu: &Gpu, names: [&'static str; 2], (cull, format, hardware, warped): &State) -> Result<[Pass; 2]> {
-    let ([opaque, masked], unclipped_depth) = vertices(gpu, *warped);
+fn passes(gpu: &Gpu, names: [&'static str; 2], (cull, format, hardware, drawing): &State) -> Result<[Pass; 2]> {
+    let ([opaque, masked], unclipped_depth) = vertices(gpu, *drawing);
     let pass = |name, vertex, fragment: Option<&str>| {
         let raster = Raster {
             vertex,
@@ -147,6 +178,10 @@ fn passes(gpu: &Gpu, names: [&'static str; 2], (cull, format, hardware, warped):
         };
         Pass::render(gpu, name, "map/casters.wgsl", raster, &[])
     };
-    let fragments = if *warped { [Some("warped"), Some("warped_masked")] } else { [None, Some("masked")] };
+    let fragments = match drawing {
+        Drawing::Straight => [None, Some("masked")],
+        Drawing::Warped => [Some("warped"), Some("warped_masked")],
+        Drawing::Part => [Some("part"), Some("part_masked")],
+    };
     Ok([pass(names[0], opaque, fragments[0])?, pass(names[1], masked, fragments[1])?])
 }

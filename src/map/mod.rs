@@ -6,10 +6,12 @@
 
 pub mod cascades;
 pub mod casters;
+pub mod faces;
 pub mod filter;
 pub mod fit;
 mod layers;
 pub mod noise;
+pub mod paraboloid;
 pub mod peel;
 pub mod prefilter;
 pub mod single;

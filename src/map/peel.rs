@@ -1,9 +1,9 @@
 //! What a texel stands for beside its nearest surface: something between that and the next one, or the next one.
 
-use super::casters::{Triangles, format, vertices};
+use super::casters::{Drawing, Target, Triangles, format, vertices};
 use super::{CasterParams, Layers};
 use crate::frame::Frame;
-use crate::gpu::{Buffer, Gpu, Pass, Raster, hold};
+use crate::gpu::{Gpu, Pass, Raster, hold};
 use crate::params::Params;
 use crate::scene::geometry::Vertex;
 use anyhow::Result;
@@ -55,8 +55,8 @@ impl Depths {
     }
 }
 
-/// What the pipelines depend on: culling, the layer's format, and whether the view is warped.
-type State = (String, wgpu::TextureFormat, bool);
+/// What the pipelines depend on: culling, the layer's format, and how the view is drawn.
+type State = (String, wgpu::TextureFormat, Drawing);
 
 /// The passes that make a layer of the two nearest surfaces: texels with one surface only, opaque and masked casters.
 #[derive(Default)]
@@ -72,18 +72,17 @@ impl Peel {
     pub fn draw(
         &mut self,
         f: &mut Frame,
-        [nearest, to]: [&wgpu::TextureView; 2],
-        side: u32,
-        light_view: &Buffer,
+        [nearest, layer]: [&wgpu::TextureView; 2],
+        to: Target,
         triangles: &Triangles,
-        warped: bool,
     ) -> Result<()> {
-        let state = (CasterParams::read(f.values).cull, to.texture().format(), warped);
+        let state = (CasterParams::read(f.values).cull, layer.texture().format(), to.drawing);
         let [alone, opaque, masked] = hold(&mut self.passes, state, |state| passes(f.gpu, state))?;
         let scene = f.scene;
-        let bound = [("light_view", light_view.into()), ("nearest_depth", nearest.into())];
-        let depth = Some((to, 0.0));
-        f.run(alone).bind_all(&bound).uncounted().draw(&[], depth, true, |p| {
+        let mut bound = to.bound();
+        bound.push(("nearest_depth", nearest.into()));
+        let (side, depth) = (to.side, Some((layer, 0.0)));
+        f.run(alone).bind_all(&bound).uncounted().draw(&[], depth, to.first, |p| {
             p.set_viewport(0.0, 0.0, side as f32, side as f32, 0.0, 1.0);
             p.draw(0..3, 0..1);
         });
@@ -95,10 +94,10 @@ impl Peel {
     }
 }
 
-fn passes(gpu: &Gpu, (cull, format, warped): &State) -> Result<[Pass; 3]> {
+fn passes(gpu: &Gpu, (cull, format, drawing): &State) -> Result<[Pass; 3]> {
     let groups = [CasterParams::GROUP, StoredParams::GROUP];
     let pass = |name, raster| Pass::render(gpu, name, "map/peel.wgsl", raster, &groups);
-    let ([opaque, masked], unclipped_depth) = vertices(gpu, *warped);
+    let ([opaque, masked], unclipped_depth) = vertices(gpu, *drawing);
     let casters = |vertex, fragment| Raster {
         vertex,
         unclipped_depth,
@@ -108,7 +107,11 @@ fn passes(gpu: &Gpu, (cull, format, warped): &State) -> Result<[Pass; 3]> {
         vertices: Some(Vertex::LAYOUT),
         ..Raster::default()
     };
-    let fragments = if *warped { ["peel_warped", "peel_warped_masked"] } else { ["peel", "peel_masked"] };
+    let fragments = match drawing {
+        Drawing::Straight => ["peel", "peel_masked"],
+        Drawing::Warped => ["peel_warped", "peel_warped_masked"],
+        Drawing::Part => ["peel_part", "peel_part_masked"],
+    };
     let alone = Raster {
         vertex: "whole_layer",
         fragment: Some("single_surface"),

@@ -1,6 +1,6 @@
 //! A single map: one light view, as it is given or narrowed to the receivers in the picture.
 
-use super::casters::{Casters, Triangles};
+use super::casters::{Casters, Target, Triangles};
 use super::filter::Reach;
 use super::fit::{Kept, Scope, msf};
 use super::peel::{Depths, Held};
@@ -113,7 +113,8 @@ impl ShadowMap {
         let sides = vec![MapParams::read(f.values).resolution];
         let depths = Depths::hold(&mut self.layers, f, &sides)?;
         let warped = view.perspective == LightView::WARPED;
-        self.casters.draw_depths(f, (&depths, 0), sides[0], &light_views, &Triangles::All, warped)?;
+        let to = Target::whole(sides[0], &light_views, warped);
+        self.casters.draw_depths(f, (&depths, 0), to, &Triangles::All)?;
         f.outline_view(&light_views);
         Ok(Maps { layers: depths.looked_up(), light_views, sides, bound: Vec::new() })
     }

@@ -4,7 +4,7 @@ use super::{Info, MAPS, NEAREST, Technique};
 use crate::frame::Frame;
 use crate::gpu::{Gpu, Pass};
 use crate::map::Layers;
-use crate::map::casters::{Casters, Triangles};
+use crate::map::casters::{Casters, Target, Triangles};
 use crate::map::filter::alone;
 use crate::map::warp::node_grid::{self, NodeGrid};
 use crate::map::warp::{self, RasterParams, Warped};
@@ -91,7 +91,7 @@ impl Technique for Dsm {
         bound.extend([("light_view", (&base.light_view).into()), ("plain_map", map.into())]);
         if base.changed {
             // Linear depth, as the look-up has it.
-            self.casters.draw(f, map, resolution, &base.light_view, &Triangles::All, true)?;
+            self.casters.draw(f, map, Target::whole(resolution, &base.light_view, true), &Triangles::All)?;
             f.run(&self.importance).bind_all(&bound).dispatch(p.grid, p.grid, 1);
             self.grid.solve(f, &bound);
         }

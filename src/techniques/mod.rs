@@ -1,7 +1,9 @@
 //! The techniques: the trait they implement and the registry they stand in.
 
 mod csm_convolution;
+mod cube;
 mod dsm;
+mod dual_paraboloid;
 mod esm;
 mod evsm;
 mod fem_grid;
@@ -171,6 +173,8 @@ pub static ALL: &[&Info] = &[
     &notw::INFO,
     &dsm::INFO,
     &fem_grid::INFO,
+    &cube::INFO,
+    &dual_paraboloid::INFO,
     &rt_hard::INFO,
 ];
 

@@ -4,7 +4,7 @@ use super::{Info, MAPS, NEAREST, Technique};
 use crate::frame::Frame;
 use crate::gpu::{Buffer, Gpu, Pass, Resource, hold};
 use crate::map::Layers;
-use crate::map::casters::{Casters, Triangles};
+use crate::map::casters::{Casters, Target, Triangles};
 use crate::map::filter::alone;
 use crate::map::warp::{self, RasterParams, Warped, storage};
 use crate::map::{BiasParams, CasterParams, MapParams};
@@ -193,7 +193,7 @@ impl Technique for Rtw {
                 let format = wgpu::TextureFormat::Depth32Float;
                 let depth = Layers::hold(&mut self.light_depth, f.gpu, &[bins], format)?.each[0].clone();
                 // A view whose depth is linear, as the base of every warp.
-                self.casters.draw(f, &depth, bins, &base.light_view, &Triangles::All, true)?;
+                self.casters.draw(f, &depth, Target::whole(bins, &base.light_view, true), &Triangles::All)?;
                 let groups = bins.div_ceil(8);
                 f.run(&self.texels)
                     .bind_all(&bound)

@@ -10,6 +10,14 @@ fn choose(s: Surface) -> Chosen {
     return Chosen(i, i + 1u, blend_of(depth, i));
 }
 
+fn texture_layer(layer: u32) -> u32 {
+    return layer;
+}
+
+fn beside(r: Receiver, texel: vec2f) -> f32 {
+    return 1.0;
+}
+
 // The maps side by side, fitted into the picture as the counts are; near bright.
 fn maps_picture(pixel: vec2u) -> f32 {
     let columns = u32(ceil(sqrt(f32(fitting.count))));

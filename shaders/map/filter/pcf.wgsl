@@ -129,16 +129,18 @@ fn lit(s: Surface, layer: u32) -> f32 {
         let t = tap(i, r.texel, turn);
         let texel = r.texel + t.offset * stretched;
         if hardware() {
-            var v = 1.0;
-            if !outside_map(r, texel) {
-                v = textureSampleCompareLevel(shadow_maps, compare_sampler, texel / f32(textureDimensions(shadow_maps).x), layer, depth_at_four(r, texel));
+            var v: f32;
+            if outside_map(r, texel) {
+                v = beside(r, texel);
+            } else {
+                v = textureSampleCompareLevel(shadow_maps, compare_sampler, texel / f32(textureDimensions(shadow_maps).x), texture_layer(layer), depth_at_four(r, texel));
             }
             lit += t.weight * v;
         } else {
             let v = compare(r, texel);
             lit += t.weight * v;
             if filtering.mode == mode_dpcf && v == 0.0 {
-                before += t.weight * linear_depth(light_views[layer], textureLoad(shadow_maps, vec2u(texel), layer, 0));
+                before += t.weight * linear_depth(light_views[layer], drawn_depth(layer, vec2u(texel)));
             }
         }
     }
@@ -164,7 +166,7 @@ fn softness(s: Surface, layer: u32, casters: f32) -> f32 {
     // The corner of the box that the light meets first; a view's own near plane may be another in each cascade.
     let corner = select(frame.bounds_max, frame.bounds_min, v.axis.xyz > vec3f(0.0));
     let first = select(0.0, dot(v.axis, vec4f(corner, 1.0)), frame.light_kind == directional);
-    let depth = dot(v.axis, vec4f(s.position, 1.0));
+    let depth = depth_in(v, s.position);
     return saturate(filtering.ratio_scale * (depth - casters) / max(casters - first, 1e-6 * max(depth - first, 1e-6)));
 }
 

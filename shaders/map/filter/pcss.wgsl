@@ -27,7 +27,7 @@ fn begin(s: Surface, layer: u32) -> Search {
     var search: Search;
     search.here = receive(s, layer, 0.0, 1.0);
     search.there = search.here;
-    search.depth = dot(v.axis, vec4f(s.position, 1.0));
+    search.depth = depth_in(v, s.position);
     search.density = texels_per_metre(s, layer);
     search.turn = turn_of(s.pixel);
     return search;
@@ -54,7 +54,7 @@ fn search_casters(s: Surface, layer: u32, search: ptr<function, Search>) -> f32 
         let r = at_tap(*search, offset);
         let texel = r.texel + offset;
         if compare(r, texel) == 0.0 {
-            sum += linear_depth(v, textureLoad(shadow_maps, vec2u(texel), layer, 0));
+            sum += linear_depth(v, drawn_depth(layer, vec2u(texel)));
             found++;
         }
     }

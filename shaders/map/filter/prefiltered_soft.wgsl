@@ -69,7 +69,7 @@ fn casters_in(s: Surface, layer: u32, half: vec2f) -> vec2f {
         let cell = vec2f(vec2u((i - 1u) % k, (i - 1u) / k));
         let at = whole.texel + select(part_half * (2.0 * cell + 1.0) - half, vec2f(0.0), first);
         let t = depth_share(v, select(depth_at(part, at), whole.depth, first));
-        let m = mean_of_box(at, select(part_half, half, first), layer, whole.side);
+        let m = mean_of_box(at, select(part_half, half, first), texture_layer(layer), whole.side);
         let c = casters_before(m, t);
         let cut = first & (k > 1u) & (mean_depth(m) >= t);
         found += select(vec2f(c.x, c.x * c.y), vec2f(0.0), cut);
@@ -86,7 +86,7 @@ fn half_box(s: Surface, layer: u32, diameter: f32) -> vec2f {
 }
 
 fn depth_along_axis(s: Surface, layer: u32) -> f32 {
-    return dot(light_views[layer].axis, vec4f(s.position, 1.0));
+    return depth_in(light_views[layer], s.position);
 }
 
 // Mean depth of the casters before the receiver, metres; negative: there are none. The search covers what the light takes

@@ -15,7 +15,7 @@ fn map_texel_size(v: LightView, position: vec3f, to_light: vec3f) -> f32 {
 
 // Texels a metre across the light at a point, along the map's sides.
 fn map_density(v: LightView, position: vec3f, to_light: vec3f) -> vec2f {
-    if v.perspective == 2u {
+    if v.perspective >= 2u {
         return vec2f(1.0 / texel_size(v, position, to_light));
     }
     return 0.5 * v.resolution * scale_of(v) / select(1.0, dot(v.axis, vec4f(position, 1.0)), v.perspective == 1u);

@@ -5,6 +5,7 @@
 
 pub mod crop;
 pub mod diagram;
+pub mod faces;
 pub mod hull;
 pub mod lispsm;
 pub mod logpsm;

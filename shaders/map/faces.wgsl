@@ -1,0 +1,173 @@
+//!include lib/frame.wgsl
+//!include lib/gbuffer.wgsl
+//!include map/faces_of.wgsl
+//!include map/culling.wgsl
+// Which faces are drawn, and which triangles into each. Nothing of it is read back: a face without view samples has draws of
+// no instance.
+
+var<uniform> drawing: FaceParams;
+// View samples of each face.
+var<storage, read_write> samples: array<atomic<u32>, most_layers>;
+// Of each face two indexed indirect draws, opaque and masked: index count, instances, first index, base vertex, first instance.
+// Behind those of all faces two indirect draws each for shaders that pull their vertices: vertices, instances, first vertex, first
+// instance.
+var<storage, read_write> draws: array<atomic<u32>>;
+
+const pulled = 80u;
+
+var<workgroup> tile: array<atomic<u32>, most_layers>;
+
+// Counts the view samples of each face. A workgroup takes 64 × 64 pixels; a thread's pixels mostly lie in one face: few atomics.
+@compute @workgroup_size(8, 8)
+fn mark(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) local: vec3u,
+        @builtin(local_invocation_index) index: u32) {
+    var held = 0u;
+    var number = 0u;
+    for (var k = 0u; k < 64u; k++) {
+        let pixel = group.xy * 64u + vec2u(k % 8u, k / 8u) * 8u + local.xy;
+        if pixel.x >= frame.size.x || pixel.y >= frame.size.y {
+            continue;
+        }
+        let p = textureLoad(g_position, pixel, 0);
+        let light = light_at(p.xyz);
+        if p.w <= 0.0 || !light.reached || dot(g_normal(textureLoad(g_surface, pixel, 0)), light.to_light) <= 0.0 {
+            continue;
+        }
+        let face = face_of(-light.to_light);
+        if face != held && number > 0u {
+            atomicAdd(&tile[held], number);
+            number = 0u;
+        }
+        held = face;
+        number++;
+    }
+    if number > 0u {
+        atomicAdd(&tile[held], number);
+    }
+    workgroupBarrier();
+    if index < most_layers {
+        let found = atomicLoad(&tile[index]);
+        if found > 0u {
+            atomicAdd(&samples[index], found);
+        }
+    }
+}
+
+// One thread a face.
+@compute @workgroup_size(8)
+fn begin(@builtin(global_invocation_id) id: vec3u) {
+    let i = id.x;
+    var used = i < faces.count;
+    if drawing.culling == culling_samples {
+        used = used && atomicLoad(&samples[i]) > 0u;
+    } else if drawing.culling == culling_view {
+        used = used && (faces.met >> i & 1u) == 1u;
+    }
+    let listed = faces.listed == 1u;
+    for (var masked = 0u; masked < 2u; masked++) {
+        let draw = (2u * i + masked) * 5u;
+        let count = select(faces.opaque, faces.triangles - faces.opaque, masked == 1u) * 3u;
+        let first = select(0u, i * faces.triangles * 3u, listed) + select(0u, faces.opaque * 3u, masked == 1u);
+        atomicStore(&draws[draw], select(count, 0u, !used || listed));
+        atomicStore(&draws[draw + 1u], u32(used));
+        atomicStore(&draws[draw + 2u], first);
+        atomicStore(&draws[draw + 3u], 0u);
+        atomicStore(&draws[draw + 4u], 0u);
+    }
+}
+
+var<storage, read_write> indices: array<u32>;
+// Three corners a triangle, as casters are drawn.
+var<storage, read> corners_of: array<u32>;
+
+// Whether a triangle's shadow may fall into the camera's frustum: not if all of it lies beyond one side, and leads away from it.
+fn shadows_view(p: vec3f, q: vec3f, r: vec3f) -> bool {
+    let light = frame.light_position;
+    for (var i = 0u; i < 6u; i++) {
+        let plane = faces.frustum[i];
+        let nearest = max(max(dot(plane, vec4f(p, 1.0)), dot(plane, vec4f(q, 1.0))), dot(plane, vec4f(r, 1.0)));
+        let away = max(max(dot(plane.xyz, p - light), dot(plane.xyz, q - light)), dot(plane.xyz, r - light));
+        if nearest < 0.0 && away <= 0.0 {
+            return false;
+        }
+    }
+    return true;
+}
+
+// Whether a triangle may touch a face's map.
+fn touches_face(i: u32, p: vec3f, q: vec3f, r: vec3f) -> bool {
+    let v = light_views[i];
+    if v.perspective != 3u {
+        return touches(v, p, q, r) && touches_region(i, v, p, q, r);
+    }
+    // What lies behind the border of a side, as far as the map goes beyond that, is the inside of a cone, and convex: a triangle
+    // whose corners are in it is.
+    let beyond = -2.0 * v.margin / v.resolution - 0.02;
+    let corners = array<vec3f, 3>(p, q, r);
+    for (var k = 0u; k < 3u; k++) {
+        let d = corners[k] - frame.light_position;
+        if dot(faces.axes[i].xyz, d) >= beyond * length(d) {
+            return true;
+        }
+    }
+    return false;
+}
+
+// Whether a triangle may reach into the part of the map that a face draws into.
+fn touches_region(i: u32, v: LightView, p: vec3f, q: vec3f, r: vec3f) -> bool {
+    let a = light_clip(v, p);
+    let b = light_clip(v, q);
+    let c = light_clip(v, r);
+    let half = 0.5 * v.resolution;
+    for (var k = 0u; k < 2u; k++) {
+        // Times w, as no corner behind the light can be divided by its w.
+        let e = faces.regions[2u * i + k].xyz;
+        let row = vec3f(half * e.x, -half * e.y, half * (e.x + e.y) + e.z);
+        let spare = 1e-4 * v.resolution * abs(vec3f(a.w, b.w, c.w));
+        let at = vec3f(dot(row, a.xyw), dot(row, b.xyw), dot(row, c.xyw)) + spare;
+        if all(at < vec3f(0.0)) {
+            return false;
+        }
+    }
+    return true;
+}
+
+// One thread a triangle.
+@compute @workgroup_size(64)
+fn cull(@builtin(global_invocation_id) id: vec3u) {
+    let index = id.y * row + id.x;
+    if index >= faces.triangles {
+        return;
+    }
+    let t = vec3u(corners_of[3u * index], corners_of[3u * index + 1u], corners_of[3u * index + 2u]);
+    let p = vertices[t.x].position;
+    let q = vertices[t.y].position;
+    let r = vertices[t.z].position;
+    if drawing.culling >= culling_view && !shadows_view(p, q, r) {
+        return;
+    }
+    let masked = u32(index >= faces.opaque);
+    for (var i = 0u; i < faces.count; i++) {
+        let draw = (2u * i + masked) * 5u;
+        if atomicLoad(&draws[draw + 1u]) == 0u || (drawing.culling > culling_none && !touches_face(i, p, q, r)) {
+            continue;
+        }
+        let at = 3u * (i * faces.triangles + masked * faces.opaque) + atomicAdd(&draws[draw], 3u);
+        indices[at] = t.x;
+        indices[at + 1u] = t.y;
+        indices[at + 2u] = t.z;
+    }
+}
+
+// One thread a face: the draws of shaders that pull their vertices.
+@compute @workgroup_size(8)
+fn finish(@builtin(global_invocation_id) id: vec3u) {
+    for (var masked = 0u; masked < 2u; masked++) {
+        let own = (2u * id.x + masked) * 5u;
+        let to = pulled + (2u * id.x + masked) * 4u;
+        atomicStore(&draws[to], atomicLoad(&draws[own]) / 3u * faces.vertices);
+        atomicStore(&draws[to + 1u], atomicLoad(&draws[own + 1u]));
+        atomicStore(&draws[to + 2u], atomicLoad(&draws[own + 2u]) / 3u * faces.vertices);
+        atomicStore(&draws[to + 3u], 0u);
+    }
+}

@@ -1,0 +1,402 @@
+//!include map/peel.wgsl
+// Casters into a side of a paraboloid (`light_view`), where straight edges become arcs of circles. Three ways to draw: `straight`
+// moves corners only; pieces are parts of triangles so small that their edges follow the arcs; a `boxed` triangle is drawn as the
+// box around its image, and each texel's ray meets the triangle itself or not.
+
+var<uniform> curved: CurvedParams;
+// Three corners a triangle, as vertices' numbers.
+var<storage, read> listed: array<u32>;
+
+// A triangle in the light's frame: metres from the light, z along the side's axis.
+struct Facet {
+    corners: array<vec3f, 3>,
+    // Its vertices.
+    vertices: vec3u,
+    // Its plane: n·q = n·(any corner).
+    normal: vec3f,
+    // Left out, by the side that it turns to the light.
+    culled: bool,
+}
+
+fn facet(number: u32) -> Facet {
+    var t: Facet;
+    var world: array<vec3f, 3>;
+    for (var k = 0u; k < 3u; k++) {
+        t.vertices[k] = listed[3u * number + k];
+        world[k] = vertices[t.vertices[k]].position;
+        t.corners[k] = light_frame(light_view, world[k]);
+    }
+    t.normal = cross(t.corners[1] - t.corners[0], t.corners[2] - t.corners[0]);
+    // In the light's frame, which may be mirrored, sides cannot be told apart.
+    let mirrored = dot(cross(light_view.row_x.xyz, light_view.row_y.xyz), light_view.axis.xyz) < 0.0;
+    let front = (dot(t.normal, t.corners[0]) < 0.0) != mirrored;
+    t.culled = (casters.cull == cull_front && front) || (casters.cull == cull_back && !front);
+    return t;
+}
+
+struct Drawn {
+    @builtin(position) clip: vec4f,
+    // Corners of the triangle in the light's frame.
+    @location(0) @interpolate(flat) a: vec3f,
+    @location(1) @interpolate(flat) b: vec3f,
+    @location(2) @interpolate(flat) c: vec3f,
+    // Normals of the planes through the light and the edges bc, ca and ab.
+    @location(3) @interpolate(flat) e0: vec3f,
+    @location(4) @interpolate(flat) e1: vec3f,
+    @location(5) @interpolate(flat) e2: vec3f,
+    @location(6) @interpolate(flat) uv01: vec4f,
+    @location(7) @interpolate(flat) uv2: vec2f,
+    @location(8) @interpolate(flat) material: u32,
+    // As corners have them, for edges that stay straight.
+    @location(9) depth: f32,
+    @location(10) uv: vec2f,
+    @location(11) ahead: f32,
+}
+
+// An order of places, so that both sides of an edge take it in the same direction.
+fn before(p: vec3f, q: vec3f) -> bool {
+    return p.x < q.x || (p.x == q.x && (p.y < q.y || (p.y == q.y && p.z < q.z)));
+}
+
+// The plane through the light and an edge (Olano, Greer 1997): the same digits from both of its sides, with opposite signs, so that
+// no ray passes between neighbours.
+fn edge_plane(a: vec3f, b: vec3f) -> vec3f {
+    if before(a, b) {
+        return cross(a, b);
+    }
+    return -cross(b, a);
+}
+
+fn described(t: Facet) -> Drawn {
+    var out: Drawn;
+    out.a = t.corners[0];
+    out.b = t.corners[1];
+    out.c = t.corners[2];
+    out.e0 = edge_plane(out.b, out.c);
+    out.e1 = edge_plane(out.c, out.a);
+    out.e2 = edge_plane(out.a, out.b);
+    out.uv01 = vec4f(vertices[t.vertices[0]].uv, vertices[t.vertices[1]].uv);
+    out.uv2 = vertices[t.vertices[2]].uv;
+    out.material = vertices[t.vertices[0]].material;
+    // Nothing, unless told otherwise.
+    out.clip = vec4f(2.0, 2.0, 0.5, 1.0);
+    return out;
+}
+
+// Where a point of the light's frame lies on the map, not as a quotient: edges between such places are straight on it. Far behind the
+// side places run off to infinity; they are held off.
+fn place_of(q: vec3f) -> vec2f {
+    let w = max(length(q) + q.z, 0.02 * length(q));
+    return (q.xy / max(w, 1e-30) - light_view.row_z.xy) * light_view.row_z.zw;
+}
+
+// Cosine of the angle between a direction and the axis of the half space that the side holds.
+fn ahead_of(q: vec3f) -> f32 {
+    let v = light_view;
+    let axis = vec3f(dot(v.row_x.xyz, v.row_w.xyz), dot(v.row_y.xyz, v.row_w.xyz), dot(v.axis.xyz, v.row_w.xyz));
+    return dot(axis, q) / max(length(q), 1e-30);
+}
+
+// As far behind the border as the map goes.
+fn least_ahead() -> f32 {
+    return -0.02 - 2.0 * light_view.margin / light_view.resolution;
+}
+
+@vertex
+fn moved_facet(@builtin(vertex_index) index: u32) -> Drawn {
+    let t = facet(index / 3u);
+    var out = described(t);
+    let k = index % 3u;
+    let q = t.corners[k];
+    if !t.culled {
+        out.clip = vec4f(place_of(q), 0.5, 1.0);
+    }
+    out.depth = stored_depth(light_view, length(q));
+    out.uv = vertices[t.vertices[k]].uv;
+    out.ahead = ahead_of(q);
+    return out;
+}
+
+@fragment
+fn straight_facet(in: Drawn) -> @builtin(frag_depth) f32 {
+    if in.ahead < least_ahead() || masked_out(materials[in.material], in.uv) {
+        discard;
+    }
+    return saturate(in.depth);
+}
+
+@fragment
+fn peel_straight_facet(in: Drawn) -> @builtin(frag_depth) f32 {
+    if in.ahead < least_ahead() || masked_out(materials[in.material], in.uv) {
+        discard;
+    }
+    return peeled(in.clip, saturate(in.depth));
+}
+
+// The box of what lies in a side's map of a triangle: low and high corners in clip space over w.
+struct Box {
+    low: vec2f,
+    high: vec2f,
+}
+
+// Stretches a box to an edge's image: the arc of a circle that a plane through the light becomes, with the middle m.xy/m.z and the
+// radius 1/|m.z| for its unit normal m. It reaches farthest at its ends, or at the circle's four extremes if it passes them.
+fn with_arc(box: Box, a: vec3f, b: vec3f) -> Box {
+    var grown = box;
+    let normal = cross(a, b);
+    let size = length(normal);
+    if size <= 1e-12 * length(a) * length(b) {
+        return grown;
+    }
+    let m = normal / size;
+    if abs(m.z) < 1e-5 {
+        // Straight, or as good as that.
+        return grown;
+    }
+    let middle = m.xy / m.z;
+    for (var k = 0u; k < 4u; k++) {
+        let along = select(vec2f(1.0, 0.0), vec2f(0.0, 1.0), k > 1u) * select(1.0, -1.0, (k & 1u) == 1u);
+        let at = middle + along / abs(m.z);
+        let ray = vec3f(2.0 * at, 1.0 - dot(at, at));
+        if dot(cross(a, ray), m) >= 0.0 && dot(cross(ray, b), m) >= 0.0 {
+            let place = (at - light_view.row_z.xy) * light_view.row_z.zw;
+            grown.low = min(grown.low, place);
+            grown.high = max(grown.high, place);
+        }
+    }
+    return grown;
+}
+
+// Places of `out` planes against a direction of the light's frame: all of one sign where the triangle is met.
+fn sides_of(in: Drawn, ray: vec3f) -> vec3f {
+    return vec3f(dot(in.e0, ray), dot(in.e1, ray), dot(in.e2, ray));
+}
+
+fn inside(e: vec3f) -> bool {
+    return min(min(e.x, e.y), e.z) >= 0.0 || max(max(e.x, e.y), e.z) <= 0.0;
+}
+
+@vertex
+fn boxed_facet(@builtin(vertex_index) index: u32) -> Drawn {
+    let t = facet(index / 6u);
+    var out = described(t);
+    if t.culled {
+        return out;
+    }
+    var box = Box(vec2f(1e9), vec2f(-1e9));
+    var near_infinity = false;
+    var beyond = true;
+    for (var k = 0u; k < 3u; k++) {
+        let q = t.corners[k];
+        near_infinity |= length(q) + q.z < 0.02 * length(q);
+        beyond &= ahead_of(q) < least_ahead();
+        let place = place_of(q);
+        box.low = min(box.low, place);
+        box.high = max(box.high, place);
+        box = with_arc(box, t.corners[k], t.corners[(k + 1u) % 3u]);
+    }
+    // What holds the direction that lies at infinity, or comes near it, may be anywhere.
+    let away = vec3f(0.0, 0.0, -1.0);
+    if near_infinity || any(met(out, away) != vec3f(0.0)) {
+        box = Box(vec2f(-1.0), vec2f(1.0));
+    }
+    // All of it lies behind the side.
+    if beyond {
+        return out;
+    }
+    // Half a texel more, and rounding.
+    let spare = 1.5 / light_view.resolution;
+    let low = clamp(box.low - spare, vec2f(-1.0), vec2f(1.0));
+    let high = clamp(box.high + spare, vec2f(-1.0), vec2f(1.0));
+    let right = (0x32u >> (index % 6u) & 1u) == 1u;
+    let down = (0x2cu >> (index % 6u) & 1u) == 1u;
+    if all(low < high) {
+        out.clip = vec4f(select(low.x, high.x, right), select(low.y, high.y, down), 0.5, 1.0);
+    }
+    return out;
+}
+
+// The ray of a fragment's texel.
+fn ray_at(clip: vec4f) -> vec3f {
+    let ndc = vec2f(2.0, -2.0) * clip.xy / light_view.resolution + vec2f(-1.0, 1.0);
+    return paraboloid_ray(light_view, ndc);
+}
+
+// Shares of the corners where a ray meets the triangle; all zero: it does not, or its texel is beyond the side.
+fn met(in: Drawn, ray: vec3f) -> vec3f {
+    let e = sides_of(in, ray);
+    let sum = e.x + e.y + e.z;
+    if sum == 0.0 || !inside(e) {
+        return vec3f(0.0);
+    }
+    let share = e / sum;
+    // Behind the light the same line meets it too.
+    let at = share.x * in.a + share.y * in.b + share.z * in.c;
+    return select(vec3f(0.0), share, dot(at, ray) > 0.0);
+}
+
+fn met_depth(in: Drawn) -> f32 {
+    let share = met(in, ray_at(in.clip));
+    if all(share == vec3f(0.0)) {
+        discard;
+    }
+    if masked_out(materials[in.material], share.x * in.uv01.xy + share.y * in.uv01.zw + share.z * in.uv2) {
+        discard;
+    }
+    return saturate(stored_depth(light_view, length(share.x * in.a + share.y * in.b + share.z * in.c)));
+}
+
+@fragment
+fn met_facet(in: Drawn) -> @builtin(frag_depth) f32 {
+    return met_depth(in);
+}
+
+@fragment
+fn peel_met_facet(in: Drawn) -> @builtin(frag_depth) f32 {
+    return peeled(in.clip, met_depth(in));
+}
+
+// A part of a triangle: its place in the list, and how it is cut: see `cut_of`.
+var<storage, read_write> pieces: array<vec2u>;
+var<storage, read> drawn_pieces: array<vec2u>;
+// Vertices, instances, first vertex and first instance of the draw; then how many pieces come on top of one for each triangle, and
+// how many triangles were not split as far as they should be.
+var<storage, read_write> piece_draw: array<atomic<u32>, 8>;
+// As map/faces.wgsl writes them.
+var<storage, read> draws: array<u32>;
+// The side's number.
+var<uniform> side: vec4u;
+
+// Into how many parts, as a power of two, an edge is cut so that none deviates from its arc by more than the tolerance. The same from
+// both of its sides.
+fn cuts_of(one: vec3f, other: vec3f) -> u32 {
+    var a = one;
+    var b = other;
+    if before(other, one) {
+        a = other;
+        b = one;
+    }
+    let half = 0.5 * light_view.resolution;
+    let start = place_of(a) * half;
+    let end = place_of(b) * half;
+    let way = end - start;
+    var off = 0.0;
+    for (var k = 1u; k < 8u; k++) {
+        let at = place_of(mix(a, b, f32(k) / 8.0)) * half;
+        let t = saturate(dot(at - start, way) / max(dot(way, way), 1e-20));
+        off = max(off, distance(at, start + t * way));
+    }
+    // Halving a short piece of an arc takes the deviation to a fourth.
+    return u32(clamp(ceil(0.5 * log2(max(off / curved.tolerance, 1e-6))), 0.0, 6.0));
+}
+
+// Bits: the power of two that the triangle is cut by, those of its edges ab, bc and ca, three each, and from bit 12 on the part.
+fn cut_of(level: u32, cuts: vec3u, part: u32) -> u32 {
+    return level | cuts.x << 3u | cuts.y << 6u | cuts.z << 9u | part << 12u;
+}
+
+@compute @workgroup_size(64)
+fn split_facets(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
+    for (var masked = 0u; masked < 2u; masked++) {
+        let draw = (2u * side.x + masked) * 5u;
+        let number = draws[draw] / 3u * draws[draw + 1u];
+        let first = draws[draw + 2u] / 3u;
+        for (var i = id.x; i < number; i += 64u * groups.x) {
+            let t = facet(first + i);
+            if t.culled {
+                continue;
+            }
+            let cuts = vec3u(cuts_of(t.corners[0], t.corners[1]), cuts_of(t.corners[1], t.corners[2]),
+                             cuts_of(t.corners[2], t.corners[0]));
+            var level = max(max(cuts.x, cuts.y), cuts.z);
+            let spare = arrayLength(&pieces) - min(number, arrayLength(&pieces));
+            let extra = (1u << (2u * level)) - 1u;
+            var own = cuts;
+            if extra > 0u && atomicAdd(&piece_draw[4], extra) + extra > spare {
+                atomicAdd(&piece_draw[5], 1u);
+                level = 0u;
+                own = vec3u(0u);
+            }
+            let parts = 1u << (2u * level);
+            let at = atomicAdd(&piece_draw[0], parts);
+            for (var k = 0u; k < parts && at + k < arrayLength(&pieces); k++) {
+                pieces[at + k] = vec2u(first + i, cut_of(level, own, k));
+            }
+        }
+    }
+}
+
+@compute @workgroup_size(1)
+fn finish_pieces() {
+    atomicStore(&piece_draw[0], 3u * min(atomicLoad(&piece_draw[0]), arrayLength(&pieces)));
+    atomicStore(&piece_draw[1], 1u);
+}
+
+// A place on an edge cut into 2^cuts parts: the last end of a part up to t from a on.
+fn on_edge(a: vec3f, b: vec3f, t: f32, cuts: u32) -> vec3f {
+    let parts = f32(1u << cuts);
+    let at = floor(t * parts) / parts;
+    if before(b, a) {
+        return mix(b, a, 1.0 - at);
+    }
+    return mix(a, b, at);
+}
+
+@vertex
+fn piece_of_facet(@builtin(vertex_index) index: u32) -> Drawn {
+    let piece = drawn_pieces[index / 3u];
+    let t = facet(piece.x);
+    var out = described(t);
+    let n = 1u << (piece.y & 7u);
+    let part = piece.y >> 12u;
+    // Rows of parts from the corner a on: row r has 2 r + 1.
+    let r = u32(sqrt(f32(part) + 0.5));
+    let k = part - r * r;
+    let j = k / 2u;
+    var corners = array<vec2u, 3>(vec2u(r, j), vec2u(r + 1u, j), vec2u(r + 1u, j + 1u));
+    if (k & 1u) == 1u {
+        corners = array<vec2u, 3>(vec2u(r, j), vec2u(r + 1u, j + 1u), vec2u(r, j + 1u));
+    }
+    let at = corners[index % 3u];
+    var q: vec3f;
+    if at.y == 0u {
+        q = on_edge(t.corners[0], t.corners[1], f32(at.x) / f32(n), piece.y >> 3u & 7u);
+    } else if at.x == n {
+        q = on_edge(t.corners[1], t.corners[2], f32(at.y) / f32(n), piece.y >> 6u & 7u);
+    } else if at.y == at.x {
+        q = on_edge(t.corners[2], t.corners[0], 1.0 - f32(at.x) / f32(n), piece.y >> 9u & 7u);
+    } else {
+        let share = vec3f(f32(n - at.x), f32(at.x - at.y), f32(at.y)) / f32(n);
+        q = share.x * t.corners[0] + share.y * t.corners[1] + share.z * t.corners[2];
+    }
+    out.clip = vec4f(place_of(q), 0.5, 1.0);
+    out.ahead = ahead_of(q);
+    return out;
+}
+
+// Where a ray meets the triangle's plane, held within it: pieces end a little beside their triangle.
+fn plane_depth(in: Drawn) -> f32 {
+    if in.ahead < least_ahead() - 0.1 {
+        discard;
+    }
+    let ray = ray_at(in.clip);
+    let e = sides_of(in, ray);
+    let sum = e.x + e.y + e.z;
+    let share = select(e / sum, vec3f(1.0 / 3.0), sum == 0.0);
+    if masked_out(materials[in.material], share.x * in.uv01.xy + share.y * in.uv01.zw + share.z * in.uv2) {
+        discard;
+    }
+    let at = share.x * in.a + share.y * in.b + share.z * in.c;
+    let farthest = max(max(length(in.a), length(in.b)), length(in.c));
+    return saturate(stored_depth(light_view, min(length(at), farthest)));
+}
+
+@fragment
+fn plane_facet(in: Drawn) -> @builtin(frag_depth) f32 {
+    return plane_depth(in);
+}
+
+@fragment
+fn peel_plane_facet(in: Drawn) -> @builtin(frag_depth) f32 {
+    return peeled(in.clip, plane_depth(in));
+}
