@@ -197,7 +197,8 @@ pub struct LightView {
     pub margin: f32,
     /// Metres that a fit leaves free at each border, on top of `margin`.
     pub reach: f32,
-    pub padding: f32,
+    /// Of a paraboloid's: cosine of the farthest angle from the axis in `row_w` that the map holds.
+    pub ahead: f32,
 }
 
 impl LightView {

@@ -100,17 +100,21 @@ fn touches_face(i: u32, p: vec3f, q: vec3f, r: vec3f) -> bool {
     if v.perspective != 3u {
         return touches(v, p, q, r) && touches_region(i, v, p, q, r);
     }
-    // What lies behind the border of a side, as far as the map goes beyond that, is the inside of a cone, and convex: a triangle
-    // whose corners are in it is.
-    let beyond = -2.0 * v.margin / v.resolution - 0.02;
-    let corners = array<vec3f, 3>(p, q, r);
-    for (var k = 0u; k < 3u; k++) {
-        let d = corners[k] - frame.light_position;
-        if dot(faces.axes[i].xyz, d) >= beyond * length(d) {
-            return true;
-        }
+    let a = p - frame.light_position;
+    let b = q - frame.light_position;
+    let c = r - frame.light_position;
+    let axis = v.row_w.xyz;
+    // What lies farther off the axis than the map goes, beyond a right angle, is the inside of a cone, and convex: a triangle whose
+    // corners are in it is.
+    let least = min(v.ahead, 0.0);
+    if dot(axis, a) < least * length(a) && dot(axis, b) < least * length(b) && dot(axis, c) < least * length(c) {
+        return false;
     }
-    return false;
+    // A sphere around the triangle against the cone that the map holds.
+    let middle = (a + b + c) / 3.0;
+    let radius = max(max(distance(a, middle), distance(b, middle)), distance(c, middle));
+    let far = length(middle);
+    return radius >= far || acos(clamp(dot(axis, middle) / far, -1.0, 1.0)) - asin(radius / far) <= acos(v.ahead);
 }
 
 // Whether a triangle may reach into the part of the map that a face draws into.

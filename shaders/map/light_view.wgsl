@@ -22,7 +22,8 @@ struct LightView {
     margin: f32,
     // Metres that it leaves free, on top.
     reach: f32,
-    padding: f32,
+    // Of a paraboloid's: cosine of the farthest angle from the axis in `row_w` that the map holds.
+    ahead: f32,
 }
 
 // The one that a map is drawn from, and those that layers are looked up with.

@@ -97,11 +97,6 @@ fn ahead_of(q: vec3f) -> f32 {
     return dot(axis, q) / max(length(q), 1e-30);
 }
 
-// As far behind the border as the map goes.
-fn least_ahead() -> f32 {
-    return -0.02 - 2.0 * light_view.margin / light_view.resolution;
-}
-
 @vertex
 fn moved_facet(@builtin(vertex_index) index: u32) -> Drawn {
     let t = facet(index / 3u);
@@ -119,7 +114,7 @@ fn moved_facet(@builtin(vertex_index) index: u32) -> Drawn {
 
 @fragment
 fn straight_facet(in: Drawn) -> @builtin(frag_depth) f32 {
-    if in.ahead < least_ahead() || masked_out(materials[in.material], in.uv) {
+    if in.ahead < light_view.ahead || masked_out(materials[in.material], in.uv) {
         discard;
     }
     return saturate(in.depth);
@@ -127,7 +122,7 @@ fn straight_facet(in: Drawn) -> @builtin(frag_depth) f32 {
 
 @fragment
 fn peel_straight_facet(in: Drawn) -> @builtin(frag_depth) f32 {
-    if in.ahead < least_ahead() || masked_out(materials[in.material], in.uv) {
+    if in.ahead < light_view.ahead || masked_out(materials[in.material], in.uv) {
         discard;
     }
     return peeled(in.clip, saturate(in.depth));
@@ -189,7 +184,7 @@ fn boxed_facet(@builtin(vertex_index) index: u32) -> Drawn {
     for (var k = 0u; k < 3u; k++) {
         let q = t.corners[k];
         near_infinity |= length(q) + q.z < 0.02 * length(q);
-        beyond &= ahead_of(q) < least_ahead();
+        beyond &= ahead_of(q) < min(light_view.ahead, 0.0);
         let place = place_of(q);
         box.low = min(box.low, place);
         box.high = max(box.high, place);
@@ -376,7 +371,7 @@ fn piece_of_facet(@builtin(vertex_index) index: u32) -> Drawn {
 
 // Where a ray meets the triangle's plane, held within it: pieces end a little beside their triangle.
 fn plane_depth(in: Drawn) -> f32 {
-    if in.ahead < least_ahead() - 0.1 {
+    if in.ahead < light_view.ahead - 0.1 {
         discard;
     }
     let ray = ray_at(in.clip);

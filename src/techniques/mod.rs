@@ -7,10 +7,12 @@ mod dual_paraboloid;
 mod esm;
 mod evsm;
 mod fem_grid;
+mod ipsm;
 mod lispsm;
 mod logpsm;
 mod msm;
 mod notw;
+mod omni_atlas;
 mod pcf;
 mod pcss;
 mod prefiltered_soft;
@@ -20,6 +22,7 @@ mod rt_hard;
 mod rtw;
 mod sdsm;
 mod shadow_map;
+mod skewed_paraboloid;
 mod tsm;
 mod vsm;
 
@@ -175,6 +178,9 @@ pub static ALL: &[&Info] = &[
     &fem_grid::INFO,
     &cube::INFO,
     &dual_paraboloid::INFO,
+    &ipsm::INFO,
+    &skewed_paraboloid::INFO,
+    &omni_atlas::INFO,
     &rt_hard::INFO,
 ];
 

@@ -183,5 +183,5 @@ fn shared_structs_agree() {
         base_color "base_color", texture "texture", cutoff "cutoff", double_sided "double_sided", wrap "wrap");
     same!("map/casters.wgsl", "LightView", LightView,
         row_x "row_x", row_y "row_y", row_z "row_z", row_w "row_w", axis "axis", near "near", far "far",
-        perspective "perspective", texel "texel", resolution "resolution", margin "margin", reach "reach", padding "padding");
+        perspective "perspective", texel "texel", resolution "resolution", margin "margin", reach "reach", ahead "ahead");
 }

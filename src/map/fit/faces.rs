@@ -7,6 +7,7 @@
 use crate::light::LightView;
 use bytemuck::Zeroable;
 use glam::{DMat3, DVec3, DVec4, Vec4};
+use std::f64::consts::{FRAC_PI_2, PI};
 
 /// A face, and where its map lies.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -165,6 +166,8 @@ impl Around {
             perspective: LightView::PARABOLOID,
             resolution: self.side as f32,
             margin: self.guard as f32,
+            // Directions change with the place in the map by twice the image's unit, at most.
+            ahead: (FRAC_PI_2 + 4.0 * self.guard * half / self.side + 0.02).min(PI).cos() as f32,
             ..LightView::zeroed()
         };
         Face { view, axis: frame.z_axis, layer, region: [Vec4::ZERO; 2] }
