@@ -1,5 +1,6 @@
 //!include lib/frame.wgsl
 //!include map/splits.wgsl
+//!include map/faces_of.wgsl
 //!include lib/labels.wgsl
 //!include lib/inset.wgsl
 // What maps cover, as lines over the picture: an instance a line, drawn as a rectangle of the line's width.
@@ -172,6 +173,50 @@ fn cascade_line(@builtin(vertex_index) index: u32, @builtin(instance_index) i: u
     let a = frustum_corner(edge_end(edge, 0u), split(cascade), far);
     let b = frustum_corner(edge_end(edge, 1u), split(cascade), far);
     return line(index, a, b, cascade, style.half);
+}
+
+// As `draws` in map/faces.wgsl.
+var<storage, read> face_draws: array<u32>;
+
+// Lines around a face's border, and those from the light to it.
+const around = 48u;
+const spokes = 8u;
+
+// The direction from the light at which a face ends, at a turn of `turn` (0 to 1) around its axis: where another one's axis
+// becomes the nearest, or where its map ends if it is alone.
+fn border(i: u32, turn: f32) -> vec3f {
+    let axis = faces.axes[i].xyz;
+    let other = select(vec3f(1.0, 0.0, 0.0), vec3f(0.0, 1.0, 0.0), abs(axis.x) > 0.5);
+    let x = normalize(cross(axis, other));
+    let out = cos(6.2831853 * turn) * x + sin(6.2831853 * turn) * cross(axis, x);
+    var angle = select(3.1415927, acos(light_views[i].ahead), faces.count == 1u && light_views[i].perspective == 3u);
+    for (var j = 0u; j < faces.count; j++) {
+        let apart = axis - faces.axes[j].xyz;
+        // Halves of one face lie as good as at one place.
+        if length(apart) > 0.01 {
+            let at = atan2(dot(apart, axis), -dot(apart, out));
+            angle = min(angle, at);
+        }
+    }
+    return cos(angle) * axis + sin(angle) * out;
+}
+
+// Of each face that is drawn the border, and lines to it from the light.
+@vertex
+fn face_line(@builtin(vertex_index) index: u32, @builtin(instance_index) i: u32) -> Line {
+    let face = i / (around + spokes);
+    let part = i % (around + spokes);
+    if face_draws[10u * face + 1u] == 0u {
+        return no_line();
+    }
+    let far = min(light_views[face].far, 0.25 * distance(frame.bounds_min, frame.bounds_max));
+    let light = frame.light_position;
+    if part >= around {
+        return line(index, light, light + far * border(face, f32(part - around) / f32(spokes)), face, 0.6 * style.half);
+    }
+    let a = light + far * border(face, f32(part) / f32(around));
+    let b = light + far * border(face, f32(part + 1u) / f32(around));
+    return line(index, a, b, face, style.half);
 }
 
 // A light core with a dark rim, so that it shows on any ground; behind surfaces faint.

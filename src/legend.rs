@@ -134,13 +134,27 @@ impl Key {
                 key.parts.push(Part::Class(LABELS[i.min(7)], text));
             }
         };
+        let faces = |key: &mut Key| {
+            for (i, face) in known.faces.iter().enumerate() {
+                let name = format!("{first}{}", i + 1);
+                let text = match face {
+                    Some([samples, triangles]) => format!("{name}: {samples} pixels, {triangles} triangles"),
+                    None => format!("{name}: not drawn"),
+                };
+                key.parts.push(Part::Class(LABELS[i.min(7)], text));
+            }
+        };
         if view.shows_scene() && (setup.outlines || setup.frozen().is_some()) {
             let frozen = setup.frozen().map(|_| (LABELS[8], "shadow camera's frustum"));
-            let boxed = known.splits.is_empty().then_some((LABELS[1], "what the map covers"));
+            let one = known.splits.is_empty() && known.faces.is_empty();
+            let boxed = one.then_some((LABELS[1], "what the map covers"));
             let lines = frozen.into_iter().chain(boxed);
             key.parts.extend(lines.map(|(color, what)| Part::Class(color, what.into())));
             if !matches!(view.drawn.legend(), Legend::Cascades | Legend::Side) {
                 cascades(&mut key);
+            }
+            if !matches!(view.drawn.legend(), Legend::Faces) {
+                faces(&mut key);
             }
         }
         match view.drawn.legend() {
@@ -184,16 +198,7 @@ impl Key {
             }
             Legend::Classes(classes) => key.parts.extend(classes.iter().map(class)),
             Legend::Cascades => cascades(&mut key),
-            Legend::Faces => {
-                for (i, face) in known.faces.iter().enumerate() {
-                    let name = format!("{first}{}", i + 1);
-                    let text = match face {
-                        Some([samples, triangles]) => format!("{name}: {samples} pixels, {triangles} triangles"),
-                        None => format!("{name}: not drawn"),
-                    };
-                    key.parts.push(Part::Class(LABELS[i.min(7)], text));
-                }
-            }
+            Legend::Faces => faces(&mut key),
             Legend::Chart(area, x, y, classes) => {
                 key.parts.extend(classes.iter().map(class));
                 let ticks = |axis: view::Axis| Ticks { what: axis.what.into(), marks: span_ticks(axis.span, known) };

@@ -20,6 +20,8 @@ const GREEN: u32 = 2;
 /// Lines of a box, and of a cascade: its box and its slice of the frustum.
 const BOX: u32 = 12;
 const CASCADE: u32 = 24;
+/// Lines of a face around a light: its border, and from the light to it.
+const FACE: u32 = 56;
 
 /// As `Segment` in WGSL.
 #[repr(C)]
@@ -47,6 +49,7 @@ pub struct Style {
 pub struct Outlines {
     view: Option<Buffer>,
     cascades: Option<(u32, Vec<(&'static str, Resource)>)>,
+    faces: Option<(u32, Vec<(&'static str, Resource)>)>,
     edges: Vec<[DVec3; 2]>,
 }
 
@@ -67,6 +70,13 @@ impl Frame<'_> {
     pub fn outline_cascades(&mut self, count: u32, bound: Vec<(&'static str, Resource)>) {
         if let Some(o) = &mut self.outlines {
             o.cascades = Some((count, bound));
+        }
+    }
+
+    /// Outlines faces around a light. `bound`: what `face_line` in `shaders/lines.wgsl` reads.
+    pub fn outline_faces(&mut self, count: u32, bound: Vec<(&'static str, Resource)>) {
+        if let Some(o) = &mut self.outlines {
+            o.faces = Some((count, bound));
         }
     }
 
@@ -94,6 +104,7 @@ struct Passes {
     segments: Pass,
     view: Pass,
     cascades: Pass,
+    faces: Pass,
     style: Buffer,
     /// The lines that the CPU knows of.
     held: Option<(Vec<Segment>, Buffer)>,
@@ -115,6 +126,7 @@ impl Passes {
             segments: pass("segment_line")?,
             view: pass("view_line")?,
             cascades: pass("cascade_line")?,
+            faces: pass("face_line")?,
             style: gpu.buffer("lines' style", &[0; size_of::<Style>()], Use::UNIFORM),
             held: None,
         })
@@ -193,6 +205,9 @@ impl Lines {
         }
         if let Some((count, own)) = &outlines.cascades {
             lines(&p.cascades, own, CASCADE * count);
+        }
+        if let Some((count, own)) = &outlines.faces {
+            lines(&p.faces, own, FACE * count);
         }
     }
 }

@@ -306,6 +306,8 @@ impl Faces {
             ("face_draws", (&self.draws).into()),
         ];
         f.keep_table("faces", &self.uniform);
+        let outlined = ("light_views", (&self.light_views).into());
+        f.outline_faces(faces.len() as u32, bound.iter().cloned().chain([outlined]).collect());
         f.tell_faces([&self.samples, &self.draws], faces.len() as u32);
         Ok(Maps { layers: depths.looked_up(), light_views: self.light_views.clone(), sides, bound })
     }

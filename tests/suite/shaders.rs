@@ -4,6 +4,7 @@ use shadowscope::frame::{Counting, FrameUniform, Segment, ShotUniform, Style, Vi
 use shadowscope::gpu::{Shaders, shader_files};
 use shadowscope::light::LightView;
 use shadowscope::map::cascades::Fitting;
+use shadowscope::map::faces::FacesUniform;
 use shadowscope::map::filter::{Filter, shader};
 use shadowscope::map::fit::diagram::Stroke;
 use shadowscope::params::{Group, Values};
@@ -19,6 +20,9 @@ fn groups(file: &str) -> &'static [Group] {
     }
     if ["map/peel.wgsl", "map/accumulate.wgsl"].contains(&file) {
         return techniques::find("pcf").map_or(&[], |i| i.params);
+    }
+    if file == "map/faces.wgsl" || file == "map/paraboloid.wgsl" {
+        return techniques::find("dual-paraboloid").map_or(&[], |i| i.params);
     }
     let file = file.split(' ').next().unwrap();
     let stem = file.trim_start_matches("techniques/").trim_end_matches(".wgsl").replace('_', "-");
@@ -36,6 +40,7 @@ fn whole() -> Vec<(String, &'static [Group])> {
         "map/look_up.wgsl",
         "map/analysis.wgsl",
         "map/single.wgsl",
+        "map/around.wgsl",
         "map/prefilter.wgsl",
         "map/sums.wgsl",
     ];
@@ -43,14 +48,19 @@ fn whole() -> Vec<(String, &'static [Group])> {
     let mut all: Vec<_> = alone.map(|f| (f.clone(), groups(&f))).collect();
     for info in techniques::ALL {
         let own = format!("techniques/{}.wgsl", info.id.replace('-', "_"));
-        let file = if shader_files().contains(&own) { &own } else { "map/single.wgsl" };
+        let around = info.lights == shadowscope::map::faces::LIGHTS;
+        let file = match (shader_files().contains(&own), around) {
+            (_, true) => "map/around.wgsl",
+            (true, _) => &own,
+            _ => "map/single.wgsl",
+        };
         let filters: Vec<&Filter> = info.filter.into_iter().chain(info.choosable()).collect();
         all.extend(
             filters
                 .iter()
                 .map(|filter| (shader(file, filter, filter.moments.map(|of| of(&Values::new()))), info.params)),
         );
-        if filters.is_empty() {
+        if shader_files().contains(&own) && (filters.is_empty() || around) {
             all.push((own, info.params));
         }
     }
@@ -176,6 +186,9 @@ fn shared_structs_agree() {
     same!("map/cascades.wgsl", "Fitting", Fitting,
         count "count", blend "blend", narrow "narrow", margin "margin", reach "reach", least "least",
         smoothing "smoothing", opaque "opaque", triangles "triangles", culled "culled", padding "padding", sides "sides");
+    same!("map/faces.wgsl", "Faces", FacesUniform,
+        count "count", triangles "triangles", opaque "opaque", listed "listed", met "met", vertices "vertices",
+        padding "padding", axes "axes", regions "regions", frustum "frustum");
     same!("diagram.wgsl", "Stroke", Stroke, from "start", to "end", value "value", padding "padding");
     same!("gbuffer.wgsl", "Vertex", Vertex,
         position "position", normal "normal", uv "uv", material "material", padding "padding");
