@@ -262,27 +262,20 @@ var<storage, read> draws: array<u32>;
 // The side's number.
 var<uniform> side: vec4u;
 
-// Into how many parts, as a power of two, an edge is cut so that none deviates from its arc by more than the tolerance. The same from
-// both of its sides.
-fn cuts_of(one: vec3f, other: vec3f) -> u32 {
-    var a = one;
-    var b = other;
-    if before(other, one) {
-        a = other;
-        b = one;
-    }
-    let half = 0.5 * light_view.resolution;
-    let start = place_of(a) * half;
-    let end = place_of(b) * half;
-    let way = end - start;
-    var off = 0.0;
-    for (var k = 1u; k < 8u; k++) {
-        let at = place_of(mix(a, b, f32(k) / 8.0)) * half;
-        let t = saturate(dot(at - start, way) / max(dot(way, way), 1e-20));
-        off = max(off, distance(at, start + t * way));
-    }
-    // Halving a short piece of an arc takes the deviation to a fourth.
-    return u32(clamp(ceil(0.5 * log2(max(off / curved.tolerance, 1e-6))), 0.0, 6.0));
+// Into how many parts, as a power of two, an edge is cut so that none deviates from its arc by more than the tolerance. Parts are equal
+// angles seen from the light. In the map one of angle δ is δ k R/2 long at most, with k the largest scale of the side's
+// image, on a circle of radius ρ = R/2 · scale / |m.z|, and deviates by its square over 8 ρ.
+fn cuts_of(a: vec3f, b: vec3f) -> u32 {
+    let normal = cross(a, b);
+    let size = length(normal);
+    let angle = atan2(size, dot(a, b));
+    let v = light_view;
+    let scale = v.row_z.z;
+    let farthest = length(v.row_z.xy) + 1.0 / scale;
+    let k = 0.5 * (1.0 + farthest * farthest) * scale;
+    let bent = abs(normal.z) / max(size, 1e-30);
+    let parts = angle * k * sqrt(v.resolution * bent / (16.0 * scale * curved.tolerance));
+    return u32(clamp(ceil(log2(max(parts, 1.0))), 0.0, 6.0));
 }
 
 // Bits: the power of two that the triangle is cut by, those of its edges ab, bc and ca, three each, and from bit 12 on the part.
@@ -327,14 +320,28 @@ fn finish_pieces() {
     atomicStore(&piece_draw[1], 1u);
 }
 
-// A place on an edge cut into 2^cuts parts: the last end of a part up to t from a on.
+// The place between two points that lies at a share t of the angle between them, seen from the light.
+fn at_angle(a: vec3f, b: vec3f, t: f32) -> vec3f {
+    let angle = atan2(length(cross(a, b)), dot(a, b));
+    let first = sin(t * angle) * length(a);
+    let second = sin((1.0 - t) * angle) * length(b);
+    return mix(a, b, select(first / max(first + second, 1e-30), t, angle < 1e-4));
+}
+
+// A place on an edge cut into 2^cuts parts: the last end of a part up to t from a on. The same digits from both sides of the edge.
 fn on_edge(a: vec3f, b: vec3f, t: f32, cuts: u32) -> vec3f {
     let parts = f32(1u << cuts);
     let at = floor(t * parts) / parts;
-    if before(b, a) {
-        return mix(b, a, 1.0 - at);
+    if at == 0.0 {
+        return a;
     }
-    return mix(a, b, at);
+    if at == 1.0 {
+        return b;
+    }
+    if before(b, a) {
+        return at_angle(b, a, 1.0 - at);
+    }
+    return at_angle(a, b, at);
 }
 
 @vertex
@@ -361,8 +368,9 @@ fn piece_of_facet(@builtin(vertex_index) index: u32) -> Drawn {
     } else if at.y == at.x {
         q = on_edge(t.corners[2], t.corners[0], 1.0 - f32(at.x) / f32(n), piece.y >> 9u & 7u);
     } else {
-        let share = vec3f(f32(n - at.x), f32(at.x - at.y), f32(at.y)) / f32(n);
-        q = share.x * t.corners[0] + share.y * t.corners[1] + share.z * t.corners[2];
+        let down = f32(at.x) / f32(n);
+        q = at_angle(at_angle(t.corners[0], t.corners[1], down), at_angle(t.corners[0], t.corners[2], down),
+                     f32(at.y) / f32(at.x));
     }
     out.clip = vec4f(place_of(q), 0.5, 1.0);
     out.ahead = ahead_of(q);
