@@ -155,11 +155,6 @@ fn a_skewed_cut_favours_its_rim() {
     }
 }
 
-/// A lamp.
-fn lamp(position: Vec3) -> Light {
-    Light::Omni { position, range: 60.0, radius: 0.0, color: Vec3::splat(20.0) }
-}
-
 fn serving() -> impl Iterator<Item = &'static techniques::Info> {
     techniques::ALL.iter().copied().filter(|i| i.family == "All directions")
 }

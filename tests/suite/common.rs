@@ -103,6 +103,11 @@ pub fn spot(position: Vec3, target: Vec3, angle: f32) -> Light {
     }
 }
 
+/// A lamp that shines in all directions.
+pub fn lamp(position: Vec3) -> Light {
+    Light::Omni { position, range: 60.0, radius: 0.0, color: Vec3::splat(20.0) }
+}
+
 /// Pixels of the last frame that face a spot and lie in its cone: those that surely do, and with those on its very edge.
 pub fn in_cone(r: &mut Renderer, light: &Light) -> [u64; 2] {
     let Light::Spot { position, outer_angle, range, .. } = *light else { panic!("not a spot") };
