@@ -46,6 +46,8 @@ pub fn accuracy(renderer: &mut Renderer, setup: &Setup, index: u64) -> Result<Re
     let exact = renderer.read_truth_picture(&shaded)?;
     let [acne_share, detachment_share, leak_share, missing_caster_share, stairs_share] =
         renderer.read_causes()?.shares();
+    let faces = renderer.known()?.faces;
+    let drawn = faces.iter().flatten().count();
     let (gpu, analysis) = (&renderer.gpu, renderer.analysis());
     let maps = analysis.maps();
     let m = analysis.aliasing(gpu)?.and_then(|pixels| Aliasing::of(&pixels));
@@ -129,7 +131,8 @@ pub fn accuracy(renderer: &mut Renderer, setup: &Setup, index: u64) -> Result<Re
         count_max: counts.map(|c| c.max),
         count_gini: counts.and_then(|c| c.gini),
         count_entropy: counts.and_then(|c| c.entropy),
-        views_rendered: maps.map(|m| m.layers as u64),
+        // Of faces around a light only some are drawn.
+        views_rendered: maps.map(|m| if faces.is_empty() { m.layers as u64 } else { drawn as u64 }),
         views_needed: counts.map(|_| needed.iter().filter(|n| **n).count() as u64),
         triangles_submitted: draws.map(|d| d.sent),
         triangles_drawn: draws.map(|d| d.drawn),

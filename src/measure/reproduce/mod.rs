@@ -4,6 +4,7 @@ mod axis;
 mod cascades;
 mod chong;
 mod kenzel;
+mod lamps;
 mod morais;
 mod navratil;
 mod pcf;
@@ -156,6 +157,30 @@ pub static ALL: &[Reproduction] = &[
                     edge changes its width there instead. One width in metres does better, the wider the more; its greys \
                     differ by less, over more pixels than the stairs did. To blend the cascades is another way \
                     ([`pssm`](techniques/pssm.md)).",
+    },
+    Reproduction {
+        id: "navratil-3.1-3.2",
+        title: "Navratil 2015, tables 3.1 and 3.2: cube and dual-paraboloid maps, unoptimised and culled",
+        run: lamps::rates,
+        deviation: "His scenes are not given; ours are halls of balls with as many vertices. He culls objects on the CPU, we cull                     triangles on the GPU, which spares more of what is drawn but looks at every triangle. His rates are of whole                     frames with shading.",
+    },
+    Reproduction {
+        id: "navratil-3.16-3.18",
+        title: "Navratil 2015, figures 3.16 to 3.19: a light wanders in and out of view",
+        run: lamps::walk,
+        deviation: "He walks through a scene that he does not name, with the light still; in our hall and arches the camera stands                     still and the light goes round. He draws times without numbers.",
+    },
+    Reproduction {
+        id: "navratil-4.1",
+        title: "Navratil 2015, figure 4.1: a paraboloid magnified to what is seen",
+        run: lamps::improved,
+        deviation: "He shows two pictures without numbers.",
+    },
+    Reproduction {
+        id: "navratil-4.4-4.6",
+        title: "Navratil 2015, figures 4.4 to 4.6: the skewed cut of a paraboloid",
+        run: lamps::skewed,
+        deviation: "He draws curves and grids without numbers.",
     },
     Reproduction {
         id: "wimmer-n",

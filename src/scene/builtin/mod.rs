@@ -5,6 +5,7 @@ mod bench;
 mod blocks;
 mod builder;
 pub mod cases;
+pub(crate) mod crowd;
 mod cubes;
 mod hall;
 mod observatory;
