@@ -161,7 +161,7 @@ fn in_space(t: f32, wa: f32, wb: f32) -> f32 {
 }
 
 // Distance of a place from a segment.
-fn beside(at: vec2f, start: vec2f, end: vec2f) -> f32 {
+fn off_segment(at: vec2f, start: vec2f, end: vec2f) -> f32 {
     let d = end - start;
     let t = saturate(dot(at - start, d) / max(dot(d, d), 1e-20));
     return distance(at, start + t * d);
@@ -193,7 +193,7 @@ fn judge(one: Corner, other: Corner) -> Edge {
     let number = u32(clamp(ceil(length_inside * warp_bends()), 2.0, 128.0));
     for (var i = 0u; i <= number && !e.split; i++) {
         let at = warped(mix(a.xy, b.xy, mix(span.x, span.y, f32(i) / f32(number))));
-        e.split = beside(at, start, end) * map_side() > raster.tolerance;
+        e.split = off_segment(at, start, end) * map_side() > raster.tolerance;
     }
     return e;
 }
