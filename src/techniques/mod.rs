@@ -5,6 +5,7 @@ mod dsm;
 mod esm;
 mod evsm;
 mod fem_grid;
+mod imperfect_sm;
 mod lispsm;
 mod logpsm;
 mod msm;
@@ -171,6 +172,7 @@ pub static ALL: &[&Info] = &[
     &notw::INFO,
     &dsm::INFO,
     &fem_grid::INFO,
+    &imperfect_sm::INFO,
     &rt_hard::INFO,
 ];
 
