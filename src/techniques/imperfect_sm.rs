@@ -43,8 +43,8 @@ crate::params! {
             tile: int(64, 64..=256, "texels", 64) if vpl_shadows = "imperfect",
             /// How often a map is halved to fill holes: holes up to two to the power of this are closed. 0: none is.
             levels: int(3, 0..=6, "levels") if vpl_shadows = "imperfect",
-            /// By how much distances may differ and still be taken for one surface, as a share of the nearer one; twice as much on each coarser level. What lies farther behind is an outlier, seen between the points of the surface before it.
-            tolerance: float(0.3, 0.0..=1.0, "× distance") if vpl_shadows = "imperfect" and levels > 0,
+            /// By how much distances may differ, beyond what the surface's slope explains, and still be taken for one surface. What lies farther behind is an outlier, seen between the points of the surface before it.
+            tolerance: float(0.1, 0.0..=1.0, "× distance") if vpl_shadows = "imperfect" and levels > 0,
             /// How much farther than its map says a surface may be and still see a bounce light. Too little: acne. Too much: light leaks behind what is close.
             vpl_bias: float(0.02, 0.0..=1.0, "× distance") if vpl_shadows = "imperfect",
         }

@@ -1,14 +1,15 @@
 // Imperfect shadow maps: scene points splatted into small paraboloid maps, whose holes are filled by pull and push.
 
-// Points of the scene, rows of 512: position, and 1, or 0 where a masked surface has a hole.
+// Points of the scene, rows of 512: position and normal (as `packed_normal`), or 0 where a masked surface has a hole.
 var points: texture_2d<f32>;
 var points_out: texture_storage_2d<rgba32float, write>;
 // Of each its triangle, and its place in it: the weights of the second and third corner, 2 × 16 bits.
 var<storage, read> places: array<vec2u>;
-// One over the distance of the nearest point in each texel, tile by tile; bits, 0 where there is none.
+// One over the distance of the nearest point in each texel, with its slope (`with_cosine`), tile by tile; bits, 0 where there
+// is none.
 var<storage, read_write> splats: array<atomic<u32>>;
 var<storage, read> splatted: array<u32>;
-// All tiles in rows: metres from the VPL, 0 in holes. What is read and written are levels of one texture, each half as wide as
+// All tiles in rows: metres from the VPL, with the surface's slope (`with_cosine`), 0 in holes. What is read and written are levels of one texture, each half as wide as
 // the one before.
 var tiles: texture_2d<f32>;
 var finer: texture_2d<f32>;
@@ -19,6 +20,27 @@ var filled: texture_storage_2d<r32float, read_write>;
 // Tiles in a row, as in Rust; a root that is whole may come out a little too large.
 fn tile_columns() -> u32 {
     return u32(ceil(sqrt(f32(vpl.vpls)) - 0.001));
+}
+
+// A number with the cosine between a surface and the ray to the VPL in its last eight bits: of the 24 bits of precision it
+// keeps 16.
+fn with_cosine(x: f32, cosine: f32) -> f32 {
+    return bitcast<f32>((bitcast<u32>(x) & 0xffffff00u) | u32(255.0 * saturate(cosine)));
+}
+
+fn cosines_of(x: vec4f) -> vec4f {
+    return vec4f(bitcast<vec4u>(x) & vec4u(255u)) / 255.0;
+}
+
+// A unit vector as a whole number, 2 × 11 bits, from 1 on.
+fn packed_normal(n: vec3f) -> f32 {
+    let at = round((0.5 + 0.5 * to_octahedron(n)) * 2047.0);
+    return 1.0 + at.x + 2048.0 * at.y;
+}
+
+fn unpacked_normal(x: f32) -> vec3f {
+    let bits = u32(x) - 1u;
+    return from_octahedron(vec2f(vec2u(bits & 2047u, bits >> 11u)) / 1023.5 - 1.0);
 }
 
 @compute @workgroup_size(64)
@@ -34,7 +56,8 @@ fn place_points(@builtin(global_invocation_id) id: vec3u) {
     let c = vertices[index.z];
     let position = a.position + w.x * (b.position - a.position) + w.y * (c.position - a.position);
     let uv = a.uv + w.x * (b.uv - a.uv) + w.y * (c.uv - a.uv);
-    let there = select(1.0, 0.0, masked_out(materials[a.material], uv));
+    let normal = normalize(cross(b.position - a.position, c.position - a.position) + vec3f(0.0, 1e-37, 0.0));
+    let there = select(packed_normal(normal), 0.0, masked_out(materials[a.material], uv));
     textureStore(points_out, vec2u(id.x & 511u, id.x >> 9u), vec4f(position, there));
 }
 
@@ -62,13 +85,14 @@ fn splat(@builtin(global_invocation_id) id: vec3u) {
         return;
     }
     let texel = vec2u(tile_place(there, far, light.normal));
-    atomicMax(&splats[(id.y * vpl.tile + texel.y) * vpl.tile + texel.x], bitcast<u32>(1.0 / far));
+    let near = with_cosine(1.0 / far, abs(dot(unpacked_normal(point.w), there)) / far);
+    atomicMax(&splats[(id.y * vpl.tile + texel.y) * vpl.tile + texel.x], bitcast<u32>(near));
 }
 
-// The distance in a texel of a tile as splatted.
+// The distance in a texel of a tile as splatted, with its slope.
 fn as_splatted(tile: u32, texel: vec2u) -> f32 {
     let near = bitcast<f32>(splatted[(tile * vpl.tile + texel.y) * vpl.tile + texel.x]);
-    return select(0.0, 1.0 / near, near > 0.0);
+    return select(0.0, with_cosine(1.0 / near, cosines_of(vec4f(near)).x + 1e-3), near > 0.0);
 }
 
 @compute @workgroup_size(8, 8)
@@ -86,22 +110,28 @@ fn unpack(@builtin(global_invocation_id) id: vec3u) {
     textureStore(tiles_out, id.xy, vec4f(far));
 }
 
-// By how much distances may differ, as a share of the nearer, and still be of one surface.
-fn tolerance(side: u32) -> f32 {
-    return vpl.tolerance * f32(vpl.tile / side);
+// Radians that a texel of a tile takes whose side is so many texels long.
+fn texel_angle(texel: vec2f, side: f32) -> f32 {
+    let off = 2.0 * texel / side - 1.0;
+    return 4.0 / (side * (1.0 + dot(off, off)));
 }
 
-// The mean of four distances but for holes and for what lies farther behind the nearest than the tolerance. Of one over the
-// distance: along a plane it changes evenly with the direction.
-fn mean_of_nearest(far: vec4f, weights: vec4f, tolerance: f32) -> f32 {
-    let known = far > vec4f(0.0);
-    let all = select(vec4f(3.4e38), far, known);
-    let nearest = min(min(all.x, all.y), min(all.z, all.w));
-    let kept = select(vec4f(0.0), weights, known & (all <= vec4f(nearest * (1.0 + tolerance))));
-    return select(0.0, dot(kept, vec4f(1.0)) / max(dot(kept, 1.0 / all), 1e-30), any(known));
+// By how much the distances of surfaces with these cosines may differ over an angle and still be of one surface, as a share
+// of the nearer one.
+fn tolerance(cosines: vec4f, angle: f32) -> vec4f {
+    let slopes = sqrt(max(1.0 - cosines * cosines, vec4f(0.0))) / max(cosines, vec4f(0.5 / 255.0));
+    return vpl.tolerance + angle * slopes;
 }
 
-// A level from the finer one (Marroquim et al. 2007): four texels become one.
+// A weighted mean of known distances: of one over them, which along a plane changes evenly with the direction.
+fn mean_distance(far: vec4f, weights: vec4f) -> f32 {
+    let whole = dot(weights, vec4f(1.0));
+    let near = dot(weights, 1.0 / max(far, vec4f(1e-20)));
+    return select(0.0, with_cosine(whole / max(near, 1e-30), dot(weights, cosines_of(far)) / max(whole, 1e-6)), whole > 0.0);
+}
+
+// A level from the finer one (Marroquim et al. 2007): four texels become the mean of the nearest of them and of those that
+// can be of the same surface.
 @compute @workgroup_size(8, 8)
 fn pull(@builtin(global_invocation_id) id: vec3u) {
     let size = textureDimensions(tiles_out);
@@ -111,11 +141,19 @@ fn pull(@builtin(global_invocation_id) id: vec3u) {
     let at = 2u * id.xy;
     let far = vec4f(textureLoad(finer, at, 0).x, textureLoad(finer, at + vec2u(1u, 0u), 0).x,
                     textureLoad(finer, at + vec2u(0u, 1u), 0).x, textureLoad(finer, at + 1u, 0).x);
-    textureStore(tiles_out, id.xy, vec4f(mean_of_nearest(far, vec4f(1.0), tolerance(2u * size.x / tile_columns()))));
+    let side = size.x / tile_columns();
+    let angle = texel_angle(vec2f(id.xy % side) + 0.5, f32(side));
+    let known = far > vec4f(0.0);
+    let all = select(vec4f(1e30), far, known);
+    let nearest = min(min(all.x, all.y), min(all.z, all.w));
+    let own = known & (all <= nearest * (1.0 + tolerance(cosines_of(far), angle)));
+    textureStore(tiles_out, id.xy, vec4f(mean_distance(far, select(vec4f(0.0), vec4f(1.0), own))));
 }
 
-// Fills a level's holes from the coarser one, and replaces outliers: what lies farther behind the surface there than the
-// tolerance was seen between that surface's points.
+// Fills a level's holes from the coarser one, and replaces outliers: what lies farther than the coarser texels around it, by
+// more than its slope explains, was seen between the points of the surface before it. On the two finest levels it is held
+// against their mean, on coarser ones against the farthest of them: else the rims of what is near would grow by as much as
+// these levels' texels.
 @compute @workgroup_size(8, 8)
 fn push(@builtin(global_invocation_id) id: vec3u) {
     let size = textureDimensions(filled);
@@ -128,13 +166,17 @@ fn push(@builtin(global_invocation_id) id: vec3u) {
     let first = id.xy / side * (side / 2u);
     let last = first + side / 2u - 1u;
     let here = id.xy / 2u;
-    let beside = vec2u(clamp(vec2i(here) + select(vec2i(-1), vec2i(1), (id.xy & vec2u(1u)) == vec2u(1u)), vec2i(first), vec2i(last)));
+    let step = select(vec2i(-1), vec2i(1), (id.xy & vec2u(1u)) == vec2u(1u));
+    let beside = vec2u(clamp(vec2i(here) + step, vec2i(first), vec2i(last)));
     let far = vec4f(textureLoad(coarser, here, 0).x, textureLoad(coarser, vec2u(beside.x, here.y), 0).x,
                     textureLoad(coarser, vec2u(here.x, beside.y), 0).x, textureLoad(coarser, beside, 0).x);
-    let weights = vec4f(9.0, 3.0, 3.0, 1.0);
-    let expected = mean_of_nearest(far, weights, 100.0);
-    if own == 0.0 || own > expected * (1.0 + tolerance(side)) && expected > 0.0 {
-        textureStore(filled, id.xy, vec4f(expected));
+    let mean = mean_distance(far, select(vec4f(0.0), vec4f(9.0, 3.0, 3.0, 1.0), far > vec4f(0.0)));
+    let farthest = max(max(far.x, far.y), max(far.z, far.w));
+    let held_against = select(farthest, mean, 2u * side >= vpl.tile);
+    let angle = 2.0 * texel_angle(vec2f(id.xy % side) + 0.5, f32(side));
+    let most = held_against * (1.0 + tolerance(cosines_of(vec4f(own)), angle).x);
+    if own == 0.0 || (own > most && mean > 0.0) {
+        textureStore(filled, id.xy, vec4f(mean));
     }
 }
 
@@ -147,9 +189,7 @@ fn seen_in_tile(s: Surface, position: vec3f, normal: vec3f, i: u32) -> bool {
     let stored = textureLoad(tiles, vec2u(at) + vpl.tile * vec2u(i % columns, i / columns), 0).x;
     // How far the receiver's plane falls back over a texel, as a share of the distance.
     let cosine = abs(dot(s.normal, there)) / far;
-    let off = 2.0 * at / f32(vpl.tile) - 1.0;
-    let texel = 4.0 / (f32(vpl.tile) * (1.0 + dot(off, off)));
-    let slope = min(sqrt(max(1.0 - cosine * cosine, 0.0)) / max(cosine, 1e-3), 1000.0) * texel;
+    let slope = sqrt(max(1.0 - cosine * cosine, 0.0)) / max(cosine, 1e-3) * texel_angle(at, f32(vpl.tile));
     return stored == 0.0 || far <= stored * (1.0 + vpl.vpl_bias + slope);
 }
 
