@@ -13,6 +13,8 @@ override drawn_view: u32;
 override drawn_map: u32;
 // 0: the picture alone. 1: with `over` over it. 2: it will lie over another.
 override layer: u32;
+// 1: the technique offers indirect light.
+override indirect_light: u32;
 
 struct View {
     range: vec2f,
@@ -25,6 +27,10 @@ struct View {
     // Of errors: pixels by which wrong ones grow, and whether what lies under them is light.
     dilation: u32,
     light_base: u32,
+    // Shares of direct and ambient light beside indirect light.
+    direct: f32,
+    ambient: f32,
+    padding: u32,
 }
 
 var<uniform> view: View;
@@ -36,6 +42,8 @@ var shown: texture_2d<f32>;
 var other: texture_2d<f32>;
 // The overlay, sRGB-encoded.
 var over: texture_2d<f32>;
+// Irradiance of each pixel by light that surfaces throw back.
+var indirect: texture_2d<f32>;
 var output: texture_storage_2d<rgba8unorm, write>;
 
 fn sky(direction: vec3f) -> vec3f {
@@ -56,8 +64,13 @@ fn lit(s: Surface, v: f32) -> vec3f {
     let light = light_at(s.position);
     let cosine = max(dot(s.shading_normal, normalize(light.to_light)), 0.0);
     let direct = select(0.0, v, light.reached && faces_light(s)) * cosine * light.irradiance;
+    var light_in = ambient(s.shading_normal) + direct;
+    if indirect_light == 1u {
+        let back = textureLoad(indirect, s.pixel, 0).rgb;
+        light_in = view.ambient * ambient(s.shading_normal) + view.direct * direct + back;
+    }
     // Bright parts are bent below white; dark ones stay as they are.
-    let c = 1.25 * s.albedo * (ambient(s.shading_normal) + direct);
+    let c = 1.25 * s.albedo * light_in;
     return c * (1.0 + c * 0.1) / (1.0 + c * 0.6);
 }
 

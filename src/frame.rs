@@ -5,6 +5,7 @@
 mod analysis;
 mod figure;
 mod freeze;
+mod indirect;
 mod judged;
 mod lines;
 mod maps;
@@ -13,6 +14,7 @@ mod shot;
 
 pub use analysis::{Analysis, Counting, MapSizes, PieceCount};
 pub use figure::{Pane, panes};
+pub use indirect::Indirect;
 pub use lines::{Segment, Style};
 pub use maps::{LightSpace, MapLayer, Place};
 pub use shot::{Shot, ShotUniform};
@@ -159,6 +161,8 @@ pub struct Frame<'a> {
     recorder: Recorder<'a>,
     /// The camera that maps are fitted to.
     pub camera: Camera,
+    /// The picture's own, which goes on where the other is frozen.
+    pub eye: Camera,
     pub light: Light,
     /// The view that is asked for, by its id.
     pub view: &'a str,
@@ -168,6 +172,8 @@ pub struct Frame<'a> {
     pub geometry: &'a Geometry,
     /// Width and height, pixels.
     pub size: [u32; 2],
+    /// Of all that is random.
+    pub seed: u32,
     /// Counts the changes of the scene's geometry.
     pub revision: u64,
     /// Nothing may be taken over from the frame before.
@@ -177,6 +183,7 @@ pub struct Frame<'a> {
     pub history: History,
     frames: [u32; 2],
     offered: Option<Offered>,
+    indirect: Option<Indirect>,
     splits: Option<(Buffer, u32)>,
     faces: Option<([Buffer; 2], u32)>,
     pieces: Option<Buffer>,
@@ -343,6 +350,9 @@ pub struct ViewUniform {
     /// Of errors: pixels by which wrong ones grow, and whether what lies under them is light.
     pub dilation: u32,
     pub light_base: u32,
+    /// Shares of direct and of ambient light, where a technique offers indirect light.
+    pub direct: f32,
+    pub ambient: f32,
     pub padding: u32,
 }
 
@@ -357,8 +367,10 @@ enum Layer {
 
 /// The passes that draw the picture: each view has a pipeline of its own, made when it is first asked for.
 struct Shading {
-    passes: HashMap<[u32; 3], Pass>,
+    passes: HashMap<[u32; 4], Pass>,
     view: Buffer,
+    /// What the technique in use offers.
+    indirect: Option<Indirect>,
     /// Bound where no technique shows a map.
     no_light_view: Buffer,
 }
@@ -392,11 +404,12 @@ impl Shading {
         Shading {
             passes: HashMap::new(),
             view: uniform("view", size_of::<ViewUniform>()),
+            indirect: None,
             no_light_view: uniform("no light view", size_of::<LightView>()),
         }
     }
 
-    fn pass(&mut self, gpu: &Gpu, key: [u32; 3]) -> Result<&Pass> {
+    fn pass(&mut self, gpu: &Gpu, key: [u32; 4]) -> Result<&Pass> {
         for (_, other) in self.passes.iter().filter(|(k, _)| **k != key) {
             // What it bound may be gone by the time it is asked for again.
             other.forget();
@@ -404,8 +417,9 @@ impl Shading {
         match self.passes.entry(key) {
             Entry::Occupied(held) => Ok(held.into_mut()),
             Entry::Vacant(free) => {
-                let [view, map, layer] = key.map(f64::from);
-                let constants = [("drawn_view", view), ("drawn_map", map), ("layer", layer)];
+                let [view, map, layer, indirect] = key.map(f64::from);
+                let constants =
+                    [("drawn_view", view), ("drawn_map", map), ("layer", layer), ("indirect_light", indirect)];
                 let pass = Pass::specialised(gpu, "shading", "shade.wgsl", "shade", &[view::GROUP], &constants)?;
                 Ok(free.insert(pass))
             }
@@ -424,10 +438,16 @@ impl Shading {
         let gpu = recorder.gpu;
         let Drawing { rows, opacity, dilation, .. } = picture;
         let (buffer, no_light_view) = (self.view.clone(), self.no_light_view.clone());
-        let pass = self.pass(gpu, [picture.number, drawn_map(&picture.drawn), picture.layer as u32])?;
+        let indirect = self.indirect.clone();
+        let key = [picture.number, drawn_map(&picture.drawn), picture.layer as u32, indirect.is_some() as u32];
+        let pass = self.pass(gpu, key)?;
         let light_base = picture.light_base as u32;
         let mut view = ViewUniform { range: [0.0, 1.0], rows, opacity, dilation, light_base, ..ViewUniform::zeroed() };
         let mut run = recorder.run(pass).bind("view", &buffer).bind("shown", map).bind("light_view", &no_light_view);
+        run = run.bind("indirect", indirect.as_ref().map_or(map, |i| &i.view));
+        if let Some(indirect) = indirect {
+            (view.direct, view.ambient) = (indirect.direct, indirect.ambient);
+        }
         match (picture.drawn, maps, aliasing) {
             (Drawn::Ramp(values), ..) => view.range = values.range,
             (Drawn::Aliasing(channel), _, Some(aliasing)) => {
@@ -541,7 +561,8 @@ const JUDGED: &str = "error map (CPU)";
 /// Moving the animated geometry and building its BVH, on the CPU.
 const ANIMATION: &str = "geometry and BVH (CPU)";
 
-const SAMPLED: wgpu::TextureUsages = wgpu::TextureUsages::TEXTURE_BINDING.union(wgpu::TextureUsages::COPY_SRC);
+pub(crate) const SAMPLED: wgpu::TextureUsages =
+    wgpu::TextureUsages::TEXTURE_BINDING.union(wgpu::TextureUsages::COPY_SRC);
 pub(crate) const DRAWN: wgpu::TextureUsages = SAMPLED.union(wgpu::TextureUsages::RENDER_ATTACHMENT);
 pub(crate) const STORED: wgpu::TextureUsages = SAMPLED.union(wgpu::TextureUsages::STORAGE_BINDING);
 
@@ -710,12 +731,14 @@ impl Renderer {
         let mut f = Frame {
             recorder,
             camera: fitted_to.as_ref().unwrap_or(setup).camera,
+            eye: setup.camera,
             light: setup.light,
             view: &setup.view,
             values,
             scene,
             geometry: &self.geometry,
             size: ask.size,
+            seed: setup.seed,
             revision: self.revision,
             // What is analysed counts what is drawn.
             fresh: ask.fresh || analysed || broken,
@@ -723,6 +746,7 @@ impl Renderer {
             history: if broken && ask.history == History::Goes { History::Starts } else { ask.history },
             frames: [1, 1],
             offered: None,
+            indirect: None,
             splits: None,
             faces: None,
             pieces: None,
@@ -743,7 +767,7 @@ impl Renderer {
         told.frames = f.frames;
         self.frames = f.frames[0];
         self.sizeless = setup.light.radius() == 0.0 && info.filter(values).is_some_and(|f| (f.sized)(values));
-        let Frame { mut recorder, offered, splits, faces, pieces, analysis, outlines, .. } = f;
+        let Frame { mut recorder, offered, indirect, splits, faces, pieces, analysis, outlines, .. } = f;
         recorder.freeze(Vec::new());
         let mut aliasing = None;
         if let Some(analysis) = analysis {
@@ -767,6 +791,7 @@ impl Renderer {
         // What only the technique can draw is not there where it does not serve the light.
         self.seen = view.filter(|v| view::index(v.id).is_some() || info.refuses(&setup.light).is_none());
         self.offered = offered;
+        self.shading.indirect = indirect;
         self.light = Some(setup.light);
         self.splits = splits;
         self.faces = faces;

@@ -228,3 +228,18 @@ fn trace(ray: Ray) -> Hit {
     }
     return Hit(false, false, visits, 0.0, 0u);
 }
+
+// What the ray meets first.
+fn nearest(ray: Ray) -> Hit {
+    var shorter = ray;
+    var found = Hit(false, false, 0u, 0.0, 0u);
+    loop {
+        let next = trace(shorter);
+        if !next.blocked {
+            return found;
+        }
+        found = next;
+        shorter.t_max = next.t;
+    }
+    return found;
+}

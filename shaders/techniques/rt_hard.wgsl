@@ -145,21 +145,6 @@ var aliasing: texture_2d<f32>;
 // two texels, and the metres below which a blocker is near.
 var evidence_out: texture_storage_2d<rgba32uint, write>;
 
-// The blocker nearest to the ray's origin.
-fn nearest_blocker(ray: Ray) -> Hit {
-    var shorter = ray;
-    var nearest = Hit(false, false, 0u, 0.0, 0u);
-    loop {
-        let next = trace(shorter);
-        if !next.blocked {
-            return nearest;
-        }
-        nearest = next;
-        shorter.t_max = next.t;
-    }
-    return nearest;
-}
-
 // Whether the hard truth changes within two texels of the light's image, `texel` metres wide at the surface, whatever the
 // camera sees of that; 1 if so. Beside a lit surface something may stand that is no farther away than a texel: perhaps only
 // the next facet of the same caster. Then its triangle.
@@ -198,7 +183,7 @@ fn explain(@builtin(global_invocation_id) id: vec3u) {
     if s.valid && light.reached && dot(s.normal, light.to_light) > 0.0 {
         let lit = textureLoad(hard, pixel, 0).x >= 0.5;
         if !lit {
-            let hit = nearest_blocker(shadow_ray(s, light));
+            let hit = nearest(shadow_ray(s, light));
             evidence.x = bitcast<u32>(hit.t * length(light.to_light));
             evidence.y = hit.triangle;
         }

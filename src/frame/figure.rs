@@ -1,6 +1,8 @@
 //! A figure: the picture of one technique with an overlay, or of several techniques side by side.
 
-use super::{Analysis, Ask, DRAWN, Drawing, Layer, Made, NO_FRAME, Renderer, STORED, Targets, Told, ToldSide};
+use super::{
+    Analysis, Ask, DRAWN, Drawing, Indirect, Layer, Made, NO_FRAME, Renderer, STORED, Targets, Told, ToldSide,
+};
 use crate::gpu::{Gpu, Recorder, Slot};
 use crate::setup::{Arrange, Overlay, Setup};
 use crate::techniques;
@@ -75,6 +77,7 @@ pub(super) struct Beside {
     output: Slot,
     pub(super) analysis: Analysis,
     pub(super) seen: Option<&'static View>,
+    indirect: Option<Indirect>,
     /// As [`Told::frames`] has it first.
     pub(super) frames: u32,
 }
@@ -223,6 +226,7 @@ impl Renderer {
         swap(&mut self.targets.output, &mut beside.output);
         swap(&mut self.analysis, &mut beside.analysis);
         swap(&mut self.seen, &mut beside.seen);
+        swap(&mut self.shading.indirect, &mut beside.indirect);
         swap(&mut self.frames, &mut beside.frames);
     }
 

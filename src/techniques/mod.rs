@@ -7,6 +7,7 @@ mod dual_paraboloid;
 mod esm;
 mod evsm;
 mod fem_grid;
+mod imperfect_sm;
 mod ipsm;
 mod lispsm;
 mod logpsm;
@@ -181,6 +182,7 @@ pub static ALL: &[&Info] = &[
     &ipsm::INFO,
     &skewed_paraboloid::INFO,
     &omni_atlas::INFO,
+    &imperfect_sm::INFO,
     &rt_hard::INFO,
 ];
 

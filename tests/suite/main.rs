@@ -13,6 +13,7 @@ mod filters_pcf;
 mod flatland;
 mod gltf;
 mod hulls;
+mod imperfect_sm;
 mod laws;
 mod light_size;
 mod logpsm;

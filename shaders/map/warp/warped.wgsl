@@ -3,6 +3,7 @@
 //!include map/choose/single.wgsl
 //!include map/look_up.wgsl
 //!include lib/labels.wgsl
+//!include lib/squares.wgsl
 //!include map/warp/exact.wgsl
 //!include map/warp/subdivide.wgsl
 // All passes of a map with a warp (map/place/warp.wgsl): what view samples need of it, its casters, its look-up and its views.
@@ -193,14 +194,6 @@ fn tabulate(@builtin(global_invocation_id) id: vec3u) {
         let at = vec2f(id.xy) / vec2f(last);
         textureStore(warp_nodes, id.xy, vec4f(warp(at), unwarp(at)));
     }
-}
-
-// Two squares of side 1 beside each other, fitted into the picture as in a diagram: the place in them of a pixel.
-// x in 0 to 2.
-fn square_place(pixel: vec2f) -> vec2f {
-    let size = vec2f(frame.size);
-    let scale = max(2.08 / size.x, 1.04 / size.y);
-    return (pixel - 0.5 * size) * scale + vec2f(1.0, 0.5);
 }
 
 // Left the light's image before the warp with every sixteenth of the map's sides, right the map with every sixteenth of the
