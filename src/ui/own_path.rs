@@ -5,15 +5,18 @@ use super::model::Model;
 use crate::light::Light;
 use crate::path::{Between, Key, LONGEST, LightKey, OwnPath, Sample, reduce, to_millis};
 use crate::scene::Camera;
-use egui::{Align, Button, DragValue, Layout, RichText, Role, Ui, WidgetInfo, vec2};
+use egui::{Align, Button, DragValue, Layout, RichText, Role, ScrollArea, Ui, WidgetInfo, vec2};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// The longest recording, seconds: it then ends by itself.
 const MOST: f32 = 600.0;
-/// Seconds without a change after which things count as having stood still, until so long before the next one.
-const STILL: f32 = 0.05;
-const STEP: f32 = 0.016;
+/// Seconds without a change after which things count as having stood still, until so long before the next one. Shorter
+/// ones are those between two passes of a slow window.
+const STILL: f32 = 0.5;
+const STEP: f32 = 0.1;
+/// Height of the list of keys beyond which it scrolls by itself, points.
+const LIST: f32 = 160.0;
 /// Seconds from the last key to one that is added at the end.
 const NEXT: f32 = 2.0;
 /// Seconds within which a new key takes the place of another, and the least between two.
@@ -163,9 +166,12 @@ pub fn show(ui: &mut Ui, m: &mut Model) {
         }
     });
     let mut gone = None;
-    for (i, key) in path.keys.iter().enumerate() {
-        ui.horizontal(|ui| row(ui, m, &path, (i, key), &mut gone));
-    }
+    let list = ScrollArea::vertical().id_salt("keys").max_height(LIST).auto_shrink([false, true]);
+    list.show_rows(ui, 21.0, path.keys.len(), |ui, shown| {
+        for (i, key) in path.keys.iter().enumerate().take(shown.end).skip(shown.start) {
+            ui.horizontal(|ui| row(ui, m, &path, (i, key), &mut gone));
+        }
+    });
     if let (Some(i), Some(path)) = (gone, &mut m.setup.path) {
         if path.keys.len() > 1 {
             let time = path.time(m.timeline.t) as f32;

@@ -22,6 +22,7 @@ mod node_grids;
 mod notw;
 mod origin;
 mod panel;
+mod paths;
 mod prefiltered_soft;
 mod reference;
 mod repeats;
