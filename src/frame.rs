@@ -314,6 +314,8 @@ impl Ask {
 pub struct Told {
     /// CPU milliseconds that the technique took to record its passes.
     pub cpu_ms: f64,
+    /// How many these were; with the analysis', where the frame asked for one.
+    pub passes: u32,
     /// Bytes of GPU memory that the technique holds.
     pub gpu_bytes: u64,
     /// How much of the truth is traced that the set-up names ([`crate::truth::Samples::shown`]).
@@ -756,13 +758,14 @@ impl Renderer {
             outlines: lines::wanted(setup, &ask).then(Default::default),
         };
         let start = Instant::now();
-        let waited = f.waited();
+        let (waited, recorded) = (f.waited(), f.recorded());
         match info.refuses(&setup.light) {
             None => made.account.charge(|| made.technique.render(&mut f))?,
             // Without a technique that serves the light the picture has no shadow.
             Some(_) => f.run(&self.unshadowed).per_pixel(),
         }
         told.cpu_ms = start.elapsed().as_secs_f64() * 1e3 - (f.waited() - waited);
+        told.passes = f.recorded() - recorded;
         told.gpu_bytes = made.account.bytes();
         told.frames = f.frames;
         self.frames = f.frames[0];

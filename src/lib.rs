@@ -1,7 +1,7 @@
 //! Shadowscope: shadow techniques side by side with ray-traced truth.
 //!
 //! The map of the house, in the order of the data:
-//! [`setup`] (what to draw) → [`scene`] (glTF and built-in scenes, flattened) → [`frame`] (G-buffer,
+//! [`setup`] (what to draw), [`path`] (how it moves) → [`scene`] (glTF and built-in scenes, flattened) → [`frame`] (G-buffer,
 //! technique, truth, picture) → [`measure`] (errors and times) → [`cli`] and [`ui`].
 //! Underneath: [`gpu`] (device, passes bound by name), [`mod@params`] (declared once), [`light`],
 //! [`map`] (where shadow maps look × how they are looked up), [`flatland`] (the same in two dimensions),
@@ -19,6 +19,7 @@ pub mod map;
 pub mod measure;
 pub mod palette;
 pub mod params;
+pub mod path;
 pub mod scene;
 pub mod setup;
 pub mod techniques;

@@ -8,6 +8,7 @@ mod shape;
 use crate::capture;
 use crate::light::{Light, MAX_RADIUS};
 use crate::params::{Kind, Value, Values};
+use crate::path::{self, OwnPath};
 use crate::scene::{Camera, Scene, builtin, gltf};
 use crate::techniques::{self, Info};
 use crate::truth::Samples;
@@ -17,6 +18,7 @@ use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
+use std::sync::Arc;
 
 /// Everything a frame depends on. Saved as TOML; lengths in metres, angles in degrees. Here camera and light stand in scene
 /// space, in files in the scene's own coordinates ([`place`]).
@@ -89,6 +91,9 @@ pub struct Setup {
     /// What the technique is compared with: the second side, and up to two more.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub against: Vec<Side>,
+    /// A path of one's own, along which stability and cost are measured.
+    #[serde(default, skip_serializing_if = "Option::is_none", with = "path::shared")]
+    pub path: Option<Arc<OwnPath>>,
 }
 
 /// What lies under marked errors: the picture in dark greys, or in light ones for print and projectors.
@@ -265,6 +270,7 @@ impl Setup {
             params: BTreeMap::new(),
             overlay: None,
             against: Vec::new(),
+            path: None,
         };
         setup.complete();
         Ok(setup)
@@ -479,6 +485,7 @@ impl Setup {
             error_window: default_window(),
             probe: middle(),
             params: BTreeMap::new(),
+            path: None,
             ..self.alone()
         }
     }
@@ -585,6 +592,7 @@ impl Setup {
         check_camera("camera", &self.camera)?;
         self.shadow_camera.map_or(Ok(()), |c| check_camera("shadow_camera", &c))?;
         self.check_light()?;
+        self.path.as_ref().map_or(Ok(()), |p| p.check(&self.light))?;
         let own = self.params.iter().map(|(id, values)| (format!("params.{id}"), id, values));
         let sides = self.against.iter().filter(|s| !s.is_truth());
         for (path, id, values) in own.chain(sides.map(|s| ("against.params".into(), &s.technique, &s.params))) {

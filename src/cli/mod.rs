@@ -332,6 +332,7 @@ impl Wanted {
         }
         if let Some(light) = &self.light {
             setup.light = setup::parse_light(scene, light)?;
+            setup.fit_path();
         }
         if let Some(time) = self.time {
             setup.time = time;

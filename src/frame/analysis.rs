@@ -3,7 +3,7 @@
 
 use super::maps::Place;
 use super::{Frame, STORED};
-use crate::gpu::{Account, Buffer, DrawCount, Draws, Gpu, Pass, Resource, Slot};
+use crate::gpu::{Account, Buffer, DrawCount, Draws, Gpu, LayerCount, Pass, Resource, Slot};
 use anyhow::Result;
 use bytemuck::{Pod, Zeroable};
 
@@ -234,6 +234,12 @@ impl Analysis {
     /// What the technique's draws made of the scene's triangles. None where the adapter cannot count it.
     pub fn draws(&self, gpu: &Gpu) -> Result<Option<Draws>> {
         self.draws.as_ref().map_or(Ok(None), |d| d.read(gpu))
+    }
+
+    /// The depth layers that the technique drew into, and those of them that got something. None as [`Analysis::draws`], and
+    /// of techniques that draw into none.
+    pub fn layers(&self, gpu: &Gpu) -> Result<Option<LayerCount>> {
+        self.draws.as_ref().map_or(Ok(None), |d| d.layers(gpu))
     }
 }
 

@@ -11,7 +11,7 @@ pub use pass::{Pass, Raster, Recorder, Resource, Run, Watch};
 use shader::Loaded;
 pub use shader::{Shaders, files as shader_files};
 pub use table::Table;
-pub use timer::{DrawCount, Draws, Timer, TimerMode};
+pub use timer::{DrawCount, Draws, LayerCount, Timer, TimerMode};
 
 use anyhow::{Context, Result, anyhow};
 use std::sync::atomic::AtomicU64;

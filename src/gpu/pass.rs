@@ -1,7 +1,7 @@
 //! Passes: a pipeline whose resources are bound by their WGSL names, recorded and timed.
 
 use super::shader::{Binding, Loaded};
-use super::timer::{DrawCount, MAX_DRAWS, Pending, Timer, TimerMode};
+use super::timer::{DrawCount, MAX_DRAWS, Pending, Sent, Timer, TimerMode};
 use super::{GivenUp, Gpu};
 use crate::params::Group;
 use anyhow::{Context, Result};
@@ -263,8 +263,10 @@ pub struct Recorder<'a> {
     timed: bool,
     /// What [`Run::per_pixel`] covers.
     pixels: [u32; 2],
-    /// Where render passes count what they draw, and how many did.
-    draws: Option<(wgpu::QuerySet, u32)>,
+    /// Where render passes count what they draw, and what each of them counts as.
+    draws: Option<Counting>,
+    /// Passes recorded so far.
+    recorded: u32,
     error: Option<anyhow::Error>,
 }
 
@@ -277,8 +279,22 @@ impl<'a> Recorder<'a> {
         let frame = gpu.frames.fetch_add(1, Ordering::Relaxed) + 1;
         let (resources, frozen) = (HashMap::new(), Vec::new());
         let (watched, written) = (None, None);
-        let (draws, error) = (None, None);
-        Recorder { gpu, frame, resources, frozen, watched, written, encoder, timer, timed, pixels, draws, error }
+        let (draws, recorded, error) = (None, 0, None);
+        Recorder {
+            gpu,
+            frame,
+            resources,
+            frozen,
+            watched,
+            written,
+            encoder,
+            timer,
+            timed,
+            pixels,
+            draws,
+            recorded,
+            error,
+        }
     }
 
     /// Makes a resource known to all passes that follow, by its WGSL name or its parameter group's name.
@@ -307,7 +323,7 @@ impl<'a> Recorder<'a> {
 
     /// Starts a pass.
     pub fn run<'r>(&'r mut self, pass: &'r Pass) -> Run<'r, 'a> {
-        Run { recorder: self, pass, name: pass.name, extra: Vec::new(), counted: true }
+        Run { recorder: self, pass, name: pass.name, extra: Vec::new(), counted: Some(Sent::Triangles), layer: None }
     }
 
     /// Submits what is recorded so far: what is written into buffers from here on holds for what follows.
@@ -344,16 +360,21 @@ impl<'a> Recorder<'a> {
 
     /// Counts what the render passes from here on draw.
     pub fn count_draws(&mut self, count: &DrawCount) {
-        self.draws = Some((count.queries.clone(), 0));
+        self.draws = Some(Counting { queries: count.queries.clone(), layers: Vec::new(), draws: Vec::new() });
     }
 
     /// Counts no further, and keeps what was counted.
     pub fn keep_draws(&mut self, count: &mut DrawCount) {
-        let draws = self.draws.take().map_or(0, |(_, draws)| draws);
-        count.draws = draws;
+        count.draws = self.draws.take().map_or(Vec::new(), |counting| counting.draws);
+        let draws = count.draws.len() as u32;
         if (1..=MAX_DRAWS).contains(&draws) {
             self.encoder.resolve_query_set(&count.queries, 0..draws, &count.resolved, 0);
         }
+    }
+
+    /// Passes recorded so far.
+    pub fn recorded(&self) -> u32 {
+        self.recorded
     }
 
     /// Whether each pass is waited for, so that a frame can be given up between two of them.
@@ -404,19 +425,42 @@ impl<'a> Recorder<'a> {
     }
 }
 
+/// What is counted of a frame's draws.
+struct Counting {
+    queries: wgpu::QuerySet,
+    /// The depth layers drawn into.
+    layers: Vec<wgpu::TextureView>,
+    /// Of each draw what it sends, and the number of its layer.
+    draws: Vec<(Sent, Option<usize>)>,
+}
+
 /// One pass being put together.
 pub struct Run<'r, 'a> {
     recorder: &'r mut Recorder<'a>,
     pass: &'r Pass,
     name: &'static str,
     extra: Vec<(&'static str, Resource)>,
-    counted: bool,
+    counted: Option<Sent>,
+    /// The layer that a draw counts for; None: the one that it draws into.
+    layer: Option<wgpu::TextureView>,
 }
 
 impl Run<'_, '_> {
     /// Keeps a draw that sends no triangles of the scene out of the count.
     pub fn uncounted(mut self) -> Self {
-        self.counted = false;
+        self.counted = None;
+        self
+    }
+
+    /// Keeps a draw that sends points in place of the scene's triangles out of the count of these. Its layer counts.
+    pub fn points(mut self) -> Self {
+        self.counted = Some(Sent::Points);
+        self
+    }
+
+    /// Counts a draw for another layer than its own: it adds to what that one holds.
+    pub fn for_layer(mut self, layer: &wgpu::TextureView) -> Self {
+        self.layer = Some(layer.clone());
         self
     }
 
@@ -471,9 +515,18 @@ impl Run<'_, '_> {
         clear: bool,
         draw: impl FnOnce(&mut wgpu::RenderPass),
     ) {
-        let query = self.recorder.draws.as_mut().filter(|_| self.counted).and_then(|(set, draws)| {
-            *draws += 1;
-            (*draws <= MAX_DRAWS).then(|| (set.clone(), *draws - 1))
+        let layer = self.layer.as_ref().or(depth.map(|d| d.0));
+        let query = self.recorder.draws.as_mut().zip(self.counted).and_then(|(counting, sent)| {
+            let layers = &mut counting.layers;
+            let layer = layer.map(|view| {
+                layers.iter().position(|l| l == view).unwrap_or_else(|| {
+                    layers.push(view.clone());
+                    layers.len() - 1
+                })
+            });
+            counting.draws.push((sent, layer));
+            let draws = counting.draws.len() as u32;
+            (draws <= MAX_DRAWS).then(|| (counting.queries.clone(), draws - 1))
         });
         let load = |value| if clear { wgpu::LoadOp::Clear(value) } else { wgpu::LoadOp::Load };
         let wrote = colors.first().copied().or(depth.map(|d| d.0)).cloned();
@@ -564,6 +617,7 @@ impl Run<'_, '_> {
                 recorder.written = wrote;
             }
         }
+        recorder.recorded += 1;
         let timer = &mut *recorder.timer;
         let stamped = recorder.timed && timer.mode == TimerMode::Stamps;
         let first = stamped.then(|| timer.stamps(recorder.gpu));

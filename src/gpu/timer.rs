@@ -134,7 +134,24 @@ impl Timer {
 pub struct DrawCount {
     pub(super) queries: wgpu::QuerySet,
     pub(super) resolved: wgpu::Buffer,
-    pub(super) draws: u32,
+    /// Of each draw of the last frame what it sent, and the number of the depth layer that it counts for.
+    pub(super) draws: Vec<(Sent, Option<usize>)>,
+}
+
+/// What a draw sends to the clipper.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Sent {
+    /// Triangles of the scene.
+    Triangles,
+    Points,
+}
+
+/// Depth layers that a frame's draws went into.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
+pub struct LayerCount {
+    pub layers: u32,
+    /// Those into which something was drawn: an indirect draw of nothing, and triangles that all lie outside, are none.
+    pub layers_drawn: u32,
 }
 
 /// What draws made of the triangles that they sent.
@@ -172,25 +189,46 @@ impl DrawCount {
                 usage: wgpu::BufferUsages::QUERY_RESOLVE | wgpu::BufferUsages::COPY_SRC,
                 mapped_at_creation: false,
             }),
-            draws: 0,
+            draws: Vec::new(),
         })
     }
 
     /// All draws of the last frame that counted, together; None if that frame drew nothing, or more often than can be
     /// counted.
     pub fn read(&self, gpu: &Gpu) -> Result<Option<Draws>> {
-        if self.draws == 0 || self.draws > MAX_DRAWS {
-            return Ok(None);
-        }
-        let words: Vec<[u64; 3]> =
-            bytemuck::pod_collect_to_vec(&gpu.read_range(&self.resolved, 0, self.draws as u64 * QUERY)?);
         let mut sum = Draws::default();
-        for [sent, left, fragments] in words {
+        let mut any = false;
+        for (_, [sent, left, fragments]) in self.each(gpu)?.into_iter().filter(|(draw, _)| draw.0 == Sent::Triangles) {
+            any = true;
             sum.sent += sent;
             // The clipper makes at least one triangle of each that it does not drop, and several of one that it cuts.
             sum.drawn += left.min(sent);
             sum.fragments += fragments;
         }
-        Ok(Some(sum))
+        Ok(any.then_some(sum))
+    }
+
+    /// The depth layers that these draws went into, and those of them into which they drew something; None as in
+    /// [`DrawCount::read`], and where no draw had a depth.
+    pub fn layers(&self, gpu: &Gpu) -> Result<Option<LayerCount>> {
+        let mut drawn: Vec<bool> = Vec::new();
+        for ((_, layer), [sent, left, _]) in self.each(gpu)? {
+            if let Some(layer) = layer {
+                drawn.resize(drawn.len().max(layer + 1), false);
+                drawn[layer] |= left.min(sent) > 0;
+            }
+        }
+        let layers_drawn = drawn.iter().filter(|d| **d).count() as u32;
+        Ok((!drawn.is_empty()).then_some(LayerCount { layers: drawn.len() as u32, layers_drawn }))
+    }
+
+    /// Of each draw what it was and what was counted; nothing where there were more than can be counted.
+    fn each(&self, gpu: &Gpu) -> Result<Vec<((Sent, Option<usize>), [u64; 3])>> {
+        if self.draws.is_empty() || self.draws.len() > MAX_DRAWS as usize {
+            return Ok(Vec::new());
+        }
+        let bytes = gpu.read_range(&self.resolved, 0, self.draws.len() as u64 * QUERY)?;
+        let words: Vec<[u64; 3]> = bytemuck::pod_collect_to_vec(&bytes);
+        Ok(self.draws.iter().copied().zip(words).collect())
     }
 }

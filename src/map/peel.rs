@@ -86,9 +86,15 @@ impl Peel {
             p.set_viewport(0.0, 0.0, side as f32, side as f32, 0.0, 1.0);
             p.draw(0..3, 0..1);
         });
-        f.run(opaque).bind_all(&bound).draw(&[], depth, false, |p| triangles.draw(scene, p, side, 0));
+        f.run(opaque)
+            .bind_all(&bound)
+            .for_layer(nearest)
+            .draw(&[], depth, false, |p| triangles.draw(scene, p, side, 0));
         if scene.opaque_count < scene.triangle_count {
-            f.run(masked).bind_all(&bound).draw(&[], depth, false, |p| triangles.draw(scene, p, side, 1));
+            f.run(masked)
+                .bind_all(&bound)
+                .for_layer(nearest)
+                .draw(&[], depth, false, |p| triangles.draw(scene, p, side, 1));
         }
         Ok(())
     }

@@ -146,8 +146,8 @@ pub fn accuracy(renderer: &mut Renderer, setup: &Setup, index: u64) -> Result<Re
         driver: renderer.gpu.info.driver_info.clone(),
         software: renderer.gpu.software(),
         notes: notes.join(" "),
-        // A shadow camera had no part in it.
-        setup: serde_json::to_string(&Setup { shadow_camera: None, outlines: false, ..setup.clone() })
+        // A shadow camera had no part in it, nor had a path.
+        setup: serde_json::to_string(&Setup { shadow_camera: None, outlines: false, path: None, ..setup.clone() })
             .context("the set-up cannot be written as JSON")?,
         ..Record::default()
     })

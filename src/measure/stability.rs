@@ -1,11 +1,13 @@
-//! Error and flicker along a path of camera, light or parameter.
+//! Error, flicker and cost along a path of camera, light or parameter.
 
 use super::metrics::FACING;
+use super::path_cost::{self, Cost};
+use super::path_figures::Figure;
 use super::{params_text, timing};
 use crate::chart::{self, Lines};
 use crate::frame::{Ask, History, Made, Renderer};
+use crate::path::Route;
 use crate::scene::Camera;
-use crate::scene::builtin::cases::Case;
 use crate::setup::Setup;
 use crate::techniques;
 use anyhow::{Context, Result, ensure};
@@ -26,6 +28,9 @@ pub struct Point {
     /// What changed since the last frame. None in the first one, and where no pixel is seen twice.
     #[serde(flatten)]
     pub change: Option<Change>,
+    /// What the frame costs, where that was asked for.
+    #[serde(flatten)]
+    pub cost: Option<Cost>,
 }
 
 impl Point {
@@ -75,6 +80,17 @@ impl Track {
     }
 }
 
+/// What is to be found on a path.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Run {
+    /// Techniques by their ids.
+    pub techniques: Vec<String>,
+    /// Frames along the path.
+    pub frames: usize,
+    /// Also what each frame costs. It takes its time: every frame is rendered four times more.
+    pub cost: bool,
+}
+
 /// What was found on a path.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
 pub struct Stability {
@@ -82,26 +98,31 @@ pub struct Stability {
     pub axis: String,
     pub width: u32,
     pub height: u32,
+    pub adapter: String,
+    /// The adapter is a program on the CPU: its times say nothing of a GPU's.
+    pub software: bool,
     pub tracks: Vec<Track>,
     /// Techniques that do not serve the light, and why.
     pub left_out: Vec<(String, String)>,
 }
 
-/// Error or flicker along a path as a chart, in per cent.
-pub fn lines(found: &Stability, flicker: bool) -> Lines {
-    let of = |p: &Point| if flicker { p.flicker() } else { Some(p.error_share) };
+impl Stability {
+    /// Whether a figure is known anywhere on the path.
+    pub fn has(&self, figure: Figure) -> bool {
+        self.tracks.iter().flat_map(|t| &t.points).any(|p| figure.of(p).is_some())
+    }
+}
+
+/// A figure along a path as a chart.
+pub fn lines(found: &Stability, figure: Figure) -> Lines {
     let line = |track: &Track| {
-        let points = track.points.iter().map(|p| (p.value as f64, of(p).map_or(f64::NAN, |x| 100.0 * x)));
+        let points = track.points.iter().map(|p| (p.value as f64, figure.of(p).unwrap_or(f64::NAN)));
         (track.technique.clone(), chart::mark(&track.technique), points.collect())
     };
-    let (what, y) = match flicker {
-        true => ("flicker", "flicker, mean change per frame beyond the truth's, %"),
-        false => ("error", "wrong pixels, % of those facing the light"),
-    };
     Lines {
-        title: format!("{}: {what} along the path", found.case),
+        title: format!("{}: {} along the path", found.case, figure.name()),
         x: found.axis.clone(),
-        y: y.into(),
+        y: figure.axis(found.software).into(),
         log_y: false,
         lines: found.tracks.iter().map(line).collect(),
     }
@@ -118,16 +139,21 @@ impl Table {
         let names = ["case", "technique", "params", "axis", "t", "value"];
         let of_labels = ["label_changes", "truth_label_changes", "label_flicker"];
         let figures = ["error_share", "change", "truth_change", "flicker"];
-        writer.write_record(names.iter().chain(&figures).chain(&of_labels))?;
+        let cost = ["passes", "layers", "layers_drawn", "triangles", "ms", "software"];
+        writer.write_record(names.iter().chain(&figures).chain(&of_labels).chain(&cost))?;
         Ok(Table { writer })
     }
 
     pub fn add(&mut self, found: &Stability) -> Result<()> {
         for Track { technique, params, points } in &found.tracks {
-            for Point { t, value, error_share, change } in points {
+            for Point { t, value, error_share, change, cost } in points {
                 let change = change.map(|c| c.figures().map(Some)).unwrap_or_default();
                 let place = (t, value, error_share, change);
-                self.writer.serialize((&found.case, technique, params, &found.axis, place))?;
+                let layers = cost.and_then(|c| c.layers);
+                let layers = (layers.map(|l| l.layers), layers.map(|l| l.layers_drawn));
+                let times = (cost.map(|c| c.ms), cost.map(|_| found.software));
+                let cost = (cost.map(|c| c.passes), layers, cost.and_then(|c| c.triangles), times);
+                self.writer.serialize((&found.case, technique, params, &found.axis, place, cost))?;
             }
         }
         Ok(())
@@ -147,24 +173,32 @@ struct Lane {
     track: Track,
 }
 
-/// Runs the techniques (with the set-up's parameters) along a case's path of `frames` frames. `watch` is told the share
-/// done, and stops the work by saying no.
+/// Runs techniques (with the set-up's parameters) along a path. `watch` is told the share done, and stops the work by saying
+/// no.
 ///
 /// # Errors
 /// What the device reports, or that it was stopped.
 pub fn run(
     renderer: &mut Renderer,
-    case: &Case,
+    route: &Route,
     setup: &Setup,
-    techniques: &[String],
-    frames: usize,
+    Run { techniques, frames, cost }: &Run,
     watch: &mut dyn FnMut(f32) -> bool,
 ) -> Result<Stability> {
+    let errors_part = if *cost { 0.4 } else { 1.0 };
     // A technique's own map would need that technique.
     let mut start = setup.measured();
-    (case.place)(&mut start, 0.0);
+    route.place(&mut start, 0.0);
     let [width, height] = setup.size;
-    let mut found = Stability { case: case.id.into(), axis: case.axis.into(), width, height, ..Stability::default() };
+    let mut found = Stability {
+        case: route.id().into(),
+        axis: route.axis().into(),
+        width,
+        height,
+        adapter: renderer.gpu.info.name.clone(),
+        software: renderer.gpu.software(),
+        ..Stability::default()
+    };
     let mut lanes = Vec::new();
     for id in techniques {
         let info = techniques::find_or_say(id)?;
@@ -180,12 +214,12 @@ pub fn run(
         }
     }
     let mut last: Option<Seen> = None;
-    for k in 0..frames {
-        let t = if frames > 1 { k as f32 / (frames - 1) as f32 } else { 0.0 };
+    let places: Vec<f32> = (0..*frames).map(|k| k as f32 / frames.saturating_sub(1).max(1) as f32).collect();
+    for (k, t) in places.iter().copied().enumerate() {
         // The techniques see the same surfaces and the same hard truth, which is traced with the first of them.
         let mut seen: Option<(Seen, Vec<Option<usize>>)> = None;
         for (i, lane) in lanes.iter_mut().enumerate() {
-            (case.place)(&mut lane.setup, t);
+            route.place(&mut lane.setup, t);
             renderer.exchange(&mut lane.made);
             let drawn = draw(renderer, &lane.setup, k == 0);
             renderer.exchange(&mut lane.made);
@@ -200,12 +234,21 @@ pub fn run(
             };
             let change = last.as_ref().and_then(|last| change(same, [&shadow, &lane.last], [&now.hard, &last.hard]));
             let error_share = now.error(&shadow.visibility);
-            lane.track.points.push(Point { t, value: (case.value)(t), error_share, change });
+            lane.track.points.push(Point { t, value: route.value(t), error_share, change, cost: None });
             lane.last = shadow;
             let part = (i + 1) as f32 / techniques.len() as f32;
-            ensure!(watch((k as f32 + part) / frames as f32), timing::STOPPED);
+            ensure!(watch(errors_part * (k as f32 + part) / *frames as f32), timing::STOPPED);
         }
         last = seen.map(|(seen, _)| seen);
+    }
+    let number = lanes.len() as f32;
+    for (i, lane) in lanes.iter_mut().enumerate().filter(|_| *cost) {
+        renderer.exchange(&mut lane.made);
+        let costs = path_cost::along(renderer, route, &lane.setup, &places, &mut |done| {
+            watch(errors_part + (1.0 - errors_part) * (i as f32 + done) / number)
+        });
+        renderer.exchange(&mut lane.made);
+        lane.track.points.iter_mut().zip(costs?).for_each(|(point, cost)| point.cost = Some(cost));
     }
     found.tracks = lanes.into_iter().map(|lane| lane.track).collect();
     Ok(found)

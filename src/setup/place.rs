@@ -2,6 +2,7 @@
 //! to the scene's origin ([`crate::scene::Scene::origin`]), in 32 bits.
 
 use super::Setup;
+use crate::path::change_places;
 use glam::{DVec3, Vec3};
 use serde::de::Error as _;
 use serde::ser::Error as _;
@@ -26,15 +27,7 @@ pub fn original(local: f32, origin: f64) -> f64 {
 
 /// Brings the places of a set-up's `camera` and `light` tables to scene space, and notes the origin.
 pub fn take_off(setup: &mut Table, origin: DVec3) {
-    let local = |x, origin| f64::from(local(x, origin));
-    for key in ["camera", "shadow_camera"] {
-        if let Some(Value::Table(camera)) = setup.get_mut(key) {
-            change(camera, &CAMERA, origin, local);
-        }
-    }
-    if let Some(Value::Table(light)) = setup.get_mut("light") {
-        take_off_light(light, origin);
-    }
+    each_place(setup, |table, places| change(table, places, origin, |x, origin| f64::from(local(x, origin))));
     setup.insert("origin".into(), Value::Array(origin.to_array().map(Value::Float).into()));
 }
 
@@ -45,11 +38,21 @@ pub fn take_off_light(light: &mut Table, origin: DVec3) {
 
 /// The other way round.
 fn put_back(setup: &mut Table, origin: DVec3) {
-    for (key, places) in [("camera", CAMERA), ("shadow_camera", CAMERA), ("light", LIGHT)] {
-        if let Some(Value::Table(table)) = setup.get_mut(key) {
-            change(table, &places, origin, |x, origin| original(x as f32, origin));
+    each_place(setup, |table, places| change(table, places, origin, |x, origin| original(x as f32, origin)));
+}
+
+/// The tables of a set-up that hold places, with the keys of these.
+fn each_place(setup: &mut Table, mut to: impl FnMut(&mut Table, &[&str])) {
+    let mut within = |table: &mut Table| {
+        for (key, places) in [("camera", CAMERA), ("shadow_camera", CAMERA), ("light", LIGHT)] {
+            if let Some(Value::Table(table)) = table.get_mut(key) {
+                to(table, &places);
+            }
         }
-    }
+    };
+    within(setup);
+    let keys = setup.get_mut("path").and_then(|path| path.get_mut("keys")).and_then(Value::as_array_mut);
+    keys.into_iter().flatten().filter_map(Value::as_table_mut).for_each(within);
 }
 
 fn change(table: &mut Table, keys: &[&str], origin: DVec3, to: impl Fn(f64, f64) -> f64) {
@@ -70,8 +73,8 @@ impl Setup {
         let mut places = &[][..];
         let lines = text.lines().filter(|line| !line.starts_with("origin = ")).map(|line| {
             match line {
-                "[camera]" | "[shadow_camera]" => places = &CAMERA[..],
-                "[light]" => places = &LIGHT[..],
+                "[camera]" | "[shadow_camera]" | "[path.keys.camera]" => places = &CAMERA[..],
+                "[light]" | "[path.keys.light]" => places = &LIGHT[..],
                 _ if line.starts_with('[') => places = &[],
                 _ => {}
             }
@@ -92,7 +95,11 @@ impl Setup {
         let before = std::mem::replace(&mut self.origin, origin);
         let cameras = [&mut self.camera].into_iter().chain(&mut self.shadow_camera);
         let places = cameras.flat_map(|c| [&mut c.position, &mut c.target]).chain(self.light.place_mut());
-        places.for_each(|place: &mut Vec3| *place = (before + place.as_dvec3() - origin).as_vec3());
+        let to = |place: Vec3| (before + place.as_dvec3() - origin).as_vec3();
+        places.for_each(|place: &mut Vec3| *place = to(*place));
+        if let Some(path) = &mut self.path {
+            change_places(path, to);
+        }
     }
 }
 

@@ -62,6 +62,22 @@ const TOP: &[Rule] = &[
         |v| v.as_array().is_some_and(|v| v.iter().all(Value::is_table)),
         "a list of tables with technique and params",
     ),
+    ("path", Value::is_table, "a table with keys, as [[path.keys]]"),
+];
+
+const PATH: &[Rule] = &[
+    ("between", |v| matches!(v.as_str(), Some("smooth" | "linear")), "\"smooth\" or \"linear\""),
+    (
+        "keys",
+        |v| v.as_array().is_some_and(|v| v.iter().all(Value::is_table)),
+        "a list of tables with time and camera, light or both, as [[path.keys]]",
+    ),
+];
+
+const KEY: &[Rule] = &[
+    ("time", number, "a number from 0 to 1000000 s"),
+    ("camera", Value::is_table, "a table with position, target and fov"),
+    ("light", Value::is_table, "a table with what moves of the light"),
 ];
 
 const CAMERA: &[Rule] = &[
@@ -181,6 +197,9 @@ pub fn check(table: &Table) -> Result<()> {
         apply(SIDE, side, "against.")?;
         need(side, &["technique"], "a side of against")?;
     }
+    if let Some(Value::Table(path)) = table.get("path") {
+        check_path(path)?;
+    }
     if let Some(Value::Table(params)) = table.get("params") {
         for (id, values) in params {
             let info = techniques::find_or_say(id)?;
@@ -194,6 +213,26 @@ pub fn check(table: &Table) -> Result<()> {
                     bail!("params.{id}.{name} = {value} is not allowed; it takes {}", spec.range());
                 }
             }
+        }
+    }
+    Ok(())
+}
+
+/// The same for a path's table; what its lights hold is checked with the light itself.
+fn check_path(path: &Table) -> Result<()> {
+    apply(PATH, path, "path.")?;
+    need(path, &["keys"], "path")?;
+    let keys = path.get("keys").and_then(Value::as_array).into_iter().flatten().filter_map(Value::as_table);
+    for (i, key) in keys.enumerate() {
+        let name = format!("key {} of the path", i + 1);
+        apply(KEY, key, &format!("{name}: "))?;
+        need(key, &["time"], &name)?;
+        if let Some(Value::Table(camera)) = key.get("camera") {
+            apply(&CAMERA[..3], camera, &format!("{name}: camera."))?;
+            need(camera, &["position", "target"], &format!("{name}: camera"))?;
+        }
+        if let Some(Value::Table(light)) = key.get("light") {
+            apply(&LIGHT[1..5], light, &format!("{name}: light."))?;
         }
     }
     Ok(())

@@ -171,6 +171,9 @@ fn changes(before: &Setup, after: &Setup) -> String {
             differ(&title, shown_value(&value(before)), shown_value(&value(after)));
         }
     }
+    let keys = |s: &Setup| s.path.as_ref().map_or("none".into(), |p| format!("{} keys", p.keys.len()));
+    let others = before.path != after.path && keys(before) == keys(after);
+    differ("path", keys(before), keys(after) + if others { ", changed" } else { "" });
     if before.scene == after.scene {
         differ("light", before.light.kind().into(), after.light.kind().into());
         if before.light != after.light && before.light.kind() == after.light.kind() {

@@ -23,6 +23,7 @@ pub fn show(ui: &mut Ui, m: &mut Model) {
     choice(ui, m, ("Light", tip), presets, details);
     if m.setup.light.kind() != before {
         serve(m);
+        m.setup.fit_path();
     }
 }
 

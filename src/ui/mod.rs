@@ -20,6 +20,7 @@ mod lighting;
 mod maps;
 mod model;
 mod needs;
+mod own_path;
 mod panel;
 mod picker;
 mod pictures;

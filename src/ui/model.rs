@@ -12,6 +12,7 @@ use crate::frame::{Told, technique_ms};
 use crate::legend::Known;
 use crate::measure::Record;
 use crate::measure::advise::Budget;
+use crate::measure::stability::Run;
 use crate::params::Values;
 use crate::scene::{Camera, Scene};
 use crate::setup::{Arrange, Setup, Side};
@@ -38,8 +39,8 @@ pub enum Action {
     Measure,
     /// Measure these one after the other, each a row of the chart.
     Sweep(Vec<Setup>),
-    /// Run techniques along the path of a case, in so many frames.
-    Stability(&'static str, Vec<String>, usize),
+    /// Run techniques along the path of a case; None: along the set-up's own.
+    Stability(Option<&'static str>, Run),
     /// Look among techniques for the cheapest configuration that meets a budget.
     Advise(Budget, Vec<String>),
     CancelMeasuring,
@@ -515,6 +516,7 @@ impl Model {
             probe: now.probe,
             outlines: now.outlines,
             overlay: now.overlay.clone(),
+            path: now.path.clone().filter(|_| now.scene == setup.scene),
             shadow_camera: now.shadow_camera.filter(|_| now.scene == setup.scene),
             ..setup
         };
@@ -527,6 +529,7 @@ impl Model {
         setup.params = self.setup.params.clone();
         setup.params.insert(setup.technique.clone(), own);
         setup.complete();
+        setup.fit_path();
         self.camera_chosen = true;
         self.timeline.playing = false;
         self.take(setup)
@@ -559,10 +562,8 @@ impl Model {
             let duration = self.duration();
             self.setup.time = if duration > 0.0 { (self.setup.time + seconds) % duration } else { 0.0 };
         }
-        if self.timeline.playing {
-            let t = self.timeline.t + seconds / super::timeline::SECONDS;
-            self.scrub(if t > 1.0 { 0.0 } else { t });
-        }
+        self.play_on(seconds);
+        self.take_sample();
     }
 
     /// Says something for a few seconds.

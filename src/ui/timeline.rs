@@ -1,48 +1,73 @@
-//! The stability tab: a case's path, and error and flicker along it.
+//! The stability tab: a case's path or one's own, and error, flicker and cost along it.
 
-use super::controls::{chips, suffix};
+use super::controls::{Tip, chips, suffix};
 use super::drawer::{beside, export, pick_techniques, progress, size};
 use super::model::{Action, Model, Tab};
 use super::needs::{percent, shown_params};
+use super::own_path::{self, Recording, camera_moved, light_moved};
 use super::pictures;
 use super::plotting::{Labels, color, say, short};
 use crate::chart::round_step;
-use crate::measure::stability::{Point, Stability, Track};
+use crate::light::Light;
+use crate::measure::Figure;
+use crate::measure::stability::{Point, Run, Stability, Track};
 use crate::params::Values;
-use crate::scene::Scene;
+use crate::path::{OwnPath, Route};
 use crate::scene::builtin::cases::{self, Case};
+use crate::scene::{Camera, Scene};
 use crate::setup::Setup;
 use crate::{techniques, view};
 use anyhow::Result;
 use egui::{Button, ComboBox, DragValue, FontId, Grid, Label, RichText, Role, Slider, Ui, WidgetInfo, vec2};
 use egui_plot::{GridMark, HLine, Line, Plot, PlotPoint, PlotPoints, VLine};
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 /// Width from which nine numbers stand beside each other under the chart, points.
 const ALL_WRITTEN: f32 = 440.0;
-/// Seconds that a path takes when it plays.
-pub const SECONDS: f32 = 8.0;
+/// Most keys that are marked in the chart.
+const MARKED: usize = 64;
 
 /// The timeline's state.
 #[derive(Default)]
 pub struct Timeline {
     pub case: Option<&'static Case>,
+    /// The set-up's own path is followed, not the case's.
+    pub own: bool,
     /// Where on the path, 0 to 1.
     pub t: f32,
     pub playing: bool,
-    /// Frames of the next run; None: as many as the case has by default.
+    /// Frames of the next run; None: as many as the path has by default.
     pub frames: Option<usize>,
-    /// Flicker is shown, not error.
-    pub flicker: bool,
+    /// The next run also finds out what frames cost.
+    pub cost: bool,
+    /// What is charted.
+    pub figure: Figure,
     pub found: Option<Stability>,
+    /// The path of one's own that it was found on.
+    ran: Option<Arc<OwnPath>>,
+    pub recording: Option<Recording>,
+    /// What new keys take of the present set-up.
+    pub without_camera: bool,
+    pub with_light: bool,
+    /// Where the path has put camera and light last, if it moved them then.
+    placed: (Option<Camera>, Option<Light>),
 }
 
 impl Timeline {
     /// Another scene has been opened.
     pub fn opened(&mut self, setup: &Setup) {
         self.playing = false;
-        if let Some(case) = cases::find(&setup.scene) {
-            if self.case.is_none_or(|c| c.id != case.id) {
+        self.recording = None;
+        self.placed = (None, None);
+        if setup.path.is_some() {
+            self.choose_own();
+            self.t = 0.0;
+            if self.ran != setup.path {
+                self.found = None;
+            }
+        } else if let Some(case) = cases::find(&setup.scene) {
+            if self.own || self.case.is_none_or(|c| c.id != case.id) {
                 self.choose(case);
             }
             self.t = 0.0;
@@ -51,8 +76,23 @@ impl Timeline {
 
     fn choose(&mut self, case: &'static Case) {
         self.case = Some(case);
+        self.own = false;
+        self.follow(case.id);
+    }
+
+    /// Goes over to the set-up's own path.
+    pub fn choose_own(&mut self) {
+        if !self.own {
+            self.own = true;
+            self.follow(Route::OWN);
+        }
+    }
+
+    fn follow(&mut self, id: &str) {
         self.frames = None;
-        if self.found.as_ref().is_some_and(|f| f.case != case.id) {
+        self.playing = false;
+        self.t = 0.0;
+        if self.found.as_ref().is_some_and(|f| f.case != id) {
             self.found = None;
         }
     }
@@ -108,8 +148,17 @@ impl Model {
         let mut kept = self.setup.clone();
         let_go(&mut kept);
         let (camera, light, scene) = (setup.camera, setup.light, std::mem::take(&mut setup.scene));
-        *setup =
-            Setup { scene, origin: setup.origin, time: 0.0, animation: 0, camera, light, shadow_camera: None, ..kept };
+        *setup = Setup {
+            scene,
+            origin: setup.origin,
+            time: 0.0,
+            animation: 0,
+            camera,
+            light,
+            shadow_camera: None,
+            path: None,
+            ..kept
+        };
         begin(setup);
         serve(setup);
         if setup.find_view(&setup.view).is_none() {
@@ -119,18 +168,43 @@ impl Model {
         setup.overlay = overlay.filter(|o| setup.find_view(&o.view).is_some());
     }
 
-    /// The case whose scene is open.
-    fn case(&self) -> Option<&'static Case> {
-        self.timeline.case.filter(|c| c.id == self.setup.scene && self.loading.is_none())
+    /// The path that is followed: the set-up's own, or that of the case whose scene is open.
+    pub fn route(&self) -> Option<Route> {
+        if self.loading.is_some() {
+            return None;
+        }
+        match self.timeline.own {
+            true => self.setup.path.clone().map(Route::Own),
+            false => self.timeline.case.filter(|c| c.id == self.setup.scene).map(Route::Case),
+        }
+    }
+
+    /// Lets the path play on by so many seconds, unless camera or light were taken in hand meanwhile: then it stops.
+    pub fn play_on(&mut self, seconds: f32) {
+        let Some(route) = self.route().filter(|_| self.timeline.playing) else { return };
+        let (camera, light) = self.timeline.placed;
+        let (now, diagonal) = (&self.setup, self.diagonal());
+        if camera.is_some_and(|c| camera_moved(&c, &now.camera))
+            || light.is_some_and(|l| light_moved(&l, &now.light, diagonal))
+        {
+            self.timeline.playing = false;
+            return;
+        }
+        let t = self.timeline.t + seconds / route.seconds().max(1e-3);
+        self.scrub(if t > 1.0 { 0.0 } else { t });
     }
 
     /// Moves along the path. It is no step that can be undone, like flying.
     pub fn scrub(&mut self, t: f32) {
-        let Some(case) = self.case() else { return };
+        let Some(route) = self.route() else { return };
         self.history.commit(&self.setup, true);
         self.timeline.t = t.clamp(0.0, 1.0);
         let before = self.setup.params.clone();
-        (case.place)(&mut self.setup, self.timeline.t);
+        let (camera, light) = (self.setup.camera, self.setup.light);
+        route.place(&mut self.setup, self.timeline.t);
+        let now = &self.setup;
+        self.timeline.placed =
+            ((now.camera != camera).then_some(now.camera), (now.light != light).then_some(now.light));
         // A parameter that the path moves moves on all sides.
         for side in &mut self.setup.against {
             let (Some(old), Some(new)) = (before.get(&side.technique), self.setup.params.get(&side.technique)) else {
@@ -148,6 +222,32 @@ pub fn show(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
 }
 
 fn controls(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
+    let own = m.timeline.own;
+    let items = [
+        ("built-in case", !own, "A scene with a path on which some techniques fail."),
+        ("own path", own, "A path of your own through the scene that is open: recorded, or made key by key."),
+    ];
+    match chips(ui, items.into_iter().map(|(name, on, tip)| (name, on, tip.to_string()))) {
+        Some(1) => m.timeline.choose_own(),
+        Some(_) if own => {
+            m.timeline.own = false;
+            m.timeline.follow(m.timeline.case.map_or("", |c| c.id));
+        }
+        _ => {}
+    }
+    if m.timeline.own {
+        own_path::show(ui, m);
+    } else {
+        choose_case(ui, m, out);
+    }
+    if let Some(route) = m.route() {
+        run(ui, m, &route, out);
+        found(ui, m, out);
+    }
+}
+
+/// The list of cases, and what the chosen one is about.
+fn choose_case(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
     let chosen = m.timeline.case;
     let combo = ComboBox::from_id_salt("case").width(ui.available_width() - 4.0).truncate();
     let combo = combo.height(ui.ctx().content_rect().height() - 24.0);
@@ -166,13 +266,16 @@ fn controls(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
         return;
     };
     ui.label(RichText::new(format!("{}: {}", case.id, case.doc)).small().weak());
-    if m.case().is_none() {
+    if m.route().is_none() {
         let open = ui.add_enabled(m.loading.is_none(), Button::new(format!("Open {}", case.title)));
         if open.on_hover_text("Load the case's scene.").clicked() {
             out.push(Action::Open(case.id.into()));
         }
-        return;
     }
+}
+
+/// What a run takes, and its button.
+fn run(ui: &mut Ui, m: &mut Model, route: &Route, out: &mut Vec<Action>) {
     ui.add_space(2.0);
     pick_techniques(ui, m);
     ui.add_space(2.0);
@@ -181,20 +284,25 @@ fn controls(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
     } else {
         let techniques = m.techniques();
         ui.horizontal(|ui| {
-            let run = ui.add_enabled(!techniques.is_empty(), Button::new("Run"));
+            let ready = !techniques.is_empty() && route.seconds() > 0.0 && m.timeline.recording.is_none();
+            let run = ui.add_enabled(ready, Button::new("Run"));
             let tip = "Count each technique's errors along the path, and what flickers from frame to frame, with the parameters set now. The picture waits meanwhile.";
-            let mut frames = m.timeline.frames.unwrap_or(case.frames);
+            let mut frames = m.timeline.frames.unwrap_or(route.frames());
             if run.on_hover_text(tip).clicked() {
-                out.push(Action::Stability(case.id, techniques, frames));
+                let case = if let Route::Case(case) = route { Some(case.id) } else { None };
+                m.timeline.ran = m.setup.path.clone().filter(|_| case.is_none());
+                out.push(Action::Stability(case, Run { techniques, frames, cost: m.timeline.cost }));
             }
             let drag = DragValue::new(&mut frames).range(2..=1000).suffix(" frames");
             if ui.add_sized([96.0, 21.0], drag).on_hover_text("Frames along the path.").changed() {
                 m.timeline.frames = Some(frames);
             }
+            let tip = "Also count what each frame costs: passes, layers and triangles drawn, milliseconds. It takes longer: every \
+                       frame is rendered four times more.";
+            ui.checkbox(&mut m.timeline.cost, "cost").on_hover_text(tip);
         });
         size(ui, m);
     }
-    found(ui, m, out);
 }
 
 /// Each technique's worst place and its flicker.
@@ -233,11 +341,17 @@ fn found(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
             ui.end_row();
         }
     });
+    if found.has(Figure::Time) {
+        costs(ui, found);
+    }
     ui.label(RichText::new(changed(found)).small().weak());
+    if m.timeline.own && m.timeline.ran != m.setup.path {
+        ui.label(RichText::new("The path has changed since this run.").small().color(ui.visuals().warn_fg_color));
+    }
     for (id, why) in &found.left_out {
         ui.label(RichText::new(format!("{id}: {why}")).small().weak());
     }
-    export(ui, Tab::Stability, &format!("stability-{}", found.case), !found.tracks.is_empty(), out);
+    export(ui, Tab::Stability, &format!("stability-{}", found.case.replace(' ', "-")), !found.tracks.is_empty(), out);
     if let Some(t) = to {
         m.timeline.playing = false;
         m.scrub(t);
@@ -261,23 +375,23 @@ fn changed(found: &Stability) -> String {
 
 /// The timeline and, under it, the chart.
 fn path(ui: &mut Ui, m: &mut Model, _: &mut Vec<Action>) {
-    let case = m.case();
-    transport(ui, m, case);
-    let flicker = m.timeline.flicker;
-    let value = |p: &Point| if flicker { p.flicker() } else { Some(p.error_share) };
-    let at = case.map(|_| m.timeline.t as f64);
+    let route = m.route();
+    transport(ui, m, route.as_ref());
+    let figure = m.timeline.figure;
+    let value = |p: &Point| figure.of(p);
+    let at = route.as_ref().map(|_| m.timeline.t as f64);
     let found = m.timeline.found.as_ref();
     let most = found.iter().flat_map(|f| &f.tracks).flat_map(|t| &t.points).filter_map(value).fold(0.0, f64::max);
     let (weak, accent) = (ui.visuals().weak_text_color(), ui.visuals().hyperlink_color);
     // Where there is room every line of the grid has its number.
     let all_written = ui.available_width() > ALL_WRITTEN;
-    let plot = Plot::new(("stability", flicker))
+    let plot = Plot::new(("stability", figure.name()))
         .show_x(false)
         .show_y(false)
         .include_x(0.0)
         .include_x(1.0)
         .include_y(0.0)
-        .include_y(if most > 0.0 { most } else { 0.01 })
+        .include_y(if most > 0.0 { most } else { 1.0 })
         .set_margin_fraction(vec2(0.045, 0.08))
         .y_axis_min_width(44.0)
         .grid_color(ui.visuals().window_stroke.color)
@@ -294,17 +408,26 @@ fn path(ui: &mut Ui, m: &mut Model, _: &mut Vec<Action>) {
             (0..=(g.bounds.1 / step_size) as u32).map(|i| GridMark { value: i as f64 * step_size, step_size }).collect()
         })
         .y_axis_formatter(
-            |mark, _| if mark.value < -1e-9 { String::new() } else { format!("{} %", short(mark.value * 100.0)) },
+            move |mark, _| if mark.value < -1e-9 { String::new() } else { short(mark.value) + &suffix(figure.unit()) },
         )
-        .x_axis_formatter(move |mark, _| match case {
-            Some(case) if (0.0..=1.0).contains(&mark.value) => {
-                short((case.value)(mark.value as f32) as f64) + &suffix(named(case).1)
+        .x_axis_formatter({
+            let route = route.clone();
+            move |mark, _| match &route {
+                Some(route) if (0.0..=1.0).contains(&mark.value) => {
+                    short(route.value(mark.value as f32) as f64) + &suffix(named(route).1)
+                }
+                _ => String::new(),
             }
-            _ => String::new(),
         })
-        .x_axis_label(case.map_or("", |c| named(c).0));
+        .x_axis_label(route.as_ref().map_or("", |r| named(r).0));
     let shown = plot.show(ui, |plot| {
         plot.hline(HLine::new("", 0.0).color(weak.gamma_multiply(0.5)).width(1.0).allow_hover(false));
+        if let Some(Route::Own(path)) = route.as_ref().filter(|_| at.is_some()) {
+            for key in path.keys.iter().filter(|_| path.keys.len() <= MARKED) {
+                let line = VLine::new("", path.share(key.time) as f64);
+                plot.vline(line.color(weak.gamma_multiply(0.35)).width(1.0).allow_hover(false));
+            }
+        }
         for track in found.iter().flat_map(|f| &f.tracks) {
             let points = track.points.iter().filter_map(|p| Some([p.t as f64, value(p)?]));
             let points: PlotPoints = points.collect();
@@ -328,15 +451,19 @@ fn path(ui: &mut Ui, m: &mut Model, _: &mut Vec<Action>) {
             labels.write(ui, &[place], &track.technique, color(&track.technique), true);
         }
     }
-    if found.is_none_or(|f| f.tracks.is_empty()) {
-        let text = match case {
-            Some(_) => "Run: error and flicker along the path appear here.",
-            None => "Choose a case: its scene opens, and its path can be played.",
+    if found.is_none_or(|f| !f.has(figure)) {
+        let text = match (&route, found) {
+            (Some(_), Some(f)) if !f.tracks.is_empty() && figure.is_cost() => {
+                "Tick cost and run again: what frames cost appears here."
+            }
+            (Some(_), _) => "Run: error and flicker along the path appear here.",
+            (None, _) if m.timeline.own => "Record a path, or add keys: it can be played, and techniques run along it.",
+            (None, _) => "Choose a case: its scene opens, and its path can be played.",
         };
         say(ui, frame, (egui::Align2::CENTER_CENTER, frame.center()), text.into(), FontId::proportional(13.0), weak);
     }
     let r = shown.response.interact(egui::Sense::click_and_drag());
-    if case.is_some()
+    if route.is_some()
         && (r.clicked() || r.dragged())
         && let Some(pointer) = r.interact_pointer_pos()
     {
@@ -346,24 +473,21 @@ fn path(ui: &mut Ui, m: &mut Model, _: &mut Vec<Action>) {
 }
 
 /// Play, the slider, what runs along the path, and which figure is charted.
-fn transport(ui: &mut Ui, m: &mut Model, case: Option<&'static Case>) {
+fn transport(ui: &mut Ui, m: &mut Model, route: Option<&Route>) {
     ui.horizontal(|ui| {
         let text = if m.timeline.playing { "Pause" } else { "Play" };
-        let play = ui.add_enabled(case.is_some() && m.measuring.is_none(), Button::new(text).min_size(vec2(54.0, 21.0)));
-        if play.on_hover_text("Run along the path, again and again.").clicked() {
+        let ready = route.is_some_and(|r| r.seconds() > 0.0) && m.measuring.is_none() && m.timeline.recording.is_none();
+        let play = ui.add_enabled(ready, Button::new(text).min_size(vec2(54.0, 21.0)));
+        let tip = "Run along the path, again and again. Whoever moves the camera or the light meanwhile takes over: it stops.";
+        if play.on_hover_text(tip).clicked() {
             m.timeline.playing = !m.timeline.playing;
+            if m.timeline.playing {
+                m.scrub(m.timeline.t);
+            }
         }
-        let figures = [("error", !m.timeline.flicker), ("flicker", m.timeline.flicker)];
-        let tips = [
-            "Wrong pixels as a share of those that face the light, within its cone and range.",
-            "How much visibility changes between neighbouring frames beyond the truth's change: mean over the pixels seen in both.",
-        ];
-        let items = figures.iter().zip(tips).map(|((name, on), tip)| (*name, *on, tip.to_string()));
-        if let Some(i) = chips(ui, items) {
-            m.timeline.flicker = i == 1;
-        }
-        let Some(case) = case else { return };
-        let (name, unit) = named(case);
+        choose_figure(ui, m);
+        let Some(route) = route else { return };
+        let (name, unit) = named(route);
         let mut t = m.timeline.t;
         ui.spacing_mut().slider_width = (ui.available_width() - 80.0).clamp(60.0, 400.0);
         let slider = ui.add(Slider::new(&mut t, 0.0..=1.0).show_value(false));
@@ -372,13 +496,65 @@ fn transport(ui: &mut Ui, m: &mut Model, case: Option<&'static Case>) {
             m.timeline.playing = false;
             m.scrub(t);
         }
-        let value = short((case.value)(m.timeline.t) as f64);
+        let value = short(route.value(m.timeline.t) as f64);
         let text = RichText::new(format!("{value}{}", suffix(unit))).small();
         ui.add(Label::new(text).truncate()).on_hover_text(format!("{name}: where on the path the picture is."));
     });
 }
 
-/// What runs along a case's path, and its unit.
-fn named(case: &Case) -> (&'static str, &'static str) {
-    case.axis.rsplit_once(", ").unwrap_or((case.axis, ""))
+/// The figure that is charted.
+fn choose_figure(ui: &mut Ui, m: &mut Model) {
+    let now = m.timeline.figure;
+    let combo = ComboBox::from_id_salt("figure").width(84.0).selected_text(now.name());
+    let shown = combo.show_ui(ui, |ui| {
+        for figure in Figure::ALL {
+            // What it costs is known only where it was asked for.
+            let known = m.timeline.found.as_ref().is_none_or(|f| f.has(figure)) || !figure.is_cost();
+            let text = RichText::new(figure.name());
+            let text = if known { text } else { text.weak() };
+            if ui.selectable_label(figure == now, text).tip_beside(ui.max_rect(), figure.doc()).clicked() {
+                m.timeline.figure = figure;
+            }
+        }
+    });
+    shown.response.on_hover_text(now.doc()).widget_info(|| WidgetInfo::labeled(Role::ComboBox, true, "figure"));
+}
+
+/// Each technique's costs along the path: means, and the layers drawn of how many.
+fn costs(ui: &mut Ui, found: &Stability) {
+    ui.add_space(2.0);
+    Grid::new("costs").num_columns(4).spacing([8.0, 2.0]).show(ui, |ui| {
+        for (head, tip) in [
+            ("mean", "Means along the path; the chart has each frame's."),
+            ("layers", "Layers with a triangle drawn, of how many."),
+            ("triangles", Figure::Triangles.doc()),
+            ("ms", Figure::Time.doc()),
+        ] {
+            ui.label(RichText::new(head).small().weak()).on_hover_text(tip);
+        }
+        ui.end_row();
+        for track in &found.tracks {
+            let mean = |figure: Figure| {
+                let all: Vec<f64> = track.points.iter().filter_map(|p| figure.of(p)).collect();
+                (!all.is_empty()).then(|| all.iter().sum::<f64>() / all.len() as f64)
+            };
+            let of = track.points.iter().filter_map(|p| p.cost?.layers).map(|l| l.layers).max();
+            let layers = mean(Figure::Layers).zip(of).map(|(drawn, of)| format!("{drawn:.1} of {of}"));
+            let figures = [layers, mean(Figure::Triangles).map(|n| format!("{n:.0}")), mean(Figure::Time).map(short)];
+            ui.label(RichText::new(&track.technique).small().color(color(&track.technique)));
+            for text in figures {
+                ui.label(RichText::new(text.unwrap_or("-".into())).monospace().size(11.5));
+            }
+            ui.end_row();
+        }
+    });
+    if found.software {
+        let text = "On a software adapter: compare its times as ratios only.";
+        ui.label(RichText::new(text).small().weak());
+    }
+}
+
+/// What runs along a path, and its unit.
+fn named(route: &Route) -> (&'static str, &'static str) {
+    route.axis().rsplit_once(", ").unwrap_or((route.axis(), ""))
 }

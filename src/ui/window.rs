@@ -567,10 +567,10 @@ impl Open {
                 let (job, adapter) = self.job("Sweep");
                 self.desk.measure(job, adapter, scene, base, setups);
             }
-            Action::Stability(case, techniques, frames) => {
+            Action::Stability(case, run) => {
                 let setup = m.setup.measured();
                 let (job, adapter) = self.job("Stability");
-                self.desk.stability(job, adapter, scene, setup, (case, techniques, frames));
+                self.desk.stability(job, adapter, scene, setup, (case, run));
             }
             Action::Advise(budget, techniques) => {
                 let setup = m.setup.measured();
@@ -582,7 +582,7 @@ impl Open {
                 let figures = match tab {
                     Tab::Chart => Some(Figures::Rows(m.rows.clone(), axes)),
                     Tab::Advice => m.advice.exported().map(|(rows, axes)| Figures::Rows(rows, axes)),
-                    Tab::Stability => m.timeline.found.clone().map(|f| Figures::Path(f, m.timeline.flicker)),
+                    Tab::Stability => m.timeline.found.clone().map(|f| Figures::Path(f, m.timeline.figure)),
                 };
                 if let Some(figures) = figures {
                     self.desk.export(tab, figures, path);

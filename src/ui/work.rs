@@ -8,8 +8,9 @@ use crate::chart::{self, Axis};
 use crate::frame::{Ask, MapLayer, Renderer, Shot, Truth};
 use crate::gpu::Gpu;
 use crate::measure::advise::{self, Advice, Budget};
-use crate::measure::stability::{self, Stability};
-use crate::measure::{self, Record, Step};
+use crate::measure::stability::{self, Run, Stability};
+use crate::measure::{self, Figure, Record, Step};
+use crate::path::Route;
 use crate::scene::Scene;
 use crate::scene::builtin::cases;
 use crate::scene::geometry::Geometry;
@@ -235,18 +236,21 @@ impl Desk {
         self.beside(job, adapter, scene, work, Done::Measured);
     }
 
-    /// Runs techniques along a case's path.
+    /// Runs techniques along a case's path, or along the set-up's own.
     pub fn stability(
         &mut self,
         job: u64,
         adapter: String,
         scene: Arc<Scene>,
         setup: Setup,
-        (case, techniques, frames): (&'static str, Vec<String>, usize),
+        (case, run): (Option<&'static str>, Run),
     ) {
         let work = move |renderer: &mut Renderer, watch: &Watch| {
-            let case = cases::find(case).context("there is no such case")?;
-            stability::run(renderer, case, &setup, &techniques, frames, &mut |done| watch.progress(done, case.id))
+            let route = match case {
+                Some(id) => cases::find(id).map(Route::Case).context("there is no such case")?,
+                None => setup.path.clone().map(Route::Own).context("the set-up has no path of its own")?,
+            };
+            stability::run(renderer, &route, &setup, &run, &mut |done| watch.progress(done, route.id()))
         };
         self.beside(job, adapter, scene, work, Done::Stability);
     }
@@ -451,8 +455,8 @@ fn hold(alone: &Mutex<()>) -> MutexGuard<'_, ()> {
 pub enum Figures {
     /// Measured rows, with the axes of cost and error.
     Rows(Vec<Record>, [&'static Axis; 2]),
-    /// What was found along a path, and whether its flicker is charted, not its error.
-    Path(Stability, bool),
+    /// What was found along a path, and which figure of it is charted.
+    Path(Stability, Figure),
 }
 
 fn export(figures: &Figures, path: &Path) -> Result<()> {
@@ -462,7 +466,7 @@ fn export(figures: &Figures, path: &Path) -> Result<()> {
             let scenes: std::collections::BTreeSet<&str> = rows.iter().map(|r| r.scene.as_str()).collect();
             chart::svg(rows, cost, error, &scenes.into_iter().collect::<Vec<_>>().join(", "))
         }
-        Figures::Path(found, flicker) => chart::lines_svg(&stability::lines(found, *flicker)),
+        Figures::Path(found, figure) => chart::lines_svg(&stability::lines(found, *figure)),
     };
     match (ending.as_str(), figures) {
         ("svg", _) => capture::save(path, svg()?.as_bytes()),

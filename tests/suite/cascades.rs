@@ -404,7 +404,8 @@ fn stable_maps_do_not_crawl() {
     let (mut r, setup) = opened("st-jitter", stability::SIZE);
     let mut run = |sets: &[&str]| {
         let mut set = with(&setup, "pssm", sets);
-        let found = stability::run(&mut r, case, &set, &["pssm".into()], case.frames, &mut |_| true).unwrap();
+        let run = stability::Run { techniques: vec!["pssm".into()], frames: case.frames, cost: false };
+        let found = stability::run(&mut r, &case.into(), &set, &run, &mut |_| true).unwrap();
         let points = found.tracks[0].points.clone();
         let mut views = Vec::new();
         for p in &points {

@@ -24,6 +24,7 @@ mod node_grids;
 mod notw;
 mod origin;
 mod panel;
+mod paths;
 mod prefiltered_soft;
 mod reference;
 mod repeats;

@@ -767,7 +767,8 @@ fn the_timeline_places_the_setup_and_leaves_no_steps() {
     assert!(!harness.state().model.history.can_undo());
     click(&mut harness, "Run");
     let all = harness.state().model.techniques();
-    assert_eq!(harness.state().actions, [Action::Stability("st-grazing", all, case.frames)]);
+    let run = stability::Run { techniques: all, frames: case.frames, cost: false };
+    assert_eq!(harness.state().actions, [Action::Stability(Some("st-grazing"), run)]);
 }
 
 /// What the popup of the stability tab shows of each case: the place of its cell.
@@ -1953,4 +1954,133 @@ fn a_high_window_shows_all_techniques() {
     let last = techniques::ALL.last().unwrap();
     let (_, rect, clip, ..) = texts(&harness).into_iter().find(|t| t.0 == last.title).expect("it is painted");
     assert!(clip.contains_rect(rect), "{rect:?} in {clip:?}");
+}
+
+/// A path of one's own: recorded, seen, scrubbed, edited, run, and undone.
+#[test]
+fn a_path_of_ones_own_is_recorded_edited_and_scrubbed() {
+    let mut harness = harness("cubes", 1600.0);
+    click(&mut harness, "Stability");
+    click(&mut harness, "own path");
+    harness.get_by_label_contains("No path yet.");
+    assert!(harness.state().model.route().is_none() && harness.query_by_label("Run").is_none());
+    // Straight ahead: two keys, from where it began to where it ended.
+    let before = setup(&harness);
+    click(&mut harness, "Record");
+    harness.get_by_label_contains("recording, ");
+    let ahead = before.camera.forward();
+    for _ in 0..5 {
+        harness.state_mut().model.setup.camera.shift(ahead * 0.2);
+        harness.state_mut().model.advance(0.02);
+        std::thread::sleep(std::time::Duration::from_millis(60));
+    }
+    click(&mut harness, "Stop");
+    let path = setup(&harness).path.expect("it was recorded");
+    let ends = [&path.keys[0], &path.keys[path.keys.len() - 1]].map(|k| k.camera.unwrap().position);
+    assert_eq!(ends, [before.camera.position, setup(&harness).camera.position]);
+    assert!(path.keys.iter().all(|k| k.light.is_none()) && path.seconds() > 0.1, "{path:?}");
+    // Recorded again where nothing moves, it stays.
+    click(&mut harness, "Record");
+    click(&mut harness, "Stop");
+    assert_eq!(setup(&harness).path.as_ref(), Some(&path));
+
+    // Scrubbed in the chart and by the slider; places are the path's.
+    let slider = harness.get_by_role_and_label(egui::accesskit::Role::Slider, "t").rect();
+    let middle = slider.left_center() + egui::vec2(slider.width() * 0.5, 0.0);
+    harness.drag_at(middle);
+    harness.run_steps(2);
+    harness.drop_at(middle);
+    harness.run_steps(3);
+    let t = harness.state().model.timeline.t;
+    assert!((t - 0.5).abs() < 0.1, "{t}");
+    let mut placed = setup(&harness);
+    harness.state().model.route().unwrap().place(&mut placed, t);
+    assert_eq!(setup(&harness).camera, placed.camera);
+    assert_ne!(placed.camera.position, ends[0]);
+
+    // It plays on, until the camera is taken in hand.
+    click(&mut harness, "Play");
+    harness.state_mut().model.advance(0.02);
+    assert!(harness.state().model.timeline.playing && harness.state().model.timeline.t > t);
+    harness.state_mut().model.setup.camera.shift(glam::Vec3::Y * 0.5);
+    let taken = setup(&harness).camera;
+    harness.state_mut().model.advance(0.02);
+    assert!(!harness.state().model.timeline.playing);
+    assert_eq!(setup(&harness).camera, taken);
+
+    // A key at the end, another time for it, and away with the first; each is a step.
+    let keys = path.keys.len();
+    click(&mut harness, "Add at end");
+    let now = setup(&harness).path.unwrap();
+    assert_eq!((now.keys.len(), now.keys[keys].camera.unwrap().position), (keys + 1, taken.position));
+    assert!((now.times()[1] - path.times()[1] - 2.0).abs() < 1e-3);
+    click(&mut harness, "remove key 1");
+    harness.run_steps(4);
+    assert_eq!(setup(&harness).path.unwrap().keys[..], now.keys[1..]);
+    let m = &mut harness.state_mut().model;
+    m.undo();
+    assert_eq!(m.setup.path.as_ref(), Some(&now));
+    m.undo();
+    assert_eq!(m.setup.path.as_ref(), Some(&path));
+    while m.undo().is_none() && m.history.can_undo() && m.setup.path.is_some() {}
+    assert_eq!(m.setup.path, None);
+    m.setup.path = Some(path.clone());
+    harness.run_steps(4);
+    click(&mut harness, "cost");
+    click(&mut harness, "Run");
+    let all = harness.state().model.techniques();
+    let run = stability::Run { techniques: all, frames: 32, cost: true };
+    assert_eq!(harness.state().actions, [Action::Stability(None, run)]);
+    // Another scene that is opened by its name has no path.
+    let mut other = setup(&harness);
+    other.scene = "bench".into();
+    harness.state().model.carry(&mut other);
+    assert_eq!(other.path, None);
+}
+
+/// Costs have lines and a table of their own, and nothing of the tab reaches beyond the window.
+#[test]
+fn costs_along_a_path_are_shown_within_the_window() {
+    let mut harness = harness("cubes", 800.0);
+    harness.state_mut().model.drawer = Some(Tab::Stability);
+    let camera = setup(&harness).camera;
+    for _ in 0..6 {
+        harness.state_mut().model.add_key(true);
+        harness.state_mut().model.setup.camera.orbit(0.3, 0.0);
+    }
+    harness.state_mut().model.timeline.choose_own();
+    let layers = |i: u32| Some(shadowscope::gpu::LayerCount { layers: 4, layers_drawn: 1 + i });
+    let cost = |i: u32| measure::Cost { passes: 9, layers: layers(i), triangles: Some(1000 * i as u64), ms: 2.5 };
+    let points = (0..3u32).map(|i| stability::Point {
+        t: i as f32 / 2.0,
+        error_share: 0.01,
+        cost: Some(cost(i)),
+        ..Default::default()
+    });
+    let track = stability::Track { technique: "pssm".into(), points: points.collect(), ..Default::default() };
+    let found = stability::Stability {
+        case: "own path".into(),
+        software: true,
+        width: 64,
+        height: 64,
+        tracks: vec![track],
+        ..Default::default()
+    };
+    harness.state_mut().model.timeline.found = Some(found);
+    harness.state_mut().model.timeline.figure = measure::Figure::Layers;
+    harness.run_steps(4);
+    for text in ["2.0 of 4", "1000", "2.5", "On a software adapter: compare its times as ratios only."] {
+        harness.get_by_label(text);
+    }
+    harness.get_by_label("The path has changed since this run.");
+    let painted: Vec<String> = texts(&harness).into_iter().map(|t| t.0).collect();
+    for text in ["pssm", "time", "10 s", "2"] {
+        assert!(painted.iter().any(|p| p == text), "{text} is not among {painted:?}");
+    }
+    for (text, place, ..) in texts(&harness) {
+        assert!(place.left() >= 0.0 && place.right() <= 1296.0, "{text} lies at {place:?}");
+    }
+    // Going to a key goes to its place.
+    click(&mut harness, "key 1");
+    assert_eq!((harness.state().model.timeline.t, setup(&harness).camera), (0.0, camera));
 }

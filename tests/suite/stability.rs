@@ -5,7 +5,7 @@ use glam::Vec3;
 use serde_json::Value;
 use shadowscope::frame::Renderer;
 use shadowscope::light::{Light, LightView};
-use shadowscope::measure::stability::{self, Change, Point, Stability, Track};
+use shadowscope::measure::stability::{self, Change, Point, Run, Stability, Track};
 use shadowscope::scene::builtin::cases::{self, CASES, Case};
 use shadowscope::scene::geometry::Geometry;
 use shadowscope::setup::Setup;
@@ -33,7 +33,8 @@ fn against(id: &str, techniques: &[&str], side: u32, frames: usize, samples: Sam
     let (mut renderer, mut setup) = open(case(id), side);
     setup.truth_samples = samples;
     let techniques: Vec<String> = techniques.iter().map(|t| t.to_string()).collect();
-    stability::run(&mut renderer, case(id), &setup, &techniques, frames, &mut |_| true).unwrap()
+    let run = Run { techniques, frames, cost: false };
+    stability::run(&mut renderer, &case(id).into(), &setup, &run, &mut |_| true).unwrap()
 }
 
 /// Errors of the n-th technique in per cent, a frame each.
@@ -327,7 +328,8 @@ fn the_command_writes_tables_charts_and_worst_frames() {
     let mut rows = csv::Reader::from_path(dir.path().join("out/stability.csv")).unwrap();
     let rows: Vec<csv::StringRecord> = rows.records().map(Result::unwrap).collect();
     assert_eq!(rows.len(), 3 * techniques::ALL.iter().filter(|i| i.lights.contains(&"directional")).count());
-    assert_eq!(rows[0].len(), 13);
+    assert_eq!(rows[0].len(), 19);
+    assert!(rows[0].iter().skip(13).all(str::is_empty), "costs were not asked for");
     assert!(rows[0][7].is_empty() && rows[1][7].parse::<f64>().is_ok(), "the first frame has none before it");
     let svg = std::fs::read_to_string(dir.path().join("out/st-corner.svg")).unwrap();
     assert!(svg.starts_with("<svg") || svg.starts_with("<?xml"), "{}", &svg[..40]);

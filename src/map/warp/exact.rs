@@ -147,7 +147,7 @@ impl Casters for Exact {
                     .draw(&[], Some((&picture, 0.0)), true, |p| p.draw_indirect(arguments, 0));
                 f.run(&self.draw)
                     .bind_all(&all)
-                    .uncounted()
+                    .points()
                     .draw(&[], Some((map, 0.0)), i == 0, |p| p.draw_indirect(state, RAY_ARGUMENTS));
             }
         }
