@@ -1,5 +1,6 @@
 //!include lib/frame.wgsl
 //!include lib/gbuffer.wgsl
+//!include lib/direct.wgsl
 //!include map/light_view.wgsl
 //!include lib/cells.wgsl
 //!include lib/labels.wgsl
@@ -13,6 +14,8 @@ override drawn_view: u32;
 override drawn_map: u32;
 // 0: the picture alone. 1: with `over` over it. 2: it will lie over another.
 override layer: u32;
+// 1: other lights shine too.
+override more_lights: u32;
 
 struct View {
     range: vec2f,
@@ -34,6 +37,8 @@ var map: texture_2d<f32>;
 var shown: texture_2d<f32>;
 // The visibility that this one is compared with.
 var other: texture_2d<f32>;
+// What the other lights give the surfaces: irradiance.
+var others: texture_2d<f32>;
 // The overlay, sRGB-encoded.
 var over: texture_2d<f32>;
 var output: texture_storage_2d<rgba8unorm, write>;
@@ -53,9 +58,10 @@ fn ambient(normal: vec3f) -> vec3f {
 }
 
 fn lit(s: Surface, v: f32) -> vec3f {
-    let light = light_at(s.position);
-    let cosine = max(dot(s.shading_normal, normalize(light.to_light)), 0.0);
-    let direct = select(0.0, v, light.reached && faces_light(s)) * cosine * light.irradiance;
+    var direct = direct_light(s, v);
+    if more_lights == 1u {
+        direct += textureLoad(others, s.pixel, 0).rgb;
+    }
     // Bright parts are bent below white; dark ones stay as they are.
     let c = 1.25 * s.albedo * (ambient(s.shading_normal) + direct);
     return c * (1.0 + c * 0.1) / (1.0 + c * 0.6);

@@ -24,7 +24,7 @@ pub fn original(local: f32, origin: f64) -> f64 {
     digits.find(|x| self::local(*x, origin) == local).unwrap_or(exact)
 }
 
-/// Brings the places of a set-up's `camera` and `light` tables to scene space, and notes the origin.
+/// Brings the places of a set-up's tables of cameras and lights to scene space, and notes the origin.
 pub fn take_off(setup: &mut Table, origin: DVec3) {
     let local = |x, origin| f64::from(local(x, origin));
     for key in ["camera", "shadow_camera"] {
@@ -35,6 +35,7 @@ pub fn take_off(setup: &mut Table, origin: DVec3) {
     if let Some(Value::Table(light)) = setup.get_mut("light") {
         take_off_light(light, origin);
     }
+    more_lights(setup).for_each(|light| take_off_light(light, origin));
     setup.insert("origin".into(), Value::Array(origin.to_array().map(Value::Float).into()));
 }
 
@@ -50,6 +51,13 @@ fn put_back(setup: &mut Table, origin: DVec3) {
             change(table, &places, origin, |x, origin| original(x as f32, origin));
         }
     }
+    more_lights(setup).for_each(|light| change(light, &LIGHT, origin, |x, origin| original(x as f32, origin)));
+}
+
+/// The tables of the lights beside the one at work.
+fn more_lights(setup: &mut Table) -> impl Iterator<Item = &mut Table> {
+    let lights = setup.get_mut("more_lights").and_then(Value::as_array_mut);
+    lights.into_iter().flatten().filter_map(Value::as_table_mut)
 }
 
 fn change(table: &mut Table, keys: &[&str], origin: DVec3, to: impl Fn(f64, f64) -> f64) {
@@ -71,7 +79,7 @@ impl Setup {
         let lines = text.lines().filter(|line| !line.starts_with("origin = ")).map(|line| {
             match line {
                 "[camera]" | "[shadow_camera]" => places = &CAMERA[..],
-                "[light]" => places = &LIGHT[..],
+                "[light]" | "[[more_lights]]" => places = &LIGHT[..],
                 _ if line.starts_with('[') => places = &[],
                 _ => {}
             }
@@ -92,6 +100,7 @@ impl Setup {
         let before = std::mem::replace(&mut self.origin, origin);
         let cameras = [&mut self.camera].into_iter().chain(&mut self.shadow_camera);
         let places = cameras.flat_map(|c| [&mut c.position, &mut c.target]).chain(self.light.place_mut());
+        let places = places.chain(self.more_lights.iter_mut().filter_map(|lamp| lamp.light.place_mut()));
         places.for_each(|place: &mut Vec3| *place = (before + place.as_dvec3() - origin).as_vec3());
     }
 }
