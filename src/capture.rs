@@ -100,7 +100,7 @@ fn draw(renderer: &mut Renderer, setup: &Setup, size: [u32; 2], analysis: bool) 
 /// The legend of the picture just drawn, with its errors where they are shown.
 fn key(renderer: &mut Renderer, setup: &Setup) -> Result<Key> {
     let mut known = renderer.known()?;
-    if setup.needs_truth() {
+    if setup.needs_truth() && !setup.idles() {
         let width = renderer.read_width()?;
         let mask = renderer.read_mask()?;
         let (hard, mean) = (renderer.read_hard_truth()?, renderer.read_truth()?);

@@ -514,7 +514,8 @@ impl Made {
 
     /// What it holds for each light.
     fn told(&self) -> Vec<ToldLight> {
-        let one = |(light, held): (&usize, &Instance)| ToldLight { light: *light, gpu_bytes: held.account.bytes(), ms: 0.0 };
+        let one =
+            |(light, held): (&usize, &Instance)| ToldLight { light: *light, gpu_bytes: held.account.bytes(), ms: 0.0 };
         self.own.iter().map(one).collect()
     }
 }
@@ -781,7 +782,7 @@ impl Renderer {
         let start = Instant::now();
         let waited = f.waited();
         // A light that is off is drawn only where it alone is looked at.
-        let idle = !setup.light_on && setup.shows_all_lights() && !analysed;
+        let idle = setup.idles() && !analysed;
         f.of_light(Some(setup.at_work()));
         if info.refuses(&setup.light).is_none() && !idle {
             made.render(&mut f, setup.at_work())?;
@@ -792,7 +793,8 @@ impl Renderer {
         }
         f.of_light(None);
         f.freeze(Vec::new());
-        let (offered, splits, pieces, outlines) = (f.offered.take(), f.splits.take(), f.pieces.take(), f.outlines.take());
+        let (offered, splits, pieces, outlines) =
+            (f.offered.take(), f.splits.take(), f.pieces.take(), f.outlines.take());
         let mut aliasing = None;
         if let Some(analysis) = f.analysis.take() {
             aliasing = analysis.aliasing_view().cloned();

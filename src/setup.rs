@@ -635,9 +635,8 @@ impl Setup {
 }
 
 fn check_light(key: &str, light: &Light) -> Result<()> {
-    let limits = |name: &str, value, [least, most]: [f32; 2], unit| {
-        in_range(&format!("{key}.{name}"), value, least, most, unit)
-    };
+    let limits =
+        |name: &str, value, [least, most]: [f32; 2], unit| in_range(&format!("{key}.{name}"), value, least, most, unit);
     let (position, direction, range, color) = match *light {
         Light::Directional { to_light, angular_radius, color } => {
             limits("angular_radius", angular_radius, [0.0, MAX_RADIUS], "°")?;
@@ -663,10 +662,7 @@ fn check_light(key: &str, light: &Light) -> Result<()> {
     finite(&format!("{key}.direction"), direction)?;
     ensure!(direction.try_normalize().is_some(), "the light's direction {direction} must not be zero nor endless");
     limits("range", range, [1e-3, 1e9], " m")?;
-    ensure!(
-        color.is_finite() && color.min_element() >= 0.0,
-        "{key}.color = {color} must be three numbers from 0 up"
-    );
+    ensure!(color.is_finite() && color.min_element() >= 0.0, "{key}.color = {color} must be three numbers from 0 up");
     Ok(())
 }
 

@@ -147,7 +147,8 @@ impl Lights {
         f.recorder.set("visibility_out", &visibility);
         let averaged = |[now, wanted]: [u32; 2]| f64::from(now) / f64::from(wanted);
         for (nth, beside) in self.beside.iter().enumerate() {
-            let empty = || gpu.buffer("another light's frame", &[0; size_of::<FrameUniform>()], wgpu::BufferUsages::UNIFORM);
+            let empty =
+                || gpu.buffer("another light's frame", &[0; size_of::<FrameUniform>()], wgpu::BufferUsages::UNIFORM);
             let frames = self.frames.entry(beside.index).or_insert_with(|| [empty(), empty()]);
             gpu.queue.write_buffer(&frames[0], 0, bytemuck::bytes_of(&beside.uniform));
             f.recorder.set("frame", &frames[0]);
@@ -218,7 +219,13 @@ impl Lights {
     }
 
     /// Adds up what they give the surfaces with their truths, as far as these are traced. The recorder knows the G-buffer.
-    fn add_truths(&mut self, truth: &mut Tracing, recorder: &mut Recorder, unshadowed: &Pass, size: [u32; 2]) -> Result<()> {
+    fn add_truths(
+        &mut self,
+        truth: &mut Tracing,
+        recorder: &mut Recorder,
+        unshadowed: &Pass,
+        size: [u32; 2],
+    ) -> Result<()> {
         let (Some((revision, camera, samples)), Some((light, uniform))) = (self.of, self.own) else { return Ok(()) };
         let Some(passes) = &self.passes else { return Ok(()) };
         let gpu = recorder.gpu;

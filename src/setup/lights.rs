@@ -2,6 +2,7 @@
 
 use super::Setup;
 use crate::light::Light;
+use crate::scene::Scene;
 use crate::techniques::Info;
 use anyhow::{Result, bail, ensure};
 use serde::{Deserialize, Serialize};
@@ -79,6 +80,20 @@ impl Setup {
         Ok(())
     }
 
+    /// Adds the scene's lights that are not there yet.
+    ///
+    /// # Errors
+    /// There would be more than there may be; none is added then.
+    pub fn add_all_lights(&mut self, scene: &Scene) -> Result<()> {
+        let held = self.lamps();
+        let new = scene.lights.iter().map(|l| l.light).filter(|light| held.iter().all(|lamp| lamp.light != *light));
+        let new: Vec<Lamp> = new.map(|light| Lamp { on: true, light }).collect();
+        let all = held.len() + new.len();
+        ensure!(all <= MOST_LIGHTS, "that makes {all} lights, but a set-up takes up to {MOST_LIGHTS}");
+        self.more_lights.extend(new);
+        Ok(())
+    }
+
     /// Removes a light, unless it is the only one; where it was at work, the one behind it is, or else the last.
     pub fn remove_light(&mut self, at: usize) {
         let mut all = self.lamps();
@@ -117,6 +132,11 @@ impl Setup {
     /// Whether the picture is lit by all lights. All others are of the light at work alone.
     pub fn shows_all_lights(&self) -> bool {
         self.overlay.is_some() || ["shaded", "flip"].contains(&self.view.as_str())
+    }
+
+    /// Whether the light at work is off and the picture is one of all lights: its shadow is not drawn then.
+    pub fn idles(&self) -> bool {
+        !self.light_on && self.shows_all_lights()
     }
 
     /// A set-up for each light that is on, with that one at work: what figures of single lights are measured of. Where the

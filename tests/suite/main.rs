@@ -14,6 +14,7 @@ mod gltf;
 mod hulls;
 mod laws;
 mod light_size;
+mod lights;
 mod logpsm;
 mod measures;
 mod metrics;

@@ -1625,7 +1625,11 @@ fn compared(height: f32) -> Harness<'static, State> {
     m.add_side(setup::Side::new(setup::Side::TRUTH).unwrap());
     m.editing = 1;
     m.facts.passes = vec![("shadow map", 11.0), ("resolve", 1.0)];
-    let side = |passes: &[(&'static str, f64)], gpu_bytes| ToldSide { passes: passes.to_vec(), gpu_bytes };
+    let side = |passes: &[(&'static str, f64)], gpu_bytes| ToldSide {
+        passes: passes.to_vec(),
+        gpu_bytes,
+        ..ToldSide::default()
+    };
     let second = side(&[("shadow maps", 20.0), ("splits", 3.0)], 16 << 20);
     m.facts.told.sides = vec![side(&[("shadow map", 11.0), ("resolve", 1.0)], 4 << 20), second, ToldSide::default()];
     let errors = |wrong| Some(Errors { facing: 100, lit_incorrect: wrong, rmse: 0.5, ..Errors::default() });
