@@ -831,9 +831,10 @@ impl Renderer {
         if ask.truth != Truth::Off && (self.figure.truly_lit || setup.view == "flip") {
             pixels = pixels.saturating_sub(told.traced);
             let of = (self.revision, setup.camera, samples);
-            let passes = (&self.gbuffer, &self.unshadowed);
-            let (truth, own) = (&mut self.truth, told.truth);
-            told.truth = self.lights.true_light((of, ask.size), truth, &mut recorder, passes, count, pixels, own)?;
+            let own = (pixels, told.truth);
+            let with = lights::Tracer { truth: &mut self.truth, gbuffer: &self.gbuffer, vertices: count };
+            told.truth = self.lights.true_light((of, ask.size), with, &mut recorder, &self.unshadowed, own)?;
+            told.traced += self.lights.traced;
         }
 
         // What only the technique can draw is not there where it does not serve the light.
@@ -920,7 +921,8 @@ impl Renderer {
         self.truth.record(&mut recorder, &self.gbuffer, count, pixels);
         let own = self.truth.progress();
         let left = u64::from(pixels).saturating_sub(own.samples - before.samples);
-        let progress = self.lights.trace_on(&mut self.truth, &mut recorder, (&self.gbuffer, count), left, own);
+        let with = lights::Tracer { truth: &mut self.truth, gbuffer: &self.gbuffer, vertices: count };
+        let progress = self.lights.trace_on(with, &mut recorder, left, own);
         let finished = recorder.finish().and_then(|()| gpu.check());
         if finished.is_err() {
             self.truth.forget();

@@ -49,11 +49,21 @@ pub(super) struct Lights {
     /// The last frame's truth is of all lights, and so many of the picture's rows, from the top, have that of each.
     truths: bool,
     rows: u32,
+    /// Samples of pixels that were traced of the others last.
+    pub(super) traced: u64,
     /// What the truth is traced for beside the light, and samples a pixel of it.
     of: Option<(u64, Camera, u32)>,
     /// All lights of the last frame that are on, and the one at work with its uniform.
     all: Vec<Light>,
     own: Option<(Light, FrameUniform)>,
+}
+
+/// What traces truths.
+pub(super) struct Tracer<'a> {
+    pub(super) truth: &'a mut Tracing,
+    pub(super) gbuffer: &'a Pass,
+    /// Of the scene.
+    pub(super) vertices: u32,
 }
 
 struct Passes {
@@ -180,20 +190,12 @@ impl Lights {
 
     /// Traces more of their truths, about as many pixels' samples as given, once that of the light at work is as far as it
     /// is to be, and goes back to that one. How far all of them together are, `own` being how far that one is.
-    #[expect(clippy::too_many_arguments)]
-    fn trace(
-        &mut self,
-        truth: &mut Tracing,
-        recorder: &mut Recorder,
-        gbuffer: &Pass,
-        vertices: u32,
-        mut pixels: u64,
-        own: Progress,
-    ) -> Progress {
+    fn trace(&mut self, with: &mut Tracer, recorder: &mut Recorder, mut pixels: u64, own: Progress) -> Progress {
+        let Tracer { truth, gbuffer, vertices } = with;
         let (Some((revision, camera, samples)), Some((light, uniform))) = (self.of, self.own) else { return own };
         let gpu = recorder.gpu;
         let (mut all, mut count) = (own, 1.0f32);
-        self.rows = u32::MAX;
+        (self.rows, self.traced) = (u32::MAX, 0);
         for beside in &self.beside {
             if techniques::TRUTH.refuses(&beside.light).is_some() {
                 continue;
@@ -202,10 +204,12 @@ impl Lights {
             truth.start((revision, camera, beside.light), &self.all, samples, gpu, &beside.uniform);
             let before = truth.progress();
             if pixels > 0 && before.done < 1.0 {
-                truth.record(recorder, gbuffer, vertices, pixels.min(u32::MAX.into()) as u32);
+                truth.record(recorder, gbuffer, *vertices, pixels.min(u32::MAX.into()) as u32);
             }
             let now = truth.progress();
-            pixels = pixels.saturating_sub(now.samples - before.samples);
+            let traced = now.samples - before.samples;
+            pixels = pixels.saturating_sub(traced);
+            self.traced += traced;
             self.rows = self.rows.min(truth.rows());
             all.covered = all.covered.min(now.covered);
             all.samples += now.samples;
@@ -251,36 +255,32 @@ impl Lights {
     }
 
     /// Traces the other lights' truths and adds them up: [`Lights::trace`], then the sum.
-    #[expect(clippy::too_many_arguments)]
     pub(super) fn true_light(
         &mut self,
         (of, size): ((u64, Camera, u32), [u32; 2]),
-        truth: &mut Tracing,
+        mut with: Tracer,
         recorder: &mut Recorder,
-        (gbuffer, unshadowed): (&Pass, &Pass),
-        vertices: u32,
-        pixels: u64,
-        own: Progress,
+        unshadowed: &Pass,
+        (pixels, own): (u64, Progress),
     ) -> Result<Progress> {
         if self.beside.is_empty() {
             return Ok(own);
         }
         self.of = Some(of);
-        let all = self.trace(truth, recorder, gbuffer, vertices, pixels, own);
-        self.add_truths(truth, recorder, unshadowed, size)?;
+        let all = self.trace(&mut with, recorder, pixels, own);
+        self.add_truths(with.truth, recorder, unshadowed, size)?;
         Ok(all)
     }
 
     /// As [`Lights::trace`], where the last frame's truth is of all lights.
     pub(super) fn trace_on(
         &mut self,
-        truth: &mut Tracing,
+        mut with: Tracer,
         recorder: &mut Recorder,
-        (gbuffer, vertices): (&Pass, u32),
         pixels: u64,
         own: Progress,
     ) -> Progress {
-        if self.truths { self.trace(truth, recorder, gbuffer, vertices, pixels, own) } else { own }
+        if self.truths { self.trace(&mut with, recorder, pixels, own) } else { own }
     }
 }
 
@@ -302,9 +302,9 @@ impl Renderer {
         recorder.set("g_surface", Targets::view(&t.surface)?);
         let of = (self.revision, setup.camera, setup.shown_samples());
         let own = self.truth.progress();
-        let passes = (&self.gbuffer, &self.unshadowed);
-        let count = self.scene_gpu.triangle_count * 3;
-        self.lights.true_light((of, size), &mut self.truth, &mut recorder, passes, count, u64::MAX, own)?;
+        let vertices = self.scene_gpu.triangle_count * 3;
+        let with = Tracer { truth: &mut self.truth, gbuffer: &self.gbuffer, vertices };
+        self.lights.true_light((of, size), with, &mut recorder, &self.unshadowed, (u64::MAX, own))?;
         let finished = recorder.finish().and_then(|()| self.gpu.check());
         if finished.is_err() {
             self.truth.forget();

@@ -126,7 +126,7 @@ pub fn text(rows: &[Record]) -> String {
     let lights = per_light(rows);
     if lights.len() > 1 {
         out += &aligned(&lights);
-        out += "Above are the figures of all lights together: errors over the pixels of each that can be wrong.\n\n";
+        out += "In the rows of all lights, errors are over the pixels of each light that can be wrong.\n\n";
     }
     for r in rows {
         out += &format!("{} passes, ms:", r.technique);

@@ -5,14 +5,12 @@ use super::model::Model;
 use crate::light::Light;
 use crate::scene::Scene;
 use crate::setup::{Lamp, MOST_LIGHTS, Setup};
-use egui::{Button, ComboBox, ScrollArea, Ui, WidgetInfo, vec2};
+use egui::{Align, Button, ComboBox, Layout, ScrollArea, Ui, WidgetInfo, vec2};
 use glam::Vec3;
 
 /// Rows of the list that show at once, and points that each takes.
 const SHOWN: f32 = 5.0;
 const ROW: f32 = HEIGHT + 3.0;
-/// Points that the rows' ends take: the button that removes a light.
-const END: f32 = 26.0;
 
 /// What a light is called: its number, and the preset that it is, or else its kind.
 pub fn name(scene: &Scene, number: usize, light: &Light) -> String {
@@ -66,18 +64,21 @@ fn entry(
     if ui.color_edit_button_rgb(&mut hue).tip("Its colour; how bright it is stays.").changed() {
         *lamp.light.color_mut() = Vec3::from(hue) * strength;
     }
-    let width = (ui.available_width() - END).max(40.0);
-    let label = Button::selectable(i == work, name).truncate().min_size(vec2(width, HEIGHT));
-    let tip =
-        "Maps, visibility, truth and errors are of the light that is chosen here, and the controls above change it.";
-    if ui.add_sized([width, HEIGHT], label).tip(tip).clicked() {
-        *chosen = i;
-    }
-    let remove = ui.small_button("×");
-    remove.widget_info(|| WidgetInfo::labeled(egui::Role::Button, true, format!("remove light {}", i + 1)));
-    if remove.tip("Remove this light.").clicked() {
-        *removed = Some(i);
-    }
+    let tip = "Maps, visibility, truth and errors are of the light that is chosen here, and the controls of the light change it.";
+    ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+        let remove = ui.small_button("×");
+        remove.widget_info(|| WidgetInfo::labeled(egui::Role::Button, true, format!("remove light {}", i + 1)));
+        if remove.tip("Remove this light.").clicked() {
+            *removed = Some(i);
+        }
+        // Names stand at the left.
+        ui.with_layout(Layout::top_down(Align::Min), |ui| {
+            let label = Button::selectable(i == work, name).truncate().min_size(vec2(ui.available_width(), HEIGHT));
+            if ui.add(label).tip(tip).clicked() {
+                *chosen = i;
+            }
+        });
+    });
 }
 
 /// Puts a light to work.

@@ -273,6 +273,15 @@ fn measured(ui: &mut Ui, i: usize, r: &Record) {
         let tip = "The errors above are over the pixels of all lights that can be wrong; times and memory are those of all together.";
         rows.push(("lights", lights.len().to_string(), tip));
     }
+    rows.extend(lights.iter().map(|l| {
+        let (error, mib) = (percent(l.error_share()), l.gpu_bytes as f64 / 1048576.0);
+        let text = format!("{}: {error}, {:.2} ms, {mib:.2} MiB", l.number, l.gpu_ms);
+        (
+            "light",
+            text,
+            "Wrong pixels of those that can be wrong for this light, and the technique's time and memory for it.",
+        )
+    }));
     let (name, tip) = match r.wall_clock {
         true => ("time", "Median of the technique's time by the clock, each pass waited for."),
         false => ("GPU time", "Median of the technique's time by GPU timestamps."),
