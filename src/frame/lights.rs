@@ -147,7 +147,11 @@ impl Lights {
     ) -> Result<()> {
         let (Some(passes), false) = (&self.passes, self.beside.is_empty()) else { return Ok(()) };
         let (gpu, info) = (f.recorder.gpu, made.info);
+        // Of a technique's pass the light at work is shown.
         let watched = f.recorder.look_away();
+        if watched.as_ref().is_some_and(|w| w.0 == PASS) {
+            f.recorder.look_again(watched);
+        }
         (f.view, f.inspected, f.whole_maps) = ("shaded", false, false);
         let visibility = self.visibility.get(gpu, "another light's visibility", f.size, Format::R32Float, STORED);
         let sum = self.sum.get(gpu, "other lights", f.size, Format::Rgba16Float, super::DRAWN);
