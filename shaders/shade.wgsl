@@ -1,5 +1,6 @@
 //!include lib/frame.wgsl
 //!include lib/gbuffer.wgsl
+//!include lib/direct.wgsl
 //!include map/light_view.wgsl
 //!include lib/cells.wgsl
 //!include lib/labels.wgsl
@@ -15,6 +16,8 @@ override drawn_map: u32;
 override layer: u32;
 // 1: the technique offers indirect light.
 override indirect_light: u32;
+// 1: other lights shine too.
+override more_lights: u32;
 
 struct View {
     range: vec2f,
@@ -40,6 +43,8 @@ var map: texture_2d<f32>;
 var shown: texture_2d<f32>;
 // The visibility that this one is compared with.
 var other: texture_2d<f32>;
+// What the other lights give the surfaces: irradiance.
+var others: texture_2d<f32>;
 // The overlay, sRGB-encoded.
 var over: texture_2d<f32>;
 // Irradiance of each pixel by light that surfaces throw back.
@@ -61,13 +66,15 @@ fn ambient(normal: vec3f) -> vec3f {
 }
 
 fn lit(s: Surface, v: f32) -> vec3f {
-    let light = light_at(s.position);
-    let cosine = max(dot(s.shading_normal, normalize(light.to_light)), 0.0);
-    let direct = select(0.0, v, light.reached && faces_light(s)) * cosine * light.irradiance;
-    var light_in = ambient(s.shading_normal) + direct;
+    let direct = direct_light(s, v);
+    var light_in = vec3f(0.0);
     if indirect_light == 1u {
-        let back = textureLoad(indirect, s.pixel, 0).rgb;
-        light_in = view.ambient * ambient(s.shading_normal) + view.direct * direct + back;
+        light_in = view.ambient * ambient(s.shading_normal) + view.direct * direct + textureLoad(indirect, s.pixel, 0).rgb;
+    } else {
+        light_in = ambient(s.shading_normal) + direct;
+    }
+    if more_lights == 1u {
+        light_in += textureLoad(others, s.pixel, 0).rgb;
     }
     // Bright parts are bent below white; dark ones stay as they are.
     let c = 1.25 * s.albedo * light_in;

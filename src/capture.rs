@@ -44,7 +44,7 @@ pub fn capture(renderer: &mut Renderer, setup: &Setup, path: &Path) -> Result<Ve
         }
         write_png(path, size, &picture, Some(&setup.to_toml(path)?))?;
     }
-    Ok(made.into_iter().chain(renderer.notes()?).collect())
+    Ok(made.into_iter().chain(unshadowed(setup)).chain(renderer.notes()?).collect())
 }
 
 /// As [`capture`], as a .png of exactly this size with the legend in it: the picture is as much lower as the strip is high.
@@ -79,15 +79,28 @@ pub fn figure(renderer: &mut Renderer, setup: &Setup, whole: [u32; 2], path: &Pa
         }
         setup.size[1] = full.checked_sub(strip).filter(|height| *height > 0 && again < 8).with_context(no_room)?;
     }
-    Ok(made.into_iter().chain(renderer.notes()?).collect())
+    Ok(made.into_iter().chain(unshadowed(&setup)).chain(renderer.notes()?).collect())
 }
 
 /// Refuses a light that one of the sides does not serve.
 fn serve(setup: &Setup) -> Result<()> {
-    for side in (0..setup.sides()).filter(|side| !setup.is_truth(*side)) {
+    // What is off needs no shadow.
+    for side in (0..setup.sides()).filter(|side| !setup.is_truth(*side) && !setup.idles()) {
         techniques::find_or_say(&setup.side(side).technique)?.serve(&setup.light)?;
     }
     Ok(())
+}
+
+/// The lights beside the one at work that a side draws without a shadow, a sentence each.
+fn unshadowed(setup: &Setup) -> Vec<String> {
+    let mut notes = Vec::new();
+    let shown = setup.shows_all_lights();
+    for (i, light) in setup.lit_beside().into_iter().filter(|_| shown) {
+        let sides = (0..setup.sides()).filter_map(|side| setup.info(side));
+        let reasons = sides.filter_map(|info| info.refuses(&light));
+        notes.extend(reasons.map(|reason| format!("Light {} has no shadow: {reason}.", i + 1)));
+    }
+    notes
 }
 
 /// Renders a set-up's picture in so many pixels.
@@ -100,7 +113,7 @@ fn draw(renderer: &mut Renderer, setup: &Setup, size: [u32; 2], analysis: bool) 
 /// The legend of the picture just drawn, with its errors where they are shown.
 fn key(renderer: &mut Renderer, setup: &Setup) -> Result<Key> {
     let mut known = renderer.known()?;
-    if setup.needs_truth() {
+    if setup.needs_truth() && !setup.idles() {
         let width = renderer.read_width()?;
         let mask = renderer.read_mask()?;
         let (hard, mean) = (renderer.read_hard_truth()?, renderer.read_truth()?);

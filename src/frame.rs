@@ -7,6 +7,7 @@ mod figure;
 mod freeze;
 mod indirect;
 mod judged;
+mod lights;
 mod lines;
 mod maps;
 mod read;
@@ -15,6 +16,7 @@ mod shot;
 pub use analysis::{Analysis, Counting, MapSizes, PieceCount};
 pub use figure::{Pane, panes};
 pub use indirect::Indirect;
+pub use lights::ToldLight;
 pub use lines::{Segment, Style};
 pub use maps::{LightSpace, MapLayer, Place};
 pub use shot::{Shot, ShotUniform};
@@ -34,8 +36,8 @@ use bytemuck::{Pod, Zeroable};
 use glam::{Mat3, Mat4, Vec2, Vec3, Vec4};
 use judged::Judged;
 use maps::Offered;
-use std::collections::HashMap;
 use std::collections::hash_map::Entry;
+use std::collections::{BTreeMap, HashMap, btree_map};
 use std::sync::Arc;
 use std::time::Instant;
 use wgpu::TextureFormat as Format;
@@ -82,13 +84,7 @@ impl FrameUniform {
         let projection = camera.projection(aspect);
         let frozen = setup.frozen();
         let shadow = frozen.unwrap_or(camera);
-        let light = setup.light;
-        let (cosine, half_u, half_v) = match light {
-            Light::Spot { outer_angle, .. } => (outer_angle.to_radians().cos(), Vec3::ZERO, Vec3::ZERO),
-            Light::RectArea { half_u, half_v, .. } => (0.0, half_u, half_v),
-            _ => (0.0, Vec3::ZERO, Vec3::ZERO),
-        };
-        FrameUniform {
+        let uniform = FrameUniform {
             view_proj: projection * camera.view(),
             eye_proj: projection * Mat4::from_mat3(Mat3::from_mat4(camera.view())),
             rays: camera.rays(size).map(|r| r.as_vec3().extend(0.0)),
@@ -99,17 +95,8 @@ impl FrameUniform {
             bounds_min: bounds[0],
             seed: setup.seed,
             bounds_max: bounds[1],
-            light_radius: light.radius(),
-            light_position: light.position(),
-            light_kind: light.index() as u32,
-            light_axis: light.axis(),
-            light_range: light.range().min(f32::MAX),
-            light_color: light.color(),
-            light_cosine: cosine,
-            light_half_u: half_u,
             // A technique's own map is drawn with the number behind the last common view.
             view: view::index(&setup.view).unwrap_or(view::VIEWS.len()) as u32,
-            light_half_v: half_v,
             map: techniques::map_number(&setup.view),
             size,
             band: [0, size[1]],
@@ -119,7 +106,37 @@ impl FrameUniform {
             shadow_far: freeze::far(&shadow, bounds),
             shadow_up: (shadow.projection(aspect) * shadow.view()).row(1).truncate(),
             probe: probe(setup, size),
+            ..FrameUniform::zeroed()
+        };
+        let lit = uniform.with_light(&setup.light);
+        // One that is off lights nothing, though its shadow can be looked at.
+        FrameUniform { light_color: if setup.light_on { lit.light_color } else { Vec3::ZERO }, ..lit }
+    }
+
+    fn with_light(self, light: &Light) -> FrameUniform {
+        let (cosine, half_u, half_v) = match *light {
+            Light::Spot { outer_angle, .. } => (outer_angle.to_radians().cos(), Vec3::ZERO, Vec3::ZERO),
+            Light::RectArea { half_u, half_v, .. } => (0.0, half_u, half_v),
+            _ => (0.0, Vec3::ZERO, Vec3::ZERO),
+        };
+        FrameUniform {
+            light_radius: light.radius(),
+            light_position: light.position(),
+            light_kind: light.index() as u32,
+            light_axis: light.axis(),
+            light_range: light.range().min(f32::MAX),
+            light_color: light.color(),
+            light_cosine: cosine,
+            light_half_u: half_u,
+            light_half_v: half_v,
+            ..self
         }
+    }
+
+    /// The same for another light than the one at work, whose maps nobody looks at.
+    fn lit_by(&self, light: &Light) -> FrameUniform {
+        let view = view::index("shaded").unwrap_or_default() as u32;
+        FrameUniform { view, map: techniques::map_number("shaded"), ..self.with_light(light) }
     }
 
     /// The same camera with its image moved so that each pixel's sample lies `by` pixels, right and down, from the centre.
@@ -323,6 +340,8 @@ pub struct Told {
     /// Of how many frames the light is averaged, and of how many it is to be; of a comparison on the side that is farthest
     /// from it.
     pub frames: [u32; 2],
+    /// What the technique holds for each light.
+    pub lights: Vec<ToldLight>,
     /// What each side of a comparison tells; empty without one.
     pub sides: Vec<ToldSide>,
     /// Samples of pixels that the frame traced of it.
@@ -336,6 +355,8 @@ pub struct ToldSide {
     pub passes: Vec<(&'static str, f64)>,
     /// Bytes of GPU memory that its technique holds.
     pub gpu_bytes: u64,
+    /// The same, and its times, by light.
+    pub lights: Vec<ToldLight>,
 }
 
 /// How a technique's own map is drawn, as `View` in `shaders/shade.wgsl`.
@@ -369,7 +390,7 @@ enum Layer {
 
 /// The passes that draw the picture: each view has a pipeline of its own, made when it is first asked for.
 struct Shading {
-    passes: HashMap<[u32; 4], Pass>,
+    passes: HashMap<[u32; 5], Pass>,
     view: Buffer,
     /// What the technique in use offers.
     indirect: Option<Indirect>,
@@ -390,13 +411,25 @@ struct Drawing {
     opacity: f32,
     dilation: u32,
     light_base: bool,
+    /// Lit by the other lights too, whose sum the recorder knows.
+    more_lights: bool,
 }
 
 impl Drawing {
     /// A view of a set-up, by its number; all of it.
     fn new(setup: &Setup, number: u32, drawn: Drawn) -> Drawing {
         let (dilation, light_base) = (setup.error_dilation, setup.error_base == Base::Light);
-        Drawing { number, drawn, layer: Layer::Alone, rows: u32::MAX, opacity: 0.0, dilation, light_base }
+        let shaded = view::index("shaded") == Some(number as usize);
+        Drawing {
+            number,
+            drawn,
+            layer: Layer::Alone,
+            rows: u32::MAX,
+            opacity: 0.0,
+            dilation,
+            light_base,
+            more_lights: shaded && !setup.lit_beside().is_empty(),
+        }
     }
 }
 
@@ -411,7 +444,7 @@ impl Shading {
         }
     }
 
-    fn pass(&mut self, gpu: &Gpu, key: [u32; 4]) -> Result<&Pass> {
+    fn pass(&mut self, gpu: &Gpu, key: [u32; 5]) -> Result<&Pass> {
         for (_, other) in self.passes.iter().filter(|(k, _)| **k != key) {
             // What it bound may be gone by the time it is asked for again.
             other.forget();
@@ -419,9 +452,14 @@ impl Shading {
         match self.passes.entry(key) {
             Entry::Occupied(held) => Ok(held.into_mut()),
             Entry::Vacant(free) => {
-                let [view, map, layer, indirect] = key.map(f64::from);
-                let constants =
-                    [("drawn_view", view), ("drawn_map", map), ("layer", layer), ("indirect_light", indirect)];
+                let [view, map, layer, indirect, more] = key.map(f64::from);
+                let constants = [
+                    ("drawn_view", view),
+                    ("drawn_map", map),
+                    ("layer", layer),
+                    ("indirect_light", indirect),
+                    ("more_lights", more),
+                ];
                 let pass = Pass::specialised(gpu, "shading", "shade.wgsl", "shade", &[view::GROUP], &constants)?;
                 Ok(free.insert(pass))
             }
@@ -441,7 +479,8 @@ impl Shading {
         let Drawing { rows, opacity, dilation, .. } = picture;
         let (buffer, no_light_view) = (self.view.clone(), self.no_light_view.clone());
         let indirect = self.indirect.clone();
-        let key = [picture.number, drawn_map(&picture.drawn), picture.layer as u32, indirect.is_some() as u32];
+        let [offered, more] = [indirect.is_some() as u32, picture.more_lights as u32];
+        let key = [picture.number, drawn_map(&picture.drawn), picture.layer as u32, offered, more];
         let pass = self.pass(gpu, key)?;
         let light_base = picture.light_base as u32;
         let mut view = ViewUniform { range: [0.0, 1.0], rows, opacity, dilation, light_base, ..ViewUniform::zeroed() };
@@ -467,31 +506,51 @@ impl Shading {
     }
 }
 
-/// A technique with its resources and parameters, made.
+/// A technique with its resources and parameters, made: once for each light that it shadows.
 pub struct Made {
     info: &'static Info,
+    /// By the light's place among the set-up's.
+    own: BTreeMap<usize, Instance>,
+    params: HashMap<&'static str, (Vec<u32>, Buffer)>,
+}
+
+/// A technique with what it holds for one light.
+struct Instance {
     technique: Box<dyn Technique>,
     /// What its buffers and textures take.
     account: Account,
-    params: HashMap<&'static str, (Vec<u32>, Buffer)>,
 }
 
 impl Made {
     /// The technique in `slot`, made anew if another is in it.
-    fn take<'s>(slot: &'s mut Option<Made>, gpu: &Gpu, info: &'static Info) -> Result<&'s mut Made> {
+    fn take<'s>(slot: &'s mut Option<Made>, info: &'static Info) -> &'s mut Made {
         if slot.as_ref().is_some_and(|held| held.info.id != info.id) {
             // Its memory first.
             *slot = None;
         }
-        match slot {
-            Some(held) => Ok(held),
-            None => {
+        slot.get_or_insert_with(|| Made { info, own: BTreeMap::new(), params: HashMap::new() })
+    }
+
+    /// Renders a light's shadow, by an instance that is made if there is none.
+    fn render(&mut self, f: &mut Frame, light: usize) -> Result<()> {
+        let info = self.info;
+        let held = match self.own.entry(light) {
+            btree_map::Entry::Occupied(held) => held.into_mut(),
+            btree_map::Entry::Vacant(free) => {
                 let account = Account::default();
-                let technique = account.charge(|| (info.make)(gpu, info));
+                let technique = account.charge(|| (info.make)(f.gpu, info));
                 let technique = technique.with_context(|| format!("{} cannot be made", info.title))?;
-                Ok(slot.insert(Made { info, technique, account, params: HashMap::new() }))
+                free.insert(Instance { technique, account })
             }
-        }
+        };
+        held.account.charge(|| held.technique.render(f))
+    }
+
+    /// What it holds for each light.
+    fn told(&self) -> Vec<ToldLight> {
+        let one =
+            |(light, held): (&usize, &Instance)| ToldLight { light: *light, gpu_bytes: held.account.bytes(), ms: 0.0 };
+        self.own.iter().map(one).collect()
     }
 }
 
@@ -518,6 +577,7 @@ pub struct Renderer {
     analysis: Analysis,
     draw_counts: Pass,
     figure: figure::Figure,
+    lights: lights::Lights,
     /// The last frame's view; None: the technique could not draw it.
     seen: Option<&'static View>,
     /// Of how many frames its light is averaged.
@@ -548,8 +608,8 @@ pub struct Renderer {
 }
 
 /// What the frame itself takes, beside its technique, by the names in the pass times.
-pub const SHARED_PASSES: [&str; 9] =
-    [ANIMATION, "G-buffer", freeze::PASS, ANALYSIS, "count map", "truth", JUDGED, "shading", lines::PASS];
+pub const SHARED_PASSES: [&str; 10] =
+    [ANIMATION, "G-buffer", freeze::PASS, ANALYSIS, "count map", lights::PASS, "truth", JUDGED, "shading", lines::PASS];
 /// Milliseconds of the technique's passes among these, each with its name.
 pub fn technique_ms(passes: &[(&'static str, f64)]) -> f64 {
     // Not sum(), whose zero is -0.
@@ -601,6 +661,7 @@ impl Renderer {
             analysis: Analysis::default(),
             draw_counts: Pass::compute(&gpu, "count map", "counts.wgsl", "draw_counts", &[])?,
             figure: figure::Figure::default(),
+            lights: lights::Lights::default(),
             seen: None,
             frames: 1,
             sizeless: false,
@@ -666,7 +727,7 @@ impl Renderer {
         let broken = std::mem::replace(&mut self.broken, true);
 
         let gpu = &*self.gpu;
-        let made = Made::take(&mut self.made, gpu, info)?;
+        let made = Made::take(&mut self.made, info);
         let t = &mut self.targets;
         let position = t.position.get(gpu, "position", ask.size, Format::Rgba32Float, DRAWN);
         let surface = t.surface.get(gpu, "surface", ask.size, Format::Rgba32Uint, DRAWN);
@@ -678,6 +739,9 @@ impl Renderer {
 
         let uniform = FrameUniform::new(setup, ask.size, self.scene_gpu.bounds);
         gpu.queue.write_buffer(&self.frame_buffer, 0, bytemuck::bytes_of(&uniform));
+        self.lights.start(gpu, setup, &uniform)?;
+        let lamps = setup.lamps();
+        made.own.retain(|i, _| *i == setup.at_work() || lamps.get(*i).is_some_and(|lamp| lamp.on));
         let values = setup.values();
         for group in info.params {
             upload(gpu, &mut made.params, group, values);
@@ -716,15 +780,15 @@ impl Renderer {
         let count = scene.triangle_count * 3;
         // What techniques know of the camera is the frozen one's; what they look up is this picture's.
         let fitted_to = setup.frozen().map(|camera| Setup { camera, shadow_camera: None, ..setup.clone() });
-        let frozen = if let Some(to) = &fitted_to {
-            let uniform = FrameUniform::new(to, ask.size, scene.bounds);
+        let shadow = fitted_to.as_ref().map(|to| FrameUniform::new(to, ask.size, scene.bounds));
+        let frozen = if let Some(uniform) = shadow {
             self.frozen.draw(&mut recorder, &self.gbuffer, &depth, count, self.revision, uniform)
         } else {
             self.frozen = Default::default();
             Vec::new()
         };
         recorder.run(&self.gbuffer).draw(&[&position, &surface], Some((&depth, 0.0)), true, |p| p.draw(0..count, 0..1));
-        recorder.freeze(frozen);
+        recorder.freeze(frozen.clone());
 
         if let Some(count) = &self.analysis.draws {
             recorder.count_draws(count);
@@ -759,37 +823,62 @@ impl Renderer {
         };
         let start = Instant::now();
         let (waited, recorded) = (f.waited(), f.recorded());
-        match info.refuses(&setup.light) {
-            None => made.account.charge(|| made.technique.render(&mut f))?,
+        // A light that is off is drawn only where it alone is looked at.
+        let idle = setup.idles() && !analysed;
+        f.of_light(Some(setup.at_work()));
+        if info.refuses(&setup.light).is_none() && !idle {
+            made.render(&mut f, setup.at_work())?;
+        } else {
             // Without a technique that serves the light the picture has no shadow.
-            Some(_) => f.run(&self.unshadowed).per_pixel(),
+            made.own.remove(&setup.at_work());
+            f.run(&self.unshadowed).per_pixel();
         }
+        f.of_light(None);
+        f.freeze(Vec::new());
+        let (offered, indirect) = (f.offered.take(), f.indirect.take());
+        let (splits, faces, pieces, outlines) = (f.splits.take(), f.faces.take(), f.pieces.take(), f.outlines.take());
+        let mut aliasing = None;
+        if let Some(analysis) = f.analysis.take() {
+            aliasing = analysis.aliasing_view().cloned();
+            if let Some(count) = &mut analysis.draws {
+                f.keep_draws(count);
+            }
+        }
+        f.fresh = ask.fresh || broken;
+        self.lights.draw(&mut f, made, (&frozen, shadow), &self.unshadowed)?;
         told.cpu_ms = start.elapsed().as_secs_f64() * 1e3 - (f.waited() - waited);
         told.passes = f.recorded() - recorded;
-        told.gpu_bytes = made.account.bytes();
+        told.lights = made.told();
+        told.gpu_bytes = told.lights.iter().map(|l| l.gpu_bytes).sum();
         told.frames = f.frames;
         self.frames = f.frames[0];
         self.sizeless = setup.light.radius() == 0.0 && info.filter(values).is_some_and(|f| (f.sized)(values));
-        let Frame { mut recorder, offered, indirect, splits, faces, pieces, analysis, outlines, .. } = f;
-        recorder.freeze(Vec::new());
-        let mut aliasing = None;
-        if let Some(analysis) = analysis {
-            aliasing = analysis.aliasing_view().cloned();
-            if let Some(count) = &mut analysis.draws {
-                recorder.keep_draws(count);
-            }
-        }
+        let Frame { mut recorder, .. } = f;
+        recorder.set("frame", &self.frame_buffer);
+        recorder.set("tally", &self.tally);
+        recorder.set("visibility", &visibility);
+        recorder.set("visibility_out", &visibility);
 
         // The truth goes on from where it stood, while nothing that it depends on changes.
         let of = (self.revision, setup.camera, setup.light);
-        self.truth.start(of, setup.truth_samples.shown(info, values), gpu, &uniform);
+        let samples = setup.truth_samples.shown(info, values);
+        let lights = if setup.more_lights.is_empty() { &[setup.light][..] } else { self.lights.all() };
+        self.truth.start(of, lights, samples, gpu, &uniform);
         let before = self.truth.progress();
+        let mut pixels = if let Truth::Some(pixels) = ask.truth { u64::from(pixels) } else { u64::MAX };
         if ask.truth != Truth::Off && techniques::TRUTH.refuses(&setup.light).is_none() {
-            let pixels = if let Truth::Some(pixels) = ask.truth { pixels } else { u32::MAX };
-            self.truth.record(&mut recorder, &self.gbuffer, count, pixels);
+            self.truth.record(&mut recorder, &self.gbuffer, count, pixels.min(u32::MAX.into()) as u32);
         }
         told.truth = self.truth.progress();
         told.traced = told.truth.samples - before.samples;
+        if ask.truth != Truth::Off && (self.figure.truly_lit || setup.view == "flip") {
+            pixels = pixels.saturating_sub(told.traced);
+            let of = (self.revision, setup.camera, samples);
+            let own = (pixels, told.truth);
+            let with = lights::Tracer { truth: &mut self.truth, gbuffer: &self.gbuffer, vertices: count };
+            told.truth = self.lights.true_light((of, ask.size), with, &mut recorder, &self.unshadowed, own)?;
+            told.traced += self.lights.traced;
+        }
 
         // What only the technique can draw is not there where it does not serve the light.
         self.seen = view.filter(|v| view::index(v.id).is_some() || info.refuses(&setup.light).is_none());
@@ -803,6 +892,7 @@ impl Renderer {
             let truth = Targets::view(self.truth.shown().context(NO_FRAME)?)?;
             recorder.set("truth", truth);
             recorder.set("over", &map);
+            recorder.set("others", self.lights.sum(false).unwrap_or(&position));
             // Without another technique the truth is the other one.
             recorder.set("other", self.figure.other().unwrap_or(truth));
             if view.is_some_and(View::is_judged) {
@@ -813,6 +903,7 @@ impl Renderer {
                     aliasing: aliasing.clone(),
                     targets: &mut *t,
                     classify: &self.classify,
+                    lights: &self.lights,
                 };
                 let (values, causes) = judged.values(setup, &mut recorder, &mut self.shading)?;
                 gpu.write_texture(t.map.texture().context(NO_FRAME)?, bytemuck::cast_slice(&values));
@@ -871,18 +962,23 @@ impl Renderer {
         know_scene(&mut recorder, &self.scene_gpu);
         recorder.set("g_position", Targets::view(&t.position)?);
         recorder.set("g_surface", Targets::view(&t.surface)?);
-        self.truth.record(&mut recorder, &self.gbuffer, self.scene_gpu.triangle_count * 3, pixels);
+        let (before, count) = (self.truth.progress(), self.scene_gpu.triangle_count * 3);
+        self.truth.record(&mut recorder, &self.gbuffer, count, pixels);
+        let own = self.truth.progress();
+        let left = u64::from(pixels).saturating_sub(own.samples - before.samples);
+        let with = lights::Tracer { truth: &mut self.truth, gbuffer: &self.gbuffer, vertices: count };
+        let progress = self.lights.trace_on(with, &mut recorder, left, own);
         let finished = recorder.finish().and_then(|()| gpu.check());
         if finished.is_err() {
             self.truth.forget();
         }
         finished?;
-        Ok(self.truth.progress())
+        Ok(progress)
     }
 
     /// Draws the last frame's picture again: with as much of the truth as there is by now, and in the view of `setup`, which is
     /// the last frame's but for this. A technique's own map must be that of the last frame; of a comparison only the
-    /// arrangement may change.
+    /// arrangement may change. Where it shows all lights the last frame must have drawn them.
     pub fn redraw(&mut self, setup: &Setup) -> Result<()> {
         if !setup.against.is_empty() {
             return self.compose(setup);

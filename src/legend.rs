@@ -118,6 +118,10 @@ impl Key {
         let Some(view) = setup.find_view(id) else { return Key::default() };
         let inset = setup.overlay.as_ref().is_some_and(|o| o.inset);
         let mut key = Key { title: view.title.into(), part: part(setup, id), inset, ..Key::default() };
+        let lit = view.group != view::Group::Scene || ["facing", "light-depth"].contains(&view.id);
+        if setup.light_count() > 1 && lit && !["shaded", "flip"].contains(&view.id) {
+            key.title = format!("{} of light {}", key.title, setup.light_number);
+        }
         key.sides(setup, known);
         let errors = known.errors.first().copied().flatten().filter(|_| setup.sides() == 1);
         let class = |c: &Class| {
@@ -229,7 +233,10 @@ impl Key {
     fn sides(&mut self, setup: &Setup, known: &Known) {
         let error = |side: usize| {
             let share = known.errors.get(side).copied().flatten().filter(|_| !setup.is_truth(side)).map(|e| e.share());
-            share.map_or(String::new(), |s| format!(" ({} wrong)", percent(s)))
+            // Figures are of the light at work, whatever the picture shows.
+            let light =
+                if setup.light_count() > 1 { format!(" of light {}", setup.light_number) } else { String::new() };
+            share.map_or(String::new(), |s| format!(" ({} wrong{light})", percent(s)))
         };
         let frames = |side: usize| match known.frames.get(side) {
             Some(2..) => format!(" after {} frames", known.frames[side]),

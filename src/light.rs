@@ -149,6 +149,17 @@ impl Light {
         Camera { position, target, fov, near: camera.near, far }
     }
 
+    /// Its colour, to be changed.
+    pub fn color_mut(&mut self) -> &mut Vec3 {
+        match self {
+            Light::Directional { color, .. }
+            | Light::Spot { color, .. }
+            | Light::Omni { color, .. }
+            | Light::Hemisphere { color, .. }
+            | Light::RectArea { color, .. } => color,
+        }
+    }
+
     pub fn color(&self) -> Vec3 {
         match *self {
             Light::Directional { color, .. }

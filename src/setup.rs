@@ -2,8 +2,11 @@
 //!
 //! It is a bookmark, the command line's input, what a capture embeds, and what undo steps through.
 
+mod lights;
 pub mod place;
 mod shape;
+
+pub use lights::{Lamp, MOST_LIGHTS};
 
 use crate::capture;
 use crate::light::{Light, MAX_RADIUS};
@@ -77,11 +80,21 @@ pub struct Setup {
     /// Draw what maps cover as lines into the scene; always drawn while there is a shadow camera.
     #[serde(default, skip_serializing_if = "is_default")]
     pub outlines: bool,
+    /// Whether `light` is on.
+    #[serde(default = "lights::yes", skip_serializing_if = "lights::is_yes")]
+    pub light_on: bool,
+    /// The number of `light` among all lights, from 1: `more_lights` stand before and behind it.
+    #[serde(default = "lights::first", skip_serializing_if = "lights::is_first")]
+    pub light_number: u32,
     pub camera: Camera,
     /// The camera that maps are fitted to while another looks at them; None: the same.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shadow_camera: Option<Camera>,
+    /// The light at work: the one whose maps, visibility, truth and errors are shown.
     pub light: Light,
+    /// The other lights, in their order.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub more_lights: Vec<Lamp>,
     /// Parameters by technique and name; what is absent takes its default.
     #[serde(default)]
     pub params: BTreeMap<String, Values>,
@@ -264,9 +277,12 @@ impl Setup {
             error_window: default_window(),
             probe: middle(),
             outlines: false,
+            light_on: true,
+            light_number: lights::first(),
             camera,
             shadow_camera: None,
             light,
+            more_lights: Vec::new(),
             params: BTreeMap::new(),
             overlay: None,
             against: Vec::new(),
@@ -328,6 +344,12 @@ impl Setup {
         };
         if let Some(light) = light {
             table.insert("light".into(), toml::Value::try_from(light)?);
+        }
+        for lamp in table.get_mut("more_lights").and_then(toml::Value::as_array_mut).into_iter().flatten() {
+            if let toml::Value::String(name) = lamp {
+                let light = scene_light(&scene, name)?;
+                *lamp = toml::Value::try_from(Lamp { on: true, light })?;
+            }
         }
         let mut setup = Setup::deserialize(toml::Value::Table(table)).map_err(|e| one_line(&e.to_string()))?;
         setup.complete();
@@ -591,7 +613,15 @@ impl Setup {
         );
         check_camera("camera", &self.camera)?;
         self.shadow_camera.map_or(Ok(()), |c| check_camera("shadow_camera", &c))?;
-        self.check_light()?;
+        let count = self.light_count();
+        ensure!(count <= MOST_LIGHTS, "more_lights: {count} lights are too many; a set-up takes up to {MOST_LIGHTS}");
+        ensure!(
+            (1..=count).contains(&(self.light_number as usize)),
+            "light_number = {} is not allowed; it takes 1 to {count}, the number of lights",
+            self.light_number
+        );
+        check_light("light", &self.light)?;
+        self.more_lights.iter().try_for_each(|lamp| check_light("more_lights", &lamp.light))?;
         self.path.as_ref().map_or(Ok(()), |p| p.check(&self.light))?;
         let own = self.params.iter().map(|(id, values)| (format!("params.{id}"), id, values));
         let sides = self.against.iter().filter(|s| !s.is_truth());
@@ -610,39 +640,38 @@ impl Setup {
         }
         Ok(())
     }
+}
 
-    fn check_light(&self) -> Result<()> {
-        let (position, direction, range, color) = match self.light {
-            Light::Directional { to_light, angular_radius, color } => {
-                in_range("light.angular_radius", angular_radius, 0.0, MAX_RADIUS, "°")?;
-                (Vec3::ZERO, to_light, 1.0, color)
-            }
-            Light::Spot { position, direction, outer_angle, range, radius, color } => {
-                in_range("light.outer_angle", outer_angle, 0.1, 89.0, "°")?;
-                in_range("light.radius", radius, 0.0, MAX_RADIUS, " m")?;
-                (position, direction, range, color)
-            }
-            Light::Omni { position, range, radius, color } => {
-                in_range("light.radius", radius, 0.0, MAX_RADIUS, " m")?;
-                (position, Vec3::Y, range, color)
-            }
-            Light::Hemisphere { position, direction, range, color } => (position, direction, range, color),
-            Light::RectArea { center, half_u, half_v, range, color } => {
-                finite("light.half_u", half_u)?;
-                finite("light.half_v", half_v)?;
-                (center, half_u.cross(half_v), range, color)
-            }
-        };
-        finite("light.position", position)?;
-        finite("light.direction", direction)?;
-        ensure!(direction.try_normalize().is_some(), "the light's direction {direction} must not be zero nor endless");
-        in_range("light.range", range, 1e-3, 1e9, " m")?;
-        ensure!(
-            color.is_finite() && color.min_element() >= 0.0,
-            "light.color = {color} must be three numbers from 0 up"
-        );
-        Ok(())
-    }
+fn check_light(key: &str, light: &Light) -> Result<()> {
+    let limits =
+        |name: &str, value, [least, most]: [f32; 2], unit| in_range(&format!("{key}.{name}"), value, least, most, unit);
+    let (position, direction, range, color) = match *light {
+        Light::Directional { to_light, angular_radius, color } => {
+            limits("angular_radius", angular_radius, [0.0, MAX_RADIUS], "°")?;
+            (Vec3::ZERO, to_light, 1.0, color)
+        }
+        Light::Spot { position, direction, outer_angle, range, radius, color } => {
+            limits("outer_angle", outer_angle, [0.1, 89.0], "°")?;
+            limits("radius", radius, [0.0, MAX_RADIUS], " m")?;
+            (position, direction, range, color)
+        }
+        Light::Omni { position, range, radius, color } => {
+            limits("radius", radius, [0.0, MAX_RADIUS], " m")?;
+            (position, Vec3::Y, range, color)
+        }
+        Light::Hemisphere { position, direction, range, color } => (position, direction, range, color),
+        Light::RectArea { center, half_u, half_v, range, color } => {
+            finite(&format!("{key}.half_u"), half_u)?;
+            finite(&format!("{key}.half_v"), half_v)?;
+            (center, half_u.cross(half_v), range, color)
+        }
+    };
+    finite(&format!("{key}.position"), position)?;
+    finite(&format!("{key}.direction"), direction)?;
+    ensure!(direction.try_normalize().is_some(), "the light's direction {direction} must not be zero nor endless");
+    limits("range", range, [1e-3, 1e9], " m")?;
+    ensure!(color.is_finite() && color.min_element() >= 0.0, "{key}.color = {color} must be three numbers from 0 up");
+    Ok(())
 }
 
 fn check_camera(key: &str, c: &Camera) -> Result<()> {
@@ -744,7 +773,7 @@ pub fn parse_camera(scene: &Scene, text: &str) -> Result<Camera> {
     })
 }
 
-/// Reads `--light`: a name, or `KIND:key=value;…` with the keys of the set-up's `[light]` table.
+/// Reads `--light` and `--add-light`: a name, or `KIND:key=value;…` with the keys of the set-up's `[light]` table.
 pub fn parse_light(scene: &Scene, text: &str) -> Result<Light> {
     let named = scene.lights.iter().any(|l| l.name == text);
     let Some((kind, rest)) = text.split_once(':').filter(|_| !named) else {

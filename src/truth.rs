@@ -183,6 +183,8 @@ pub struct Tracing {
     of: Option<Of>,
     /// Of the present frame's size last.
     kept: Vec<Sized>,
+    /// The same of the set-up's other lights.
+    parked: Vec<(Of, Vec<Sized>)>,
     /// Samples a pixel that are asked for.
     samples: u32,
 }
@@ -203,15 +205,24 @@ impl Tracing {
             sample: gpu.buffer("sample", &[0; 16], uniform),
             of: None,
             kept: Vec::new(),
+            parked: Vec::new(),
             samples: 1,
         })
     }
 
     /// Goes on with what is kept for pictures of this size: the hard truth and, of more than one sample per pixel, the mean.
-    pub fn start(&mut self, of: Of, samples: u32, gpu: &Gpu, uniform: &FrameUniform) {
+    /// What was traced of another light stays, if it is among `lights` and all else is the same. What was recorded must have been
+    /// submitted.
+    pub fn start(&mut self, of: Of, lights: &[Light], samples: u32, gpu: &Gpu, uniform: &FrameUniform) {
         if self.of != Some(of) {
-            (self.of, self.kept) = (Some(of), Vec::new());
+            if let Some(before) = self.of.replace(of) {
+                self.parked.push((before, std::mem::take(&mut self.kept)));
+            }
+            if let Some(i) = self.parked.iter().position(|(parked, _)| *parked == of) {
+                self.kept = self.parked.remove(i).1;
+            }
         }
+        self.parked.retain(|(o, _)| (o.0, o.1) == (of.0, of.1) && lights.contains(&o.2));
         self.samples = samples;
         let mut now = match self.kept.iter().position(|k| k.uniform.size == uniform.size) {
             Some(i) => self.kept.remove(i),
@@ -308,6 +319,7 @@ impl Tracing {
     /// Forgets what is traced for pictures of the present size: what was recorded last may not have been done.
     pub fn forget(&mut self) {
         self.kept.pop();
+        self.parked.clear();
     }
 
     fn now(&self) -> Option<(&Sized, Option<&Average>)> {

@@ -2,6 +2,7 @@
 
 mod advise;
 mod chart;
+mod lamps;
 mod list;
 mod measure;
 mod stability;
@@ -233,9 +234,12 @@ struct Wanted {
     /// A camera of the scene, or px,py,pz:tx,ty,tz:fov.
     #[arg(long, allow_hyphen_values = true)]
     camera: Option<String>,
-    /// A light of the scene, or KIND:key=value;… with the keys of a set-up's [light] table.
+    /// A light of the scene, or KIND:key=value;… with the keys of a set-up's [light] table. Of several it changes the one at
+    /// work.
     #[arg(long, allow_hyphen_values = true)]
     light: Option<String>,
+    #[command(flatten)]
+    lamps: lamps::Lamps,
     /// Seconds on the scene's clock.
     #[arg(long)]
     time: Option<f32>,
@@ -334,6 +338,7 @@ impl Wanted {
             setup.light = setup::parse_light(scene, light)?;
             setup.fit_path();
         }
+        self.lamps.apply(setup, scene)?;
         if let Some(time) = self.time {
             setup.time = time;
         }
@@ -390,13 +395,14 @@ fn chosen(ids: &[String], setup: &Setup) -> Result<Vec<String>> {
     let all = ids == ["all"];
     let mut out = Vec::new();
     for id in named(ids) {
-        match techniques::find_or_say(&id)?.refuses(&setup.light) {
+        match setup.refusal(techniques::find_or_say(&id)?) {
             Some(reason) if all => eprintln!("left out: {reason}"),
             Some(reason) => bail!(reason),
             None => out.push(id),
         }
     }
-    ensure!(!out.is_empty(), "no technique serves {} light yet", setup.light.kind());
+    let kinds = || setup.lit().iter().map(|(_, light)| light.kind()).collect::<Vec<_>>().join(", ");
+    ensure!(!out.is_empty(), "no technique serves {} light yet", kinds());
     Ok(out)
 }
 

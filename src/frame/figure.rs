@@ -4,7 +4,7 @@ use super::{
     Analysis, Ask, DRAWN, Drawing, Indirect, Layer, Made, NO_FRAME, Renderer, STORED, Targets, Told, ToldSide,
 };
 use crate::gpu::{Gpu, Recorder, Slot};
-use crate::setup::{Arrange, Overlay, Setup};
+use crate::setup::{Arrange, Overlay, Setup, Side};
 use crate::techniques;
 use crate::truth::{Samples, Tracing};
 use crate::view::{self, Drawn, Group, Legend, VIEWS, View};
@@ -58,6 +58,8 @@ pub(super) struct Figure {
     over: Slot,
     /// What the frame being rendered is drawn as.
     pub(super) layer: Layer,
+    /// A side shows all lights with their truths.
+    pub(super) truly_lit: bool,
     /// The last frame was composed into `picture`.
     composed: bool,
     /// The parts of the last frame, and pixels of the whole.
@@ -178,7 +180,9 @@ impl Renderer {
             let ask_side = Ask { size, picture: ask.picture && seen(i), ..ask };
             let side = drawn_side(setup, i)?;
             self.exchange_side(i);
+            self.figure.truly_lit = i == 0 && setup.against.iter().any(Side::is_truth);
             let rendered = self.render_over(&side, ask_side);
+            self.figure.truly_lit = false;
             self.exchange_side(i);
             let frames = told.frames;
             told = rendered?;
@@ -189,7 +193,9 @@ impl Renderer {
             if ask.timed {
                 self.collect_times(true)?;
                 sides[i].passes = self.timer.by_name();
+                self.time_lights(&mut told.lights);
             }
+            sides[i].lights = told.lights.clone();
         }
         for i in (1..setup.sides()).filter(|i| setup.is_truth(*i) && ask.picture && seen(*i)) {
             self.exchange_side(i);
@@ -243,7 +249,7 @@ impl Renderer {
         };
         let view = &VIEWS[i];
         self.seen = Some(view);
-        let rows = if view.group == Group::Scene { u32::MAX } else { self.truth.rows() };
+        let rows = if view.group == Group::Scene { u32::MAX } else { self.lights.rows(self.truth.rows()) };
         let layer = if overlay.is_some() { Layer::Over } else { Layer::Alone };
         self.shade_again(Drawing { layer, rows, ..Drawing::new(setup, i as u32, view.drawn) }, true)?;
         overlay.map_or(Ok(()), |overlay| self.lay_over(setup, overlay, true))
@@ -307,17 +313,21 @@ impl Renderer {
         let (from, to) = (self.targets.output.texture(), self.figure.over.texture());
         copy(&self.gpu, from.context(NO_FRAME)?, [0, 0], to.context(NO_FRAME)?, [0, 0], size);
         let opacity = if overlay.inset { 1.0 } else { overlay.opacity.min(0.999) };
-        let rows = if truth { self.truth.rows() } else { u32::MAX };
+        let rows = if truth { self.lights.rows(self.truth.rows()) } else { u32::MAX };
         self.shade_again(Drawing { layer: Layer::Below, opacity, rows, ..shaded(setup) }, truth)
     }
 
     /// Draws the last frame's picture shaded, with the truth in place of the visibility.
     pub(super) fn shade_truth(&mut self, setup: &Setup) -> Result<()> {
-        self.shade_again(Drawing { rows: self.truth.rows(), ..shaded(setup) }, true)
+        let rows = self.lights.rows(self.truth.rows());
+        self.shade_again(Drawing { rows, ..shaded(setup) }, true)
     }
 
     /// Draws the last frame's picture again; `truth`: in place of the visibility.
     pub(super) fn shade_again(&mut self, picture: Drawing, truth: bool) -> Result<()> {
+        // Beside the maps of another side the truth is lit by one light, as these are.
+        let more_lights = picture.more_lights && self.lights.sum(truth).is_some();
+        let picture = Drawing { more_lights, ..picture };
         let (t, size) = (&self.targets, self.targets.size()?);
         let exact = Targets::view(self.truth.shown().context(NO_FRAME)?)?;
         let map = Targets::view(&t.map)?;
@@ -333,6 +343,7 @@ impl Renderer {
             ("output", output),
             ("truth", exact),
             ("other", exact),
+            ("others", self.lights.sum(truth).unwrap_or(exact)),
             ("over", &over),
         ] {
             recorder.set(name, view);

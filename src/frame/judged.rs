@@ -1,6 +1,7 @@
 //! Pictures of a frame's errors that the CPU makes of its visibility and truth.
 
 use super::figure::shaded;
+use super::lights::Lights;
 use super::{NO_FRAME, Renderer, STORED, Shading, Targets, know_scene};
 use crate::gpu::{Pass, Recorder, Slot};
 use crate::measure::causes::{self, Causes};
@@ -19,6 +20,7 @@ pub(super) struct Judged<'a> {
     pub aliasing: Option<wgpu::TextureView>,
     pub targets: &'a mut Targets,
     pub classify: &'a Pass,
+    pub lights: &'a Lights,
 }
 
 impl Judged<'_> {
@@ -62,17 +64,19 @@ impl Judged<'_> {
         let (gpu, t) = (recorder.gpu, &*self.targets);
         let (size, map) = (t.size()?, Targets::view(&t.map)?);
         let shaded = shaded(setup);
-        let mut picture = |visibility: &Slot| {
+        let mut picture = |visibility: &Slot, true_light: bool| {
             let mut held = Slot::default();
             let output = held.get(gpu, "picture to compare", size, Format::Rgba8Unorm, STORED);
-            recorder.set("visibility", Targets::view(visibility)?);
+            let seen = Targets::view(visibility)?;
+            recorder.set("visibility", seen);
+            recorder.set("others", self.lights.sum(true_light).unwrap_or(seen));
             recorder.set("output", &output);
             shading.record(recorder, shaded, map, (None, None))?;
             recorder.submit();
             read(recorder, &held)
         };
         let truth = self.truth.shown().context(NO_FRAME)?;
-        let (test, reference) = (picture(&t.visibility)?, picture(truth)?);
+        let (test, reference) = (picture(&t.visibility, false)?, picture(truth, true)?);
         recorder.set("visibility", Targets::view(&t.visibility)?);
         recorder.set("output", Targets::view(&t.output)?);
         Ok(metrics::flip_map(&reference, &test, size))
@@ -136,6 +140,7 @@ impl Renderer {
             aliasing: self.analysis.aliasing_view().cloned(),
             targets: &mut self.targets,
             classify: &self.classify,
+            lights: &self.lights,
         };
         let result = what(&mut judged, &mut recorder)?;
         recorder.finish()?;

@@ -49,6 +49,7 @@ impl Renderer {
     /// Draws the last frame's picture shaded with the truth in place of the technique's visibility, and reads it back as
     /// [`Renderer::read_picture`] would. That frame must have traced the truth.
     pub fn read_truth_picture(&mut self, setup: &Setup) -> Result<Vec<u8>> {
+        self.trace_other_lights(setup)?;
         self.shade_truth(setup)?;
         self.read(&self.targets.output)
     }
@@ -56,7 +57,8 @@ impl Renderer {
     /// How many of the technique's and of the truth's rays gave up before they knew (`max_visits`).
     pub fn read_gave_up(&self) -> Result<[u32; 2]> {
         let truth = self.truth.tally().context(NO_FRAME)?;
-        Ok([self.read_tally(&self.tally)?[0], self.read_tally(truth)?[0]])
+        let beside = self.lights.tally().map_or(Ok([0; 4]), |tally| self.read_tally(tally))?;
+        Ok([self.read_tally(&self.tally)?[0] + beside[0], self.read_tally(truth)?[0]])
     }
 
     /// What the last frame did not do as it should, a sentence each.

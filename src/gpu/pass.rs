@@ -261,6 +261,8 @@ pub struct Recorder<'a> {
     encoder: wgpu::CommandEncoder,
     timer: &'a mut Timer,
     timed: bool,
+    /// The light that the passes are recorded for, where they are one light's.
+    light: Option<usize>,
     /// What [`Run::per_pixel`] covers.
     pixels: [u32; 2],
     /// Where render passes count what they draw, and what each of them counts as.
@@ -273,6 +275,7 @@ pub struct Recorder<'a> {
 impl<'a> Recorder<'a> {
     pub fn new(gpu: &'a Gpu, timer: &'a mut Timer, timed: bool, pixels: [u32; 2]) -> Recorder<'a> {
         timer.names.clear();
+        timer.lights.clear();
         timer.wall.clear();
         timer.noted.clear();
         let encoder = gpu.device.create_command_encoder(&Default::default());
@@ -290,6 +293,7 @@ impl<'a> Recorder<'a> {
             encoder,
             timer,
             timed,
+            light: None,
             pixels,
             draws,
             recorded,
@@ -310,6 +314,22 @@ impl<'a> Recorder<'a> {
     /// Has the texture looked at that passes of this name write last, once the passes that follow draw into others.
     pub fn watch(&mut self, pass: &'static str, by: &'a dyn Watch) {
         self.watched = Some((pass, by));
+    }
+
+    /// Tells for which light, by its place among all, the passes that follow are recorded: [`Timer::of_light`].
+    pub fn of_light(&mut self, light: Option<usize>) {
+        self.light = light;
+    }
+
+    /// Has nothing looked at from here on; what was to be looked at, for [`Recorder::look_again`].
+    pub fn look_away(&mut self) -> Option<(&'static str, &'a dyn Watch)> {
+        self.look();
+        self.watched.take()
+    }
+
+    /// Has again looked at what was before.
+    pub fn look_again(&mut self, watched: Option<(&'static str, &'a dyn Watch)>) {
+        self.watched = watched;
     }
 
     fn look(&mut self) {
@@ -409,6 +429,7 @@ impl<'a> Recorder<'a> {
                 timer.pending.push(Pending {
                     staging,
                     names: std::mem::take(&mut timer.names),
+                    lights: std::mem::take(&mut timer.lights),
                     noted: std::mem::take(&mut timer.noted),
                     ready,
                 });
@@ -418,6 +439,7 @@ impl<'a> Recorder<'a> {
                 if self.timed && timer.mode == TimerMode::Wall {
                     timer.latest = std::mem::take(&mut timer.noted);
                     timer.latest.extend(timer.names.iter().copied().zip(timer.wall.iter().copied()));
+                    timer.latest_lights = std::mem::take(&mut timer.lights);
                 }
             }
         }
@@ -624,6 +646,7 @@ impl Run<'_, '_> {
         write(&mut recorder.encoder, pass, &group, first.as_ref().map(|(set, at)| (set, *at)));
         if recorder.timed {
             timer.names.push(name);
+            timer.lights.push(recorder.light);
         }
         if recorder.waits() {
             let start = Instant::now();

@@ -20,18 +20,23 @@ pub struct Timer {
     /// Timestamps of so many passes each, and what they are resolved into; as many as a frame has needed.
     queries: Vec<(wgpu::QuerySet, wgpu::Buffer)>,
     pub(super) names: Vec<&'static str>,
+    /// For which light each of them was recorded.
+    pub(super) lights: Vec<Option<usize>>,
     pub(super) wall: Vec<f64>,
     /// Work on the CPU that belongs to the frame.
     pub(super) noted: Vec<(&'static str, f64)>,
     pub(super) pending: Vec<Pending>,
     /// The last complete frame.
     pub latest: Vec<(&'static str, f64)>,
+    /// As many, behind what is noted.
+    pub(super) latest_lights: Vec<Option<usize>>,
 }
 
 /// Timestamps on their way back.
 pub(super) struct Pending {
     pub(super) staging: wgpu::Buffer,
     pub(super) names: Vec<&'static str>,
+    pub(super) lights: Vec<Option<usize>>,
     pub(super) noted: Vec<(&'static str, f64)>,
     pub(super) ready: Arc<AtomicBool>,
 }
@@ -53,10 +58,12 @@ impl Timer {
             mode,
             queries: Vec::new(),
             names: Vec::new(),
+            lights: Vec::new(),
             wall: Vec::new(),
             noted: Vec::new(),
             pending: Vec::new(),
             latest: Vec::new(),
+            latest_lights: Vec::new(),
         }
     }
 
@@ -102,14 +109,13 @@ impl Timer {
 
     /// The last complete frame with passes of equal names added up, in order of first appearance.
     pub fn by_name(&self) -> Vec<(&'static str, f64)> {
-        let mut sums: Vec<(&'static str, f64)> = Vec::new();
-        for (name, ms) in &self.latest {
-            match sums.iter_mut().find(|s| s.0 == *name) {
-                Some(sum) => sum.1 += ms,
-                None => sums.push((name, *ms)),
-            }
-        }
-        sums
+        added_up(self.latest.iter())
+    }
+
+    /// The same of the passes that were recorded for a light ([`super::Recorder::of_light`]).
+    pub fn of_light(&self, light: usize) -> Vec<(&'static str, f64)> {
+        let passes = self.latest.iter().rev().zip(self.latest_lights.iter().rev()).rev();
+        added_up(passes.filter(|(_, of)| **of == Some(light)).map(|(pass, _)| pass))
     }
 
     /// Takes in the frames whose times have arrived; with `wait`, all of them.
@@ -118,16 +124,27 @@ impl Timer {
             gpu.wait()?;
         }
         while self.pending.first().is_some_and(|p| p.ready.load(Ordering::Acquire)) {
-            let Pending { staging, names, noted, .. } = self.pending.remove(0);
+            let Pending { staging, names, lights, noted, .. } = self.pending.remove(0);
             let bytes = staging.get_mapped_range(..).map_err(|e| anyhow!("reading the pass times failed: {e}"))?;
             let stamps: &[u64] = bytemuck::cast_slice(&bytes);
             let to_ms = gpu.queue.get_timestamp_period() as f64 * 1e-6;
             let times = names.iter().zip(stamps.chunks_exact(2));
-            self.latest = noted;
+            (self.latest, self.latest_lights) = (noted, lights);
             self.latest.extend(times.map(|(n, s)| (*n, s[1].saturating_sub(s[0]) as f64 * to_ms)));
         }
         Ok(())
     }
+}
+
+fn added_up<'a>(passes: impl Iterator<Item = &'a (&'static str, f64)>) -> Vec<(&'static str, f64)> {
+    let mut sums: Vec<(&'static str, f64)> = Vec::new();
+    for (name, ms) in passes {
+        match sums.iter_mut().find(|s| s.0 == *name) {
+            Some(sum) => sum.1 += ms,
+            None => sums.push((name, *ms)),
+        }
+    }
+    sums
 }
 
 /// Counts what render passes draw, by pipeline statistics.

@@ -1,74 +1,173 @@
 //! How wrong a configuration is, and what its frame needs: everything of a [`Record`] but times.
 
 use super::analysis::{Aliasing, Counts};
+use super::causes::CAUSES;
 use super::contour;
-use super::metrics::{self, Errors};
-use super::record::{Record, params_text};
-use crate::frame::{Ask, Renderer, Told};
+use super::metrics::{self, Errors, Pixels};
+use super::record::{LightRow, Record, params_text};
+use crate::frame::{Ask, PieceCount, Renderer, Told};
+use crate::gpu::Draws;
 use crate::setup::Setup;
 use crate::techniques;
 use crate::truth::Samples;
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, anyhow};
 
-/// The errors of the set-up's technique at the set-up's full size, against the hard truth alone: one sample per pixel.
+/// The errors of the set-up's technique at the set-up's full size, against the hard truth alone: one sample per pixel. Of
+/// several lights over the pixels of all of them that can be wrong.
 ///
 /// # Errors
-/// A light that the technique or the truth does not serve, or what the device reports.
+/// A light that the technique or the truth does not serve, all lights off, or what the device reports.
 pub fn errors(renderer: &mut Renderer, setup: &Setup) -> Result<Errors> {
-    Ok(compare(renderer, &Setup { truth_samples: Samples::Fixed(1), ..setup.clone() }, false)?.0)
+    let setup = Setup { truth_samples: Samples::Fixed(1), ..setup.clone() };
+    serve(&setup)?;
+    let mut frames = Vec::new();
+    for one in setup.each_light()? {
+        frames.push(compare(renderer, &one, false)?.0);
+    }
+    Ok(metrics::pooled(&frames, setup.size[0] as usize))
 }
 
-/// Renders technique and truth and counts the errors; with `all` also the shaded picture, the analysis, and how far the
-/// contours lie apart.
-fn compare(renderer: &mut Renderer, setup: &Setup, all: bool) -> Result<(Errors, Option<f64>, Told)> {
-    techniques::find_or_say(&setup.technique)?.serve(&setup.light)?;
-    techniques::TRUTH.serve(&setup.light)?;
+fn serve(setup: &Setup) -> Result<()> {
+    for info in [techniques::find_or_say(&setup.technique)?, techniques::TRUTH] {
+        setup.refusal(info).map_or(Ok(()), |reason| Err(anyhow!(reason)))?;
+    }
+    Ok(())
+}
+
+/// Renders technique and truth of the light at work; with `all` also the picture and the analysis.
+fn compare(renderer: &mut Renderer, setup: &Setup, all: bool) -> Result<(Pixels, Told)> {
     let ask = Ask { analysis: all, picture: all, ..Ask::of(setup) };
     let told = renderer.render(setup, ask)?;
     let mask = renderer.read_mask()?;
-    let width = setup.size[0] as usize;
     let (hard, mean) = (renderer.read_hard_truth()?, renderer.read_truth()?);
-    let visibility = renderer.read_visibility()?;
-    let apart = if all { contour::mean_distance(&visibility, &hard, &mask, width) } else { None };
-    Ok((metrics::errors(&visibility, &hard, &mean, &mask, width), apart, told))
+    Ok((Pixels { visibility: renderer.read_visibility()?, hard, mean, mask }, told))
 }
 
-/// Measures what does not depend on speed. `index` is the configuration's place in its sweep.
+/// What is gathered of the frames of each light.
+#[derive(Default)]
+struct Gathered {
+    frames: Vec<Pixels>,
+    contours: Option<(f64, u64)>,
+    causes: [usize; CAUSES.len()],
+    aliasing: Vec<[f32; 4]>,
+    /// Layers, texels, and whether all of these were counted.
+    maps: Option<(u64, u64, bool)>,
+    counts: Vec<u32>,
+    views_needed: u64,
+    draws: Option<Draws>,
+    pieces: Option<PieceCount>,
+    rays: u64,
+    notes: Vec<String>,
+    lights: Vec<LightRow>,
+}
+
+impl Gathered {
+    /// Takes in the frame of a light, whose errors are these.
+    fn take(&mut self, renderer: &mut Renderer, setup: &Setup, (pixels, told): (Pixels, Told)) -> Result<()> {
+        let width = setup.size[0] as usize;
+        if let Some((sum, number)) = contour::distances(&pixels.visibility, &pixels.hard, &pixels.mask, width) {
+            let held = self.contours.get_or_insert((0.0, 0));
+            (held.0, held.1) = (held.0 + sum, held.1 + number);
+        }
+        let causes = renderer.read_causes()?;
+        self.causes.iter_mut().zip(causes.counts).for_each(|(sum, n)| *sum += n);
+        // Of faces around a light only some are drawn.
+        let faces = renderer.known()?.faces;
+        let drawn = (!faces.is_empty()).then(|| faces.iter().flatten().count());
+        let (gpu, analysis) = (&renderer.gpu, renderer.analysis());
+        let maps = analysis.maps();
+        self.aliasing.extend(analysis.aliasing(gpu)?.into_iter().flatten());
+        let drawn = drawn.map_or(maps.map_or(0, |m| m.layers as u64), |drawn| drawn as u64);
+        let mut needed = maps.map_or(Vec::new(), |m| vec![false; m.layers as usize]);
+        let filled = &mut self.counts;
+        let counted = analysis.counts(gpu, |first, counts| {
+            for (i, count) in counts.iter().enumerate().filter(|(_, c)| **c > 0) {
+                filled.push(*count);
+                let layer = (first + i as u64) / maps.map_or(1, |m| m.layer());
+                needed[layer as usize] = true;
+            }
+        })?;
+        if let Some(m) = maps {
+            let held = self.maps.get_or_insert((0, 0, true));
+            *held = (held.0 + drawn, held.1 + m.texels(), held.2 && counted);
+        }
+        let needed = match faces.is_empty() {
+            true => needed.iter().filter(|n| **n).count(),
+            false => faces.iter().flatten().filter(|face| face[0] > 0).count(),
+        };
+        self.views_needed += needed as u64;
+        if let Some(d) = analysis.draws(gpu)? {
+            let held = self.draws.get_or_insert_default();
+            held.sent += d.sent;
+            held.drawn += d.drawn;
+            held.fragments += d.fragments;
+        }
+        if let Some(p) = analysis.pieces(gpu)? {
+            let held = self.pieces.get_or_insert_default();
+            held.kept += p.kept;
+            held.drawn += p.drawn;
+            held.folded += p.folded;
+            held.folds += p.folds;
+        }
+        self.rays += renderer.read_rays()? as u64;
+        for note in renderer.notes()? {
+            if !self.notes.contains(&note) {
+                self.notes.push(note);
+            }
+        }
+        let e = metrics::errors(&pixels.visibility, &pixels.hard, &pixels.mean, &pixels.mask, width);
+        let light = setup.at_work();
+        self.lights.push(LightRow {
+            number: light as u64 + 1,
+            kind: setup.light.kind().into(),
+            facing: e.facing as u64,
+            wrong: (e.lit_incorrect + e.shadow_incorrect) as u64,
+            rmse: e.rmse,
+            gpu_ms: 0.0,
+            gpu_bytes: told.lights.iter().find(|l| l.light == light).map_or(0, |l| l.gpu_bytes),
+        });
+        self.frames.push(pixels);
+        Ok(())
+    }
+}
+
+/// Measures what does not depend on speed. `index` is the configuration's place in its sweep. Of several lights each is measured
+/// alone: errors are over the pixels of all of them that can be wrong, and what is counted is added up.
 ///
 /// # Errors
 /// As [`errors`].
 pub fn accuracy(renderer: &mut Renderer, setup: &Setup, index: u64) -> Result<Record> {
+    serve(setup)?;
     let samples = setup.truth_samples.measured();
     // Another view would change the picture, and a technique's own trace rays of its own.
     let shaded = Setup { truth_samples: Samples::Fixed(samples), ..setup.measured() };
-    let (e, contour, told) = compare(renderer, &shaded, true)?;
+    let lights = shaded.each_light()?;
+    let mut g = Gathered::default();
+    for one in &lights {
+        let seen = compare(renderer, one, true)?;
+        g.take(renderer, one, seen)?;
+    }
+    let e = metrics::pooled(&g.frames, setup.size[0] as usize);
+    g.frames.clear();
+    if lights[0] != shaded {
+        renderer.render(&shaded, Ask::of(&shaded))?;
+    }
     let picture = renderer.read_picture()?;
     let exact = renderer.read_truth_picture(&shaded)?;
-    let [acne_share, detachment_share, leak_share, missing_caster_share, stairs_share] =
-        renderer.read_causes()?.shares();
-    let faces = renderer.known()?.faces;
-    let drawn = faces.iter().flatten().count();
-    let (gpu, analysis) = (&renderer.gpu, renderer.analysis());
-    let maps = analysis.maps();
-    let m = analysis.aliasing(gpu)?.and_then(|pixels| Aliasing::of(&pixels));
-    let mut filled = Vec::new();
-    let mut needed = maps.map_or(Vec::new(), |m| vec![false; m.layers as usize]);
-    let counted = analysis.counts(gpu, |first, counts| {
-        for (i, count) in counts.iter().enumerate().filter(|(_, c)| **c > 0) {
-            filled.push(*count);
-            let layer = (first + i as u64) / maps.map_or(1, |m| m.layer());
-            needed[layer as usize] = true;
-        }
-    })?;
-    let counts = maps.filter(|_| counted).map(|m| Counts::of(m.texels(), filled));
-    let draws = analysis.draws(gpu)?;
-    let pieces = analysis.pieces(gpu)?;
-    let mut notes = renderer.notes()?;
+    let share = |n| n as f64 / e.facing.max(1) as f64;
+    let [acne_share, detachment_share, leak_share, missing_caster_share, stairs_share] = g.causes.map(share);
+    let m = Aliasing::of(&g.aliasing);
+    let counted = g.maps.is_some_and(|(_, _, counted)| counted);
+    let texels = g.maps.map(|(_, texels, _)| texels);
+    let counts = texels.filter(|_| counted).map(|texels| Counts::of(texels, g.counts));
+    let (draws, pieces, mut notes) = (g.draws, g.pieces, g.notes);
+    let gpu_bytes = g.lights.iter().map(|l| l.gpu_bytes).sum();
+    let per_light = if lights[0] == shaded { String::new() } else { LightRow::text(&g.lights) };
     if e.facing == 0 {
         notes.push("No pixel faces the light within its cone and range: nothing can be wrong.".into());
     }
-    if let Some(maps) = maps.filter(|_| !counted) {
-        notes.push(format!("Samples per texel are not counted: {} texels are too many.", maps.texels()));
+    if let Some(texels) = texels.filter(|_| !counted) {
+        notes.push(format!("Samples per texel are not counted: {texels} texels are too many."));
     }
     Ok(Record {
         index,
@@ -103,7 +202,7 @@ pub fn accuracy(renderer: &mut Renderer, setup: &Setup, index: u64) -> Result<Re
         boundary_median_px: e.boundary.map(|b| b.median as f64),
         boundary_p95_px: e.boundary.map(|b| b.p95 as f64),
         boundary_max_px: e.boundary.map(|b| b.max as f64),
-        contour_mean_px: contour,
+        contour_mean_px: g.contours.map(|(sum, number)| sum / number as f64),
         m_mean: m.map(|m| m.mean),
         m_rms: m.map(|m| m.rms),
         m_p50: m.map(|m| m.p50),
@@ -122,26 +221,27 @@ pub fn accuracy(renderer: &mut Renderer, setup: &Setup, index: u64) -> Result<Re
         anisotropy_p50: m.map(|m| m.anisotropy[0]),
         anisotropy_p95: m.map(|m| m.anisotropy[1]),
         // A projection by a matrix turns nothing over.
-        folds: maps.map(|_| pieces.map_or(0, |p| p.folds)),
-        texels: maps.map(|m| m.texels()),
+        folds: texels.map(|_| pieces.map_or(0, |p| p.folds)),
+        texels,
         texels_covered: counts.map(|c| c.covered),
-        covered_share: counts.zip(maps).map(|(c, m)| c.covered as f64 / m.texels() as f64),
+        covered_share: counts.zip(texels).map(|(c, texels)| c.covered as f64 / texels as f64),
         utilisation: counts.and_then(|c| c.utilisation()),
         count_mean: counts.and_then(|c| c.mean()),
         count_max: counts.map(|c| c.max),
         count_gini: counts.and_then(|c| c.gini),
         count_entropy: counts.and_then(|c| c.entropy),
-        // Of faces around a light only some are drawn.
-        views_rendered: maps.map(|m| if faces.is_empty() { m.layers as u64 } else { drawn as u64 }),
-        views_needed: counts.map(|_| needed.iter().filter(|n| **n).count() as u64),
+        views_rendered: g.maps.map(|(layers, ..)| layers),
+        views_needed: counts.map(|_| g.views_needed),
         triangles_submitted: draws.map(|d| d.sent),
         triangles_drawn: draws.map(|d| d.drawn),
         fragments: draws.map(|d| d.fragments),
         triangles_needed: pieces.map(|p| p.kept),
         triangles_added: pieces.map(|p| p.drawn as i64 - p.kept as i64),
         triangles_folded: pieces.map(|p| p.folded),
-        rays: renderer.read_rays()? as u64,
-        gpu_bytes: told.gpu_bytes,
+        rays: g.rays,
+        gpu_bytes,
+        lights: lights.len() as u32,
+        per_light,
         adapter: renderer.gpu.info.name.clone(),
         driver: renderer.gpu.info.driver_info.clone(),
         software: renderer.gpu.software(),

@@ -9,6 +9,11 @@ use super::metrics::{FACING, distance_to};
 /// Both ways, since one way alone would find nothing wrong with a shadow that is missing, or with one that is false.
 /// `mask` as for [`super::metrics::errors`], rows of `width`; visibility of at least one half is lit.
 pub fn mean_distance(visibility: &[f32], truth: &[f32], mask: &[u32], width: usize) -> Option<f64> {
+    distances(visibility, truth, mask, width).map(|(sum, number)| sum / number as f64)
+}
+
+/// The sum of these distances and how many there are; several frames' can be added up.
+pub fn distances(visibility: &[f32], truth: &[f32], mask: &[u32], width: usize) -> Option<(f64, u64)> {
     // On a grid of half pixels, where the points between pixels have places of their own.
     let (height, wide) = (mask.len().checked_div(width)?, 2 * width - 1);
     let points = |of: &[f32]| {
@@ -37,7 +42,7 @@ pub fn mean_distance(visibility: &[f32], truth: &[f32], mask: &[u32], width: usi
             number += 1;
         }
     }
-    Some(sum / number as f64)
+    Some((sum, number))
 }
 
 #[cfg(test)]

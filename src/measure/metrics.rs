@@ -63,63 +63,102 @@ impl Errors {
     }
 }
 
+/// What a frame's errors are counted in, a number per pixel.
+pub struct Pixels {
+    pub visibility: Vec<f32>,
+    pub hard: Vec<f32>,
+    pub mean: Vec<f32>,
+    pub mask: Vec<u32>,
+}
+
 /// Compares visibility with the `hard` truth in labels and with the truth `mean` in size, all a number per pixel in rows of
 /// `width`; `mask` holds [`BACKGROUND`], [`AWAY`], [`FACING`] or [`OUTSIDE`].
 pub fn errors(visibility: &[f32], hard: &[f32], mean: &[f32], mask: &[u32], width: usize) -> Errors {
-    let mut e = Errors::default();
-    let (mut squares, mut sum, mut beyond) = (0.0f64, 0.0f64, 0usize);
-    let (mut penumbra, mut soft_squares, mut hard_squares) = (0usize, 0.0f64, 0.0f64);
-    let mut wrong = Vec::new();
-    for (i, m) in mask.iter().enumerate() {
-        match *m {
-            BACKGROUND => e.background += 1,
-            AWAY => e.away += 1,
-            OUTSIDE => e.outside += 1,
-            _ => {
-                e.facing += 1;
-                let off = (visibility[i] - mean[i]).abs();
-                beyond += (off > TOLERANCE) as usize;
-                let off = off as f64;
-                sum += off;
-                squares += off * off;
-                hard_squares += ((visibility[i] - hard[i]) as f64).powi(2);
-                e.max_error = e.max_error.max(off);
-                if mean[i] > 0.0 && mean[i] < 1.0 {
-                    penumbra += 1;
-                    soft_squares += off * off;
-                }
-                match (visibility[i] >= 0.5, hard[i] >= 0.5) {
-                    (true, true) => e.lit_correct += 1,
-                    (true, false) => e.lit_incorrect += 1,
-                    (false, false) => e.shadow_correct += 1,
-                    (false, true) => e.shadow_incorrect += 1,
-                }
-                if (visibility[i] >= 0.5) != (hard[i] >= 0.5) {
-                    wrong.push(i);
+    let mut sums = Sums::default();
+    sums.add(visibility, hard, mean, mask, width);
+    sums.errors()
+}
+
+/// The errors of several frames of the same pixels, of a light each, as of one that has all their pixels.
+pub fn pooled(frames: &[Pixels], width: usize) -> Errors {
+    let mut sums = Sums::default();
+    frames.iter().for_each(|f| sums.add(&f.visibility, &f.hard, &f.mean, &f.mask, width));
+    sums.errors()
+}
+
+/// What errors are made of.
+#[derive(Default)]
+struct Sums {
+    counts: Errors,
+    squares: f64,
+    sum: f64,
+    beyond: usize,
+    penumbra: usize,
+    soft_squares: f64,
+    hard_squares: f64,
+    /// Distances of wrong pixels from the true boundary, pixels.
+    far: Vec<f32>,
+}
+
+impl Sums {
+    fn add(&mut self, visibility: &[f32], hard: &[f32], mean: &[f32], mask: &[u32], width: usize) {
+        let e = &mut self.counts;
+        let mut wrong = Vec::new();
+        for (i, m) in mask.iter().enumerate() {
+            match *m {
+                BACKGROUND => e.background += 1,
+                AWAY => e.away += 1,
+                OUTSIDE => e.outside += 1,
+                _ => {
+                    e.facing += 1;
+                    let off = (visibility[i] - mean[i]).abs();
+                    self.beyond += (off > TOLERANCE) as usize;
+                    let off = off as f64;
+                    self.sum += off;
+                    self.squares += off * off;
+                    self.hard_squares += ((visibility[i] - hard[i]) as f64).powi(2);
+                    e.max_error = e.max_error.max(off);
+                    if mean[i] > 0.0 && mean[i] < 1.0 {
+                        self.penumbra += 1;
+                        self.soft_squares += off * off;
+                    }
+                    match (visibility[i] >= 0.5, hard[i] >= 0.5) {
+                        (true, true) => e.lit_correct += 1,
+                        (true, false) => e.lit_incorrect += 1,
+                        (false, false) => e.shadow_correct += 1,
+                        (false, true) => e.shadow_incorrect += 1,
+                    }
+                    if (visibility[i] >= 0.5) != (hard[i] >= 0.5) {
+                        wrong.push(i);
+                    }
                 }
             }
         }
+        if !wrong.is_empty() {
+            // The true contour runs half a pixel before the nearest pixel of the other label.
+            let to = [false, true].map(|lit| {
+                let marked: Vec<bool> = (0..mask.len()).map(|i| mask[i] == FACING && (hard[i] >= 0.5) == lit).collect();
+                distance_to(&marked, width)
+            });
+            let off = |i: &usize| to[(hard[*i] < 0.5) as usize][*i] - 0.5;
+            self.far.extend(wrong.iter().map(off).filter(|d| d.is_finite()));
+        }
     }
-    let facing = e.facing.max(1) as f64;
-    e.rmse = (squares / facing).sqrt();
-    e.rmse_hard = (hard_squares / facing).sqrt();
-    e.mae = sum / facing;
-    e.beyond_tolerance = beyond as f64 / facing;
-    e.rmse_penumbra = (penumbra > 0).then(|| (soft_squares / penumbra as f64).sqrt());
-    if !wrong.is_empty() {
-        // The true contour runs half a pixel before the nearest pixel of the other label.
-        let to = [false, true].map(|lit| {
-            let marked: Vec<bool> = (0..mask.len()).map(|i| mask[i] == FACING && (hard[i] >= 0.5) == lit).collect();
-            distance_to(&marked, width)
-        });
-        let off = |i: &usize| to[(hard[*i] < 0.5) as usize][*i] - 0.5;
-        let mut far: Vec<f32> = wrong.iter().map(off).filter(|d| d.is_finite()).collect();
+
+    fn errors(self) -> Errors {
+        let Sums { counts: mut e, squares, sum, beyond, penumbra, soft_squares, hard_squares, mut far } = self;
+        let facing = e.facing.max(1) as f64;
+        e.rmse = (squares / facing).sqrt();
+        e.rmse_hard = (hard_squares / facing).sqrt();
+        e.mae = sum / facing;
+        e.beyond_tolerance = beyond as f64 / facing;
+        e.rmse_penumbra = (penumbra > 0).then(|| (soft_squares / penumbra as f64).sqrt());
         far.sort_by(f32::total_cmp);
         if let Some(max) = far.last() {
             e.boundary = Some(Boundary { median: quantile(&far, 0.5), p95: quantile(&far, 0.95), max: *max });
         }
+        e
     }
-    e
 }
 
 /// Share of wrong labels among the pixels that can be wrong in a square of `window` pixels around each, 0 to 1; -1 where none

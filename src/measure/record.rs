@@ -125,6 +125,11 @@ pub struct Record {
     pub rays: u64,
     /// Bytes of GPU memory that the technique holds.
     pub gpu_bytes: u64,
+    /// Lights that are on: what is counted is the sum over them, and errors are over the pixels of all of them that can be
+    /// wrong.
+    pub lights: u32,
+    /// Where there are several, or the one that is on is not at work, each of them ([`LightRow`]), separated by semicolons.
+    pub per_light: String,
 
     /// The technique's passes of one frame together, ms: median, quartiles, 99.9 % interval of the median.
     pub gpu_ms: f64,
@@ -176,9 +181,61 @@ impl Record {
         self.ratio.filter(|ratio| *ratio > 0.0).map(|ratio| self.gpu_ms / ratio)
     }
 
+    /// Its lights, where it has several.
+    pub fn per_light(&self) -> Vec<LightRow> {
+        self.per_light.split(';').filter_map(LightRow::parse).collect()
+    }
+
     /// The technique's parameters.
     pub fn values(&self) -> Vec<(&str, &str)> {
         self.params.split(';').filter_map(|p| p.split_once('=')).collect()
+    }
+}
+
+/// A row's figures of one of its lights.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct LightRow {
+    /// Its number among the set-up's lights, from 1.
+    pub number: u64,
+    pub kind: String,
+    /// Pixels that can be wrong, and those that are.
+    pub facing: u64,
+    pub wrong: u64,
+    /// As [`Record::rmse`].
+    pub rmse: f64,
+    /// Median time of the technique's passes for it, ms.
+    pub gpu_ms: f64,
+    /// Bytes of GPU memory that the technique holds for it.
+    pub gpu_bytes: u64,
+}
+
+impl LightRow {
+    /// As [`Record::per_light`] holds them: `number=kind|facing|wrong|rmse|ms|bytes`.
+    pub fn text(all: &[LightRow]) -> String {
+        let one = |l: &LightRow| {
+            let LightRow { number, kind, facing, wrong, rmse, gpu_ms, gpu_bytes } = l;
+            format!("{number}={kind}|{facing}|{wrong}|{rmse:.6}|{gpu_ms:.4}|{gpu_bytes}")
+        };
+        all.iter().map(one).collect::<Vec<_>>().join(";")
+    }
+
+    fn parse(text: &str) -> Option<LightRow> {
+        let (number, rest) = text.split_once('=')?;
+        let [kind, facing, wrong, rmse, gpu_ms, gpu_bytes] = rest.split('|').collect::<Vec<_>>().try_into().ok()?;
+        Some(LightRow {
+            number: number.parse().ok()?,
+            kind: kind.into(),
+            facing: facing.parse().ok()?,
+            wrong: wrong.parse().ok()?,
+            rmse: rmse.parse().ok()?,
+            gpu_ms: gpu_ms.parse().ok()?,
+            gpu_bytes: gpu_bytes.parse().ok()?,
+        })
+    }
+
+    /// Wrong pixels as a share of those that can be wrong, 0 to 1.
+    pub fn error_share(&self) -> f64 {
+        self.wrong as f64 / self.facing.max(1) as f64
     }
 }
 

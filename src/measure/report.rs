@@ -3,11 +3,12 @@
 use super::advise::Advice;
 use super::columns::{COLUMNS, Column};
 use super::record::params_text;
+use super::table::per_light;
 use super::{Axis, Record, expand, tied};
 use crate::capture;
 use crate::chart::{self, COSTS, ERRORS, escape};
 use crate::frame::Renderer;
-use crate::setup::Setup;
+use crate::setup::{Lamp, Setup};
 use crate::techniques;
 use anyhow::{Context, Result, ensure};
 use base64::Engine;
@@ -45,6 +46,7 @@ pub fn write(records: &[Record], title: &str, folder: &Path, renderer: &mut Rend
     page += &charts(records)?;
     page += &front(records);
     page += &table(records);
+    page += &lights(records);
     page += &extremes(records, folder, renderer)?;
     let html = format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" \
@@ -82,6 +84,7 @@ fn told(records: &[Record], base: &Setup, setup_text: &str) -> Result<String> {
         ("Configurations", format!("{} of {}", records.len(), ids(records).join(", "))),
         ("Camera", table("camera").context("the camera cannot be written as TOML")?),
         ("Light", table("light").context("the light cannot be written as TOML")?),
+        ("Lights", lamps(base)),
         ("Clock", format!("{} s, animation {}, seed {}", base.time, base.animation, base.seed)),
         ("Adapter", all(&|r| r.adapter.clone())),
         ("Driver", all(&|r| r.driver.clone())),
@@ -118,6 +121,39 @@ fn told(records: &[Record], base: &Setup, setup_text: &str) -> Result<String> {
     }
     out += &format!("<details><summary>report.toml</summary><pre>{}</pre></details>\n", escape(setup_text));
     Ok(out)
+}
+
+/// The lights of a set-up that has several, in words.
+fn lamps(base: &Setup) -> String {
+    if base.light_count() == 1 {
+        return String::new();
+    }
+    let off = |on: bool| if on { "" } else { ", off" };
+    let one = |(i, lamp): (usize, &Lamp)| format!("{} {}{}", i + 1, lamp.light.kind(), off(lamp.on));
+    let all: Vec<String> = base.lamps().iter().enumerate().map(one).collect();
+    format!("{}; the table further down has the figures of each", all.join("; "))
+}
+
+/// The rows' figures light by light; nothing where there is one light.
+fn lights(records: &[Record]) -> String {
+    let lines = per_light(records);
+    let [names, lines @ ..] = &lines[..] else { return String::new() };
+    if lines.is_empty() {
+        return String::new();
+    }
+    let row = |tag: &str, cells: &[String]| {
+        let cell = |(i, text): (usize, &String)| {
+            format!("<{tag}{}>{}</{tag}>", if i < 2 { " class=\"t\"" } else { "" }, escape(text))
+        };
+        format!("<tr>{}</tr>\n", cells.iter().enumerate().map(cell).collect::<String>())
+    };
+    let body: String = lines.iter().map(|line| row("td", line)).collect();
+    format!(
+        "<h2>Light by light</h2>\n<p>In the order of the rows above. Errors of all lights together are over the pixels of each \
+         that can be wrong; times and memory are sums, but for the medians of times.</p>\n<div \
+         class=\"wide\"><table>\n<thead>{}</thead>\n<tbody>\n{body}</tbody></table></div>\n",
+        row("th", names)
+    )
 }
 
 fn one_line(toml: &str) -> String {

@@ -266,6 +266,15 @@ const STEP: f32 = 0.37;
 /// # Errors
 /// A light that the technique or the truth does not serve, or what the device reports.
 pub fn flicker(renderer: &mut Renderer, setup: &Setup) -> Result<Option<Change>> {
+    let mut steps = Vec::new();
+    for one in setup.each_light()? {
+        steps.extend(flicker_steps(renderer, &one)?);
+    }
+    Ok(Change::mean(&steps))
+}
+
+/// What changes from step to step for the light at work.
+fn flicker_steps(renderer: &mut Renderer, setup: &Setup) -> Result<Vec<Change>> {
     techniques::find_or_say(&setup.technique)?.serve(&setup.light)?;
     techniques::TRUTH.serve(&setup.light)?;
     let camera = setup.camera;
@@ -276,7 +285,7 @@ pub fn flicker(renderer: &mut Renderer, setup: &Setup) -> Result<Option<Change>>
     for k in 0..=STEPS {
         let by = step * k as f32;
         let camera = Camera { position: camera.position + by, target: camera.target + by, ..camera };
-        let setup = Setup { camera, view: "shaded".into(), ..setup.clone() };
+        let setup = Setup { camera, ..setup.clone() };
         let shadow = draw(renderer, &setup, k == 0)?;
         let now = Seen::read(renderer, &setup)?;
         if let Some((last, before)) = &last {
@@ -284,7 +293,7 @@ pub fn flicker(renderer: &mut Renderer, setup: &Setup) -> Result<Option<Change>>
         }
         last = Some((now, shadow));
     }
-    Ok(Change::mean(&steps))
+    Ok(steps)
 }
 
 /// Side of the square that a pixel covers on a plane across the view, metres a metre of depth.
@@ -303,6 +312,8 @@ struct Shadow {
 /// Draws a set-up with its truth. `first`: no frame goes before it that the technique could average with.
 fn draw(renderer: &mut Renderer, setup: &Setup, first: bool) -> Result<Shadow> {
     let history = if first { History::Whole } else { History::Goes };
+    // A view of one light: that at work.
+    let setup = &Setup { view: "visibility".into(), ..setup.clone() };
     renderer.render(setup, Ask { picture: false, history, ..Ask::of(setup) })?;
     Ok(Shadow { visibility: renderer.read_visibility()?, truth: renderer.read_truth()? })
 }

@@ -1,6 +1,6 @@
 //! Measures many configurations: accuracy one by one, times taking turns.
 
-use super::record::Record;
+use super::record::{LightRow, Record};
 use super::timing::{self, Times};
 use super::{accuracy, stability};
 use crate::frame::Renderer;
@@ -93,6 +93,12 @@ fn enter(record: &mut Record, times: &Times) {
     record.gpu_ms_low = t.low;
     record.gpu_ms_high = t.high;
     record.frames = t.frames;
+    let mut lights = record.per_light();
+    for light in &mut lights {
+        let timed = times.lights.iter().find(|(i, _)| *i as u64 + 1 == light.number);
+        light.gpu_ms = timed.map_or(0.0, |(_, q)| q.median);
+    }
+    record.per_light = LightRow::text(&lights);
     record.cpu_ms = times.cpu_ms;
     let passes = times.passes.iter().map(|(name, q)| format!("{name}={:.4}|{:.4}|{:.4}", q.median, q.q1, q.q3));
     record.passes = passes.collect::<Vec<_>>().join(";");
@@ -118,7 +124,7 @@ pub fn time_one(
 /// The set-up with the baseline technique, at a resolution or its own, and that resolution; None where the baseline
 /// does not serve the light.
 pub fn baseline(setup: &Setup, resolution: Option<&Value>) -> Result<Option<(Setup, u32)>> {
-    if techniques::find_or_say(BASELINE)?.refuses(&setup.light).is_some() {
+    if setup.refusal(techniques::find_or_say(BASELINE)?).is_some() {
         return Ok(None);
     }
     let mut base = setup.clone();

@@ -123,6 +123,11 @@ pub fn text(rows: &[Record]) -> String {
     out += "\n";
     out += &aligned(&needs);
     out += "\n";
+    let lights = per_light(rows);
+    if lights.len() > 1 {
+        out += &aligned(&lights);
+        out += "In the rows of all lights, errors are over the pixels of each light that can be wrong.\n\n";
+    }
     for r in rows {
         out += &format!("{} passes, ms:", r.technique);
         for (name, times) in r.passes.split(';').filter_map(|p| p.split_once('=')) {
@@ -149,6 +154,30 @@ pub fn text(rows: &[Record]) -> String {
         out += "This adapter is software: compare its times as ratios only; they say nothing of a GPU.\n";
     }
     out
+}
+
+/// The rows' figures light by light, each row's sum behind them; the first line names the columns, and is alone where no row has
+/// several lights.
+pub fn per_light(rows: &[Record]) -> Vec<Vec<String>> {
+    let names = ["technique", "light", "facing", "wrong", "error %", "RMSE", "GPU ms", "MiB"];
+    let mut lines = vec![names.map(String::from).to_vec()];
+    for r in rows {
+        let mut line = |light: String, facing: u64, wrong: u64, [share, rmse, ms]: [f64; 3], bytes: u64| {
+            let (share, rmse) = (format!("{:.4}", 100.0 * share), format!("{rmse:.5}"));
+            let (ms, mib) = (format!("{ms:.3}"), format!("{:.2}", bytes as f64 / 1048576.0));
+            lines.push(vec![r.technique.clone(), light, facing.to_string(), wrong.to_string(), share, rmse, ms, mib]);
+        };
+        let lights = r.per_light();
+        for l in &lights {
+            let figures = [l.error_share(), l.rmse, l.gpu_ms];
+            line(format!("{} {}", l.number, l.kind), l.facing, l.wrong, figures, l.gpu_bytes);
+        }
+        if !lights.is_empty() {
+            let wrong = (r.lit_incorrect + r.shadow_incorrect) as u64;
+            line("all".into(), r.facing as u64, wrong, [r.error_share, r.rmse, r.gpu_ms], r.gpu_bytes);
+        }
+    }
+    lines
 }
 
 /// Cells in columns: the first to the left, the others to the right.

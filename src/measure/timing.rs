@@ -42,6 +42,8 @@ impl Quartiles {
 pub struct Times {
     /// All of the technique's passes together.
     pub gpu: Quartiles,
+    /// The same of each light that is on, by its place among all from 0.
+    pub lights: Vec<(usize, Quartiles)>,
     /// Every pass of the frame by name, the G-buffer's too.
     pub passes: Vec<(String, Quartiles)>,
     /// Recording the technique's passes on the CPU.
@@ -71,6 +73,7 @@ struct Lane<'a> {
     setup: &'a Setup,
     made: Option<Made>,
     totals: Vec<f64>,
+    lights: Vec<(usize, Vec<f64>)>,
     cpu: Vec<f64>,
     passes: Vec<(&'static str, Vec<f64>)>,
 }
@@ -83,8 +86,7 @@ struct Lane<'a> {
 pub fn time(renderer: &mut Renderer, setups: &[Setup], tick: &mut dyn FnMut(f32) -> bool) -> Result<Vec<Times>> {
     // A technique's own map would add passes that are not part of it.
     let setups: Vec<Setup> = setups.iter().map(|s| s.measured()).collect();
-    let lane = |setup| Lane { setup, made: None, totals: Vec::new(), cpu: Vec::new(), passes: Vec::new() };
-    let mut lanes: Vec<Lane> = setups.iter().map(lane).collect();
+    let mut lanes: Vec<Lane> = setups.iter().map(Lane::new).collect();
     let software = renderer.gpu.software();
     let budget = BUDGET * lanes.len() as u32;
     for _ in 0..if software { 1 } else { WARM_UP } {
@@ -115,6 +117,11 @@ pub fn time(renderer: &mut Renderer, setups: &[Setup], tick: &mut dyn FnMut(f32)
 pub const STOPPED: &str = "measuring was cancelled";
 
 impl Lane<'_> {
+    fn new(setup: &Setup) -> Lane<'_> {
+        let lights = setup.lit().into_iter().map(|(i, _)| (i, Vec::new())).collect();
+        Lane { setup, made: None, totals: Vec::new(), lights, cpu: Vec::new(), passes: Vec::new() }
+    }
+
     fn frame(&mut self, renderer: &mut Renderer, counted: bool) -> Result<()> {
         let ask = Ask {
             size: self.setup.size,
@@ -134,6 +141,9 @@ impl Lane<'_> {
             self.cpu.push(told.cpu_ms);
             let passes = renderer.timer.by_name();
             self.totals.push(technique_ms(&passes));
+            for (light, all) in &mut self.lights {
+                all.push(technique_ms(&renderer.timer.of_light(*light)));
+            }
             for (name, ms) in passes {
                 match self.passes.iter_mut().find(|(n, _)| *n == name) {
                     Some((_, all)) => all.push(ms),
@@ -147,6 +157,7 @@ impl Lane<'_> {
     fn times(self, wall_clock: bool) -> Times {
         Times {
             gpu: Quartiles::of(self.totals),
+            lights: self.lights.into_iter().map(|(light, all)| (light, Quartiles::of(all))).collect(),
             passes: self.passes.into_iter().map(|(name, all)| (name.into(), Quartiles::of(all))).collect(),
             cpu_ms: Quartiles::of(self.cpu).median,
             wall_clock,

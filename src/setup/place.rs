@@ -25,7 +25,7 @@ pub fn original(local: f32, origin: f64) -> f64 {
     digits.find(|x| self::local(*x, origin) == local).unwrap_or(exact)
 }
 
-/// Brings the places of a set-up's `camera` and `light` tables to scene space, and notes the origin.
+/// Brings the places of a set-up's tables of cameras and lights to scene space, and notes the origin.
 pub fn take_off(setup: &mut Table, origin: DVec3) {
     each_place(setup, |table, places| change(table, places, origin, |x, origin| f64::from(local(x, origin))));
     setup.insert("origin".into(), Value::Array(origin.to_array().map(Value::Float).into()));
@@ -53,6 +53,13 @@ fn each_place(setup: &mut Table, mut to: impl FnMut(&mut Table, &[&str])) {
     within(setup);
     let keys = setup.get_mut("path").and_then(|path| path.get_mut("keys")).and_then(Value::as_array_mut);
     keys.into_iter().flatten().filter_map(Value::as_table_mut).for_each(within);
+    more_lights(setup).for_each(|light| to(light, &LIGHT));
+}
+
+/// The tables of the lights beside the one at work.
+fn more_lights(setup: &mut Table) -> impl Iterator<Item = &mut Table> {
+    let lights = setup.get_mut("more_lights").and_then(Value::as_array_mut);
+    lights.into_iter().flatten().filter_map(Value::as_table_mut)
 }
 
 fn change(table: &mut Table, keys: &[&str], origin: DVec3, to: impl Fn(f64, f64) -> f64) {
@@ -74,7 +81,7 @@ impl Setup {
         let lines = text.lines().filter(|line| !line.starts_with("origin = ")).map(|line| {
             match line {
                 "[camera]" | "[shadow_camera]" | "[path.keys.camera]" => places = &CAMERA[..],
-                "[light]" | "[path.keys.light]" => places = &LIGHT[..],
+                "[light]" | "[[more_lights]]" | "[path.keys.light]" => places = &LIGHT[..],
                 _ if line.starts_with('[') => places = &[],
                 _ => {}
             }
@@ -96,6 +103,7 @@ impl Setup {
         let cameras = [&mut self.camera].into_iter().chain(&mut self.shadow_camera);
         let places = cameras.flat_map(|c| [&mut c.position, &mut c.target]).chain(self.light.place_mut());
         let to = |place: Vec3| (before + place.as_dvec3() - origin).as_vec3();
+        let places = places.chain(self.more_lights.iter_mut().filter_map(|lamp| lamp.light.place_mut()));
         places.for_each(|place: &mut Vec3| *place = to(*place));
         if let Some(path) = &mut self.path {
             change_places(path, to);

@@ -4,7 +4,7 @@ use super::Arrange;
 use crate::light::KINDS;
 use crate::techniques;
 use crate::truth::Samples;
-use anyhow::{Result, bail};
+use anyhow::{Context, Result, bail};
 use toml::{Table, Value};
 
 /// A key, what its value must be, and what it takes in words.
@@ -52,9 +52,16 @@ const TOP: &[Rule] = &[
     ("error_window", count, "an odd number from 1 to 255 pixels"),
     ("probe", two_numbers, "two numbers from 0 to 1"),
     ("outlines", Value::is_bool, "true or false"),
+    ("light_on", Value::is_bool, "true or false"),
+    ("light_number", count, "the number of a light, from 1"),
     ("camera", |v| v.is_str() || v.is_table(), "a camera's name, in quotes, or a table"),
     ("shadow_camera", |v| v.is_str() || v.is_table(), "a camera's name, in quotes, or a table"),
     ("light", |v| v.is_str() || v.is_table(), "a light's name, in quotes, or a table"),
+    (
+        "more_lights",
+        |v| v.as_array().is_some_and(|v| v.iter().all(|l| l.is_str() || l.is_table())),
+        "a list of lights, each a name, in quotes, or a table as of [light], with on",
+    ),
     ("params", Value::is_table, "a table for each technique"),
     ("overlay", Value::is_table, "a table with view, opacity and inset"),
     (
@@ -188,6 +195,13 @@ pub fn check(table: &Table) -> Result<()> {
     }
     if let Some(Value::Table(light)) = table.get("light") {
         check_light(light)?;
+    }
+    for lamp in table.get("more_lights").and_then(Value::as_array).into_iter().flatten().filter_map(Value::as_table) {
+        let mut light = lamp.clone();
+        if let Some(on) = light.remove("on").filter(|on| !on.is_bool()) {
+            bail!("more_lights.on = {on} is not allowed; it takes true or false");
+        }
+        check_light(&light).context("more_lights")?;
     }
     if let Some(Value::Table(overlay)) = table.get("overlay") {
         apply(OVERLAY, overlay, "overlay.")?;

@@ -208,7 +208,12 @@ fn title(ui: &mut Ui, part: Rect, m: &mut Model, side: usize) {
                 }
                 let error = m.facts.known.errors.get(side).copied().flatten();
                 if let Some(e) = error.filter(|_| !m.setup.is_truth(side)) {
-                    ui.label(RichText::new(format!("{} wrong", percent(e.share()))).color(Color32::WHITE));
+                    let light = if m.setup.light_count() > 1 {
+                        format!(" of light {}", m.setup.light_number)
+                    } else {
+                        String::new()
+                    };
+                    ui.label(RichText::new(format!("{} wrong{light}", percent(e.share()))).color(Color32::WHITE));
                 }
                 if let Some(ms) = side_ms(m, side) {
                     let ratio = side_ms(m, 0).filter(|first| side > 0 && *first > 0.0);

@@ -124,7 +124,7 @@ pub fn pick_techniques(ui: &mut Ui, m: &mut Model) {
             m.left_out = techniques::ALL.iter().map(|i| i.id).collect();
         }
     });
-    let serving: Vec<_> = techniques::ALL.iter().filter(|i| i.refuses(&m.setup.light).is_none()).collect();
+    let serving: Vec<_> = techniques::ALL.iter().filter(|i| m.setup.refusal(i).is_none()).collect();
     let items = serving.iter().map(|i| (i.id, !m.left_out.contains(i.id), format!("{}\n{}", i.title, i.doc)));
     if let Some(i) = chips(ui, items)
         && !m.left_out.remove(serving[i].id)

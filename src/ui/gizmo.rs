@@ -1,5 +1,6 @@
 //! Handles for the light over the picture: a small sky for the sun, points to drag for other lights.
 
+use super::lamps;
 use super::lighting::{angles, from_angles};
 use super::model::Model;
 use super::style::{SUN, TEXT};
@@ -18,6 +19,7 @@ pub fn show(ui: &mut Ui, rect: Rect, free: Rect, m: &mut Model) {
         return;
     }
     let camera = m.setup.camera;
+    others(ui, rect, &camera, m);
     let light = &mut m.setup.light;
     match light {
         Light::Directional { to_light, .. } => sun(ui, rect.intersect(free), &camera, to_light),
@@ -36,6 +38,26 @@ pub fn show(ui: &mut Ui, rect: Rect, free: Rect, m: &mut Model) {
                 segment(ui, rect, &camera, corners[i], corners[(i + 1) % 4]);
             }
             place(ui, rect, &camera, center, "light");
+        }
+    }
+}
+
+/// The other lights that stand somewhere, as points: a click chooses one.
+fn others(ui: &mut Ui, rect: Rect, camera: &Camera, m: &mut Model) {
+    let work = m.setup.at_work();
+    for (i, mut lamp) in m.setup.lamps().into_iter().enumerate().filter(|(i, _)| *i != work) {
+        let Some(at) = lamp.light.place_mut().and_then(|place| project(camera, rect, *place)) else { continue };
+        if !rect.shrink(8.0).contains(at) {
+            continue;
+        }
+        let area = Rect::from_center_size(at, Vec2::splat(20.0));
+        let r = ui.interact(area, Id::unique(("other light", i)), Sense::click());
+        let color = if r.hovered() { Color32::WHITE } else { SUN.gamma_multiply(if lamp.on { 0.8 } else { 0.35 }) };
+        let painter = ui.painter().with_clip_rect(rect);
+        painter.circle(at, 7.0, GROUND, Stroke::new(1.0, color));
+        painter.text(at, Align2::CENTER_CENTER, (i + 1).to_string(), FontId::proportional(10.0), color);
+        if r.on_hover_text(format!("Light {}. Click to choose it.", i + 1)).clicked() {
+            lamps::choose(m, i);
         }
     }
 }

@@ -108,8 +108,10 @@ fn stepped(from: &Setup, to: &Setup, now: &Setup) -> Setup {
         if from.camera == to.camera {
             out.camera = now.camera;
         }
-        if from.light == to.light {
-            out.light = now.light;
+        // A case's path moves the light at work.
+        let lights = |s: &Setup| (s.light_number, s.lamps());
+        if lights(from) == lights(to) {
+            out.set_lamps(now.lamps(), now.at_work());
         }
     }
     out
@@ -178,6 +180,13 @@ fn changes(before: &Setup, after: &Setup) -> String {
         differ("light", before.light.kind().into(), after.light.kind().into());
         if before.light != after.light && before.light.kind() == after.light.kind() {
             all.push("light".into());
+        }
+        if before.light_count() != after.light_count() {
+            all.push(format!("lights {} → {}", before.light_count(), after.light_count()));
+        } else if before.light_number != after.light_number {
+            all.push(format!("chosen light {} → {}", before.light_number, after.light_number));
+        } else if before.more_lights != after.more_lights || before.light_on != after.light_on {
+            all.push("lights".into());
         }
         if before.camera != after.camera {
             all.push("camera".into());

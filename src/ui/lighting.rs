@@ -1,6 +1,7 @@
 //! The panel's light section.
 
 use super::controls::{Tip, field, room, row, slide};
+use super::lamps;
 use super::model::Model;
 use super::panel::{choice, vector};
 use crate::light::{KINDS, Light, MAX_RADIUS};
@@ -18,10 +19,12 @@ const DOCS: [&str; 5] = [
 ];
 
 pub fn show(ui: &mut Ui, m: &mut Model) {
-    let before = m.setup.light.kind();
+    let before = (m.setup.light.kind(), m.setup.light_number);
     let tip = "What shines. Click to fold out its kind, place, direction and colour.";
     choice(ui, m, ("Light", tip), presets, details);
-    if m.setup.light.kind() != before {
+    lamps::list(ui, m);
+    // Another light that is chosen leaves the technique as it is.
+    if m.setup.light.kind() != before.0 && m.setup.light_number == before.1 {
         serve(m);
         m.setup.fit_path();
     }
@@ -121,6 +124,7 @@ fn details(ui: &mut Ui, m: &mut Model) {
         }
     }
     color(ui, &mut m.setup.light);
+    lamps::add(ui, m);
 }
 
 fn aim(ui: &mut Ui, direction: &mut Vec3) {
@@ -146,11 +150,7 @@ fn size(ui: &mut Ui, radius: &mut f32) {
 
 /// Colour as a hue of full brightness and a strength.
 fn color(ui: &mut Ui, light: &mut Light) {
-    let (Light::Directional { color, .. }
-    | Light::Spot { color, .. }
-    | Light::Omni { color, .. }
-    | Light::Hemisphere { color, .. }
-    | Light::RectArea { color, .. }) = light;
+    let color = light.color_mut();
     let (tip, unit) =
         ("Colour, and strength as a multiple of white: at a distance of 1 m, or anywhere for the sun.", "×");
     row(ui, "colour", tip, |ui, label| {

@@ -15,6 +15,7 @@ mod errors;
 mod freeze;
 mod gizmo;
 mod history;
+mod lamps;
 mod legend;
 mod lighting;
 mod maps;

@@ -8,7 +8,7 @@ use super::picker::Picker;
 use super::pictures::{Picture, Pictures, Subject};
 use super::timeline::Timeline;
 use crate::capture;
-use crate::frame::{Told, technique_ms};
+use crate::frame::{Told, ToldLight, technique_ms};
 use crate::legend::Known;
 use crate::measure::Record;
 use crate::measure::advise::Budget;
@@ -147,6 +147,15 @@ impl Facts {
     /// The passes of a side; none of the truth.
     pub fn passes_of(&self, side: usize) -> &[(&'static str, f64)] {
         if self.told.sides.is_empty() { &self.passes } else { self.told.sides.get(side).map_or(&[], |s| &s.passes) }
+    }
+
+    /// What a side's technique takes for each light.
+    pub fn lights_of(&self, side: usize) -> &[ToldLight] {
+        if self.told.sides.is_empty() {
+            &self.told.lights
+        } else {
+            self.told.sides.get(side).map_or(&[], |s| &s.lights)
+        }
     }
 
     /// Milliseconds of a side's technique.
@@ -459,7 +468,7 @@ impl Model {
 
     /// The techniques that serve the light and are not left out, in the order of the lists.
     pub fn techniques(&self) -> Vec<String> {
-        let fits = |i: &&&Info| i.refuses(&self.setup.light).is_none() && !self.left_out.contains(i.id);
+        let fits = |i: &&&Info| self.setup.refusal(i).is_none() && !self.left_out.contains(i.id);
         techniques::ALL.iter().filter(fits).map(|i| i.id.into()).collect()
     }
 

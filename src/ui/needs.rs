@@ -143,7 +143,7 @@ pub fn show(ui: &mut Ui, m: &Model, out: &mut Vec<Action>) {
         let text =
             if measured.is_some() { "as measured with this set-up" } else { "the rest is known once it is measured" };
         ui.label(RichText::new(text).small().weak());
-        let ready = m.measuring.is_none() && info.refuses(&m.setup.light).is_none();
+        let ready = m.measuring.is_none() && m.setup.refusal(info).is_none();
         if measured.is_none() && ready && ui.small_button("Measure now").tip("Measure this set-up.").clicked() {
             out.push(Action::Measure);
         }
@@ -168,6 +168,6 @@ fn is_of(r: &Record, setup: &Setup) -> bool {
     if r.technique != setup.technique || r.scene != setup.scene || r.params != params_text(setup) {
         return false;
     }
-    let seen = |s: &Setup| (s.camera, s.light, s.size, s.time, s.animation, s.seed);
+    let seen = |s: &Setup| (s.camera, s.lamps(), s.size, s.time, s.animation, s.seed);
     r.setup().is_ok_and(|s| seen(&s) == seen(setup))
 }

@@ -3,6 +3,7 @@
 use super::compare::short_name;
 use super::controls::{Tip, steady};
 use super::drawer::{self, line, progress};
+use super::lamps;
 use super::model::{Action, Model, ShotSeen};
 use super::needs::{self, listed, main_values, percent, table, title};
 use super::pictures::Picture;
@@ -26,6 +27,7 @@ pub fn timings(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
     let of = if m.setup.sides() > 1 { "; graph: A" } else { "" };
     let still = m.still;
     let passes = m.facts.passes_of(side).to_vec();
+    let (several, names) = (m.setup.light_count() > 1, lamps::names(m));
     let (facts, shot) = (&m.facts, &mut m.shot);
     let own = facts.technique_ms(side);
     // Some passes run only now and then.
@@ -44,6 +46,13 @@ pub fn timings(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
             ui.label(RichText::new("technique").strong()).tip("The technique's passes together.");
             ui.label(RichText::new(format!("{own:9.3} ms")).monospace().strong());
             ui.end_row();
+            for l in facts.lights_of(side).iter().filter(|_| several) {
+                let tip = "The technique's passes for this light, and the GPU memory that it holds for it.";
+                ui.label(RichText::new(format!("  light {}", names.get(l.light).map_or("", |n| n))).weak()).tip(tip);
+                let (ms, mib) = (l.ms, l.gpu_bytes as f64 / 1048576.0);
+                ui.label(RichText::new(format!("{ms:9.3} ms {mib:8.2} MiB")).monospace()).tip(tip);
+                ui.end_row();
+            }
             let memory = "GPU memory that the technique holds, such as its shadow map.";
             ui.label(RichText::new("memory")).tip(memory);
             ui.label(RichText::new(format!("{:8.2} MiB", facts.bytes_of(side) as f64 / 1048576.0)).monospace());
@@ -123,6 +132,7 @@ fn about(pass: &str, shared: bool) -> &'static str {
             "Finds the place of each pixel in the maps, which is what is shown, and its aliasing error; counts the samples \
              of each texel."
         }
+        "light sum" => "Adds up what the lights beside the chosen one give the surfaces.",
         "count map" => "Draws how many pixels look into each texel.",
         "error map (CPU)" => {
             "Judges the pixels against the truth, for the views of errors that need their surroundings."
@@ -153,7 +163,7 @@ pub fn measure(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
         None => {
             ui.horizontal(|ui| {
                 let size = m.setup.size;
-                let ready = m.edited().is_some_and(|i| i.refuses(&m.setup.light).is_none());
+                let ready = m.edited().is_some_and(|i| m.setup.refusal(i).is_none());
                 let title = match m.setup.sides() {
                     1 => "Measure this set-up".into(),
                     _ => format!("Measure {}", short_name(&m.setup, m.side())),
@@ -258,6 +268,20 @@ fn measured(ui: &mut Ui, i: usize, r: &Record) {
     rows.extend(r.flicker.map(|f| ("flicker", percent(f), tip)));
     let tip = "Labels that change between neighbouring frames though the truth's do not, as a share of pixels.";
     rows.extend(r.label_flicker.map(|f| ("flicker of labels", percent(f), tip)));
+    let lights = r.per_light();
+    if !lights.is_empty() {
+        let tip = "The errors above are over the pixels of all lights that can be wrong; times and memory are those of all together.";
+        rows.push(("lights", lights.len().to_string(), tip));
+    }
+    rows.extend(lights.iter().map(|l| {
+        let (error, mib) = (percent(l.error_share()), l.gpu_bytes as f64 / 1048576.0);
+        let text = format!("{}: {error}, {:.2} ms, {mib:.2} MiB", l.number, l.gpu_ms);
+        (
+            "light",
+            text,
+            "Wrong pixels of those that can be wrong for this light, and the technique's time and memory for it.",
+        )
+    }));
     let (name, tip) = match r.wall_clock {
         true => ("time", "Median of the technique's time by the clock, each pass waited for."),
         false => ("GPU time", "Median of the technique's time by GPU timestamps."),

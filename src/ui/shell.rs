@@ -302,7 +302,10 @@ fn status(ui: &mut Ui, m: &Model) {
         1 => f.error,
         _ => f.known.errors.get(side).copied().flatten().map(|e| [e.share(), e.rmse]),
     };
+    let several = m.setup.light_count() > 1;
+    let of_light = if several { format!("light {} ", m.setup.at_work() + 1) } else { String::new() };
     let error = match (f.traced, counted) {
+        _ if m.setup.idles() => RichText::new(format!("{of_light}is off")).weak(),
         _ if m.edited().is_none() => RichText::new(format!("{of}is the truth")).weak(),
         (Traced::NotServed, _) => RichText::new("no truth").weak(),
         _ if m.order != f.of => RichText::new("error …").weak(),
@@ -313,7 +316,7 @@ fn status(ui: &mut Ui, m: &Model) {
         (Traced::Partly(p), _) => RichText::new(format!("tracing truth {:.0} %", p.done * 100.0)).weak(),
         (Traced::Fully, None) => RichText::new("error …").weak(),
         (Traced::Fully, Some([share, rmse])) => {
-            RichText::new(format!("{of}error {:.3} %, RMSE {rmse:.4}", share * 100.0))
+            RichText::new(format!("{of}{of_light}error {:.3} %, RMSE {rmse:.4}", share * 100.0))
         }
     };
     let [width, height] = m.setup.size;
@@ -329,7 +332,7 @@ fn status(ui: &mut Ui, m: &Model) {
     let size = RichText::new(format!("{w} × {h}"));
     let size = if f.size == f.full { size } else { size.color(ui.visuals().warn_fg_color) };
     let fields = [
-        (210.0, error, tip),
+        (if several { 260.0 } else { 210.0 }, error, tip),
         (
             144.0,
             match m.edited() {

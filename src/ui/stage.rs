@@ -75,12 +75,13 @@ enum Change {
 impl Order {
     fn change(&self, before: &Order) -> Change {
         let (now, old) = (&self.setup, &before.setup);
-        let scene = |s: &Setup| (s.camera, s.light, s.time, s.animation, s.seed);
+        let lights = |s: &Setup| (s.light_number, s.lamps().iter().map(|lamp| lamp.light).collect::<Vec<_>>());
+        let scene = |s: &Setup| (s.camera, lights(s), s.time, s.animation, s.seed);
         if self.full != before.full || !Arc::ptr_eq(&self.scene, &before.scene) || scene(now) != scene(old) {
             return Change::Scene;
         }
         let technique = |s: &Setup| {
-            let maps = (s.shadow_camera, s.outlines);
+            let maps = (s.shadow_camera, s.outlines, s.lit().iter().map(|(i, _)| *i).collect::<Vec<_>>());
             (s.technique.clone(), (s.truth_samples, s.probe), s.values().clone(), s.against.clone(), maps)
         };
         if technique(now) != technique(old) {
@@ -97,6 +98,11 @@ impl Order {
     fn same_frame(&self, drawn: &Order) -> bool {
         let (now, old) = (&self.setup, &drawn.setup);
         if now.overlay != old.overlay || now.overlay.is_some() {
+            return false;
+        }
+        // The other lights, or one that is off, may not have been drawn.
+        let lights = |s: &Setup| s.shows_all_lights() && (!s.light_on || !s.lit_beside().is_empty());
+        if lights(now) != lights(old) {
             return false;
         }
         if now.sides() > 1 {
@@ -509,7 +515,7 @@ impl Painter<'_> {
             self.trace(order, shown)?;
             return Ok(Next::Now);
         }
-        if served && !self.counted {
+        if served && !self.counted && !order.setup.idles() {
             self.count(order)?;
         }
         Ok(Next::Rest)
@@ -592,7 +598,7 @@ impl Painter<'_> {
         renderer.whole_maps = analysis;
         let drawn = renderer.draw(&setup, ask);
         self.gpu.give_up_when(|| false);
-        let told = match drawn {
+        let mut told = match drawn {
             Err(e) if e.is::<GivenUp>() => {
                 self.gave_up = true;
                 self.drawn = None;
@@ -603,6 +609,7 @@ impl Painter<'_> {
         let rgba = renderer.read_picture()?;
         let ms = start.elapsed().as_secs_f64() * 1e3;
         renderer.collect_times(true)?;
+        renderer.time_lights(&mut told.lights);
         let traced = told.traced;
         self.moved = !rest;
         (self.traced, self.drawn_truth, self.coarse) = (told.truth, told.truth, coarse);
@@ -641,7 +648,7 @@ impl Painter<'_> {
             true => self.so_far(),
         };
         self.send(order, Some(rgba));
-        if order.follow && !draft && !coarse && self.whole() && served {
+        if order.follow && !draft && !coarse && self.whole() && served && !order.setup.idles() {
             self.count(order)?;
         }
         Ok(())
@@ -728,13 +735,16 @@ impl Painter<'_> {
         }
         self.facts.known.errors = errors;
         self.facts.error = Some([e.share(), e.rmse]);
+        // Of several lights the errors are those of the light at work, and so are time and memory beside them.
+        let light = self.facts.lights_of(0).iter().find(|l| l.light == setup.at_work());
+        let light = light.filter(|_| setup.light_count() > 1);
         self.post.send(Done::Counted(Box::new(Record {
             technique: setup.technique.clone(),
             params: params_text(setup),
             width: size[0],
             height: size[1],
-            gpu_bytes: self.facts.told.gpu_bytes,
-            gpu_ms: self.facts.technique_ms(0),
+            gpu_bytes: light.map_or(self.facts.told.gpu_bytes, |l| l.gpu_bytes),
+            gpu_ms: light.map_or(self.facts.technique_ms(0), |l| l.ms),
             truth_samples: setup.shown_samples(),
             error_share: e.share(),
             rmse: e.rmse,

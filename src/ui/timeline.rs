@@ -147,18 +147,10 @@ impl Model {
     pub fn carry(&self, setup: &mut Setup) {
         let mut kept = self.setup.clone();
         let_go(&mut kept);
-        let (camera, light, scene) = (setup.camera, setup.light, std::mem::take(&mut setup.scene));
-        *setup = Setup {
-            scene,
-            origin: setup.origin,
-            time: 0.0,
-            animation: 0,
-            camera,
-            light,
-            shadow_camera: None,
-            path: None,
-            ..kept
-        };
+        let (camera, lamps, work) = (setup.camera, setup.lamps(), setup.at_work());
+        let (scene, origin) = (std::mem::take(&mut setup.scene), setup.origin);
+        *setup = Setup { scene, origin, time: 0.0, animation: 0, camera, shadow_camera: None, path: None, ..kept };
+        setup.set_lamps(lamps, work);
         begin(setup);
         serve(setup);
         if setup.find_view(&setup.view).is_none() {

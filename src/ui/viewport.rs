@@ -54,7 +54,7 @@ pub fn show(ui: &mut Ui, rect: Rect, m: &mut Model, out: &mut Vec<Action>) {
     if m.setup.shadow_camera.is_some() {
         label(ui, rect, free.center_bottom() - vec2(0.0, 12.0), Align2::CENTER_BOTTOM, freeze::FROZEN);
     }
-    if let Some(reason) = m.info().refuses(&m.setup.light) {
+    if let Some(reason) = m.setup.refusal(m.info()) {
         let text = format!("{reason}: drawn without shadow");
         label(ui, rect, rect.center_top() + vec2(0.0, 40.0), Align2::CENTER_TOP, &text);
     }

@@ -2,6 +2,7 @@
 
 use super::controls::{Tip, chips, row, slide, steady};
 use super::errors::error_options;
+use super::lamps;
 use super::model::Model;
 use crate::legend::letter;
 use crate::setup::{Overlay, Setup};
@@ -36,6 +37,7 @@ pub fn show(ui: &mut Ui, m: &mut Model) {
         }
         ui.add_space(2.0);
     }
+    lamps::of_which(ui, m);
     let tip =
         "What the colours of the picture mean, at its lower edge. Captures have it where that is ticked under Capture.";
     row(ui, "legend", tip, |ui, label| {

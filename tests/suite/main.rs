@@ -16,6 +16,7 @@ mod hulls;
 mod imperfect_sm;
 mod laws;
 mod light_size;
+mod lights;
 mod logpsm;
 mod measures;
 mod metrics;

@@ -288,6 +288,51 @@ fn a_technique_that_does_not_serve_the_light_says_so() {
     assert_eq!(setup(&harness).technique, "rt-hard");
 }
 
+/// Lights are added, chosen, switched, coloured by name in the list, and removed; each is a step that can be undone, and the
+/// technique stays. In the smallest window nothing of the list is cut off.
+#[test]
+fn lights_are_listed() {
+    use egui::accesskit::Role;
+    let mut harness = harness("bench", 2400.0);
+    open(&mut harness, "Light");
+    assert!(harness.query_by_label("light 1 on").is_none(), "one light has no list");
+    choose(&mut harness, "more lights", "lamp");
+    let now = setup(&harness);
+    assert_eq!(
+        (now.light_count(), now.at_work(), now.light.kind(), now.technique.as_str()),
+        (2, 1, "omni", "shadow-map")
+    );
+    choose(&mut harness, "more lights", "all of the scene");
+    assert_eq!((setup(&harness).light_count(), setup(&harness).at_work()), (3, 2));
+    click(&mut harness, "1: sun");
+    assert_eq!(setup(&harness).at_work(), 0);
+    click(&mut harness, "light 2 on");
+    assert_eq!(setup(&harness).lamps().iter().map(|l| l.on).collect::<Vec<_>>(), [true, false, true]);
+    choose(&mut harness, "of light", "3: spot");
+    assert_eq!((setup(&harness).at_work(), setup(&harness).light.kind()), (2, "spot"));
+    // Techniques that serve the lights that are on can be measured.
+    assert!(harness.state().model.techniques().contains(&"pcf".to_string()));
+    let before = setup(&harness);
+    click(&mut harness, "remove light 2");
+    assert_eq!((setup(&harness).light_count(), setup(&harness).light), (2, before.light));
+    harness.key_press_modifiers(egui::Modifiers::COMMAND, egui::Key::Z);
+    harness.run_steps(3);
+    assert_eq!(setup(&harness).lamps(), before.lamps());
+    setup(&harness).check().unwrap();
+    for _ in 3..16 {
+        choose(&mut harness, "more lights", "a copy of the present one");
+    }
+    assert_eq!(setup(&harness).light_count(), 16);
+    assert!(harness.get_by_role_and_label(Role::ComboBox, "more lights").accesskit_node().is_disabled());
+    harness.set_size(egui::vec2(1296.0, 816.0));
+    harness.run_steps(4);
+    assert_eq!(harness.state().picture.width(), 1280.0 - 340.0, "the list is wider than the panel");
+    for name in ["light 14 on", "remove light 14"] {
+        let rect = harness.get_by_label(name).rect();
+        assert!(rect.right() <= 1288.0 && rect.left() >= 948.0, "{name}: {rect}");
+    }
+}
+
 /// A light's size is set by a slider, kept by the other kinds that have one, as seen from the scene, and taken back.
 #[test]
 fn a_lights_size_is_set_converted_and_undone() {
@@ -1626,7 +1671,11 @@ fn compared(height: f32) -> Harness<'static, State> {
     m.add_side(setup::Side::new(setup::Side::TRUTH).unwrap());
     m.editing = 1;
     m.facts.passes = vec![("shadow map", 11.0), ("resolve", 1.0)];
-    let side = |passes: &[(&'static str, f64)], gpu_bytes| ToldSide { passes: passes.to_vec(), gpu_bytes };
+    let side = |passes: &[(&'static str, f64)], gpu_bytes| ToldSide {
+        passes: passes.to_vec(),
+        gpu_bytes,
+        ..ToldSide::default()
+    };
     let second = side(&[("shadow maps", 20.0), ("splits", 3.0)], 16 << 20);
     m.facts.told.sides = vec![side(&[("shadow map", 11.0), ("resolve", 1.0)], 4 << 20), second, ToldSide::default()];
     let errors = |wrong| Some(Errors { facing: 100, lit_incorrect: wrong, rmse: 0.5, ..Errors::default() });
