@@ -5,6 +5,8 @@ use super::{Info, MAPS, NEAREST, Technique};
 use crate::frame::{Frame, Indirect, SAMPLED, STORED};
 use crate::gpu::{self, Buffer, Gpu, Pass, Resource, Slot, Texture, hold};
 use crate::light::Light;
+use crate::map::MapParams;
+use crate::map::faces::{self, FaceParams, Faces, around};
 use crate::map::filter::{LookUp, Reach, alone};
 use crate::map::single::ShadowMap;
 use crate::params::{Params, Values};
@@ -64,9 +66,9 @@ pub static INFO: Info = Info {
     doc: "Light that surfaces throw back once: hundreds of points stand for the lit surfaces (instant radiosity), and each \
           has a tiny shadow map of scattered points whose holes are filled. Direct light is a plain shadow map's. Small \
           things leave no indirect shadow, and where they touch the floor light leaks.",
-    lights: &["directional", "spot"],
+    lights: &["directional", "spot", "omni", "hemisphere"],
     filter: Some(NEAREST),
-    params: crate::groups!(&[ImperfectSmParams::GROUP], GROUPS),
+    params: crate::groups!(&[ImperfectSmParams::GROUP], GROUPS, &[FaceParams::GROUP]),
     main: &[("resolution", "256..8192*2")],
     maps: &[
         MAPS,
@@ -113,6 +115,7 @@ pub static INFO: Info = Info {
 };
 
 const FILE: &str = "techniques/imperfect_sm.wgsl";
+const AROUND: &str = "techniques/imperfect_sm/around.wgsl";
 /// Views that show tiles, whatever asks for visibility.
 const TILE_VIEWS: [&str; 3] = ["tiles-before", "tiles", "tile"];
 const OWN_VIEWS: [&str; 6] = ["indirect", "vpl-visibility", "vpls", "tiles-before", "tiles", "tile"];
@@ -150,17 +153,33 @@ struct ImperfectSm {
     gathered_of: Option<(LightsOf, Values, Camera, [u32; 2])>,
 }
 
-/// Direct light, by a single shadow map.
+/// Direct light: by a single shadow map, or by a cube's where the light shines in all directions.
 struct Direct {
     map: ShadowMap,
     look_up: LookUp,
+    around: Option<(Faces, LookUp)>,
 }
 
 impl Direct {
     /// Fills the visibility and draws the views. `bound`: what the views of indirect light need, by name.
     fn render(&mut self, f: &mut Frame, bound: &[(&'static str, Resource)]) -> Result<()> {
-        let maps = self.map.render(f, Reach::default())?;
-        self.look_up.run(f, &maps, NEAREST, bound)
+        if !faces::LIGHTS.contains(&f.light.kind()) {
+            self.around = None;
+            let maps = self.map.render(f, Reach::default())?;
+            return self.look_up.run(f, &maps, NEAREST, bound);
+        }
+        let (cube, look_up) = match &mut self.around {
+            Some(held) => held,
+            None => {
+                let made = (Faces::new(f.gpu)?, LookUp::new(f.gpu, AROUND, INFO.params));
+                self.around.insert(made)
+            }
+        };
+        let around = around(f, MapParams::read(f.values).resolution, Reach::default())?;
+        let views = around.cube();
+        cube.prepare(f, &around, &views);
+        let maps = cube.draw(f, &around, &views)?;
+        look_up.run(f, &maps, NEAREST, bound)
     }
 }
 
@@ -306,7 +325,7 @@ impl ImperfectSm {
     fn new(gpu: &Gpu) -> Result<ImperfectSm> {
         let pass = |name, entry| Pass::compute(gpu, name, &alone(FILE), entry, INFO.params);
         Ok(ImperfectSm {
-            direct: Direct { map: ShadowMap::new(gpu)?, look_up: LookUp::new(gpu, FILE, INFO.params) },
+            direct: Direct { map: ShadowMap::new(gpu)?, look_up: LookUp::new(gpu, FILE, INFO.params), around: None },
             shoot: pass("rays from the light", "shoot")?,
             choose: pass("bounce lights", "choose_lights")?,
             place_points: pass("scene points", "place_points")?,
