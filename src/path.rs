@@ -336,7 +336,7 @@ where
     let still = |other: Option<(f64, T)>| other.is_some_and(|o| o.1 == at.1);
     let (from, to) = (before.unwrap_or(at), after.unwrap_or(at));
     if still(before) || still(after) || to.0 <= from.0 {
-        return at.1 - at.1;
+        return at.1 * 0.0;
     }
     (to.1 - from.1) * (1.0 / (to.0 - from.0)) as f32
 }

@@ -163,6 +163,9 @@ pub(super) enum Sent {
     Points,
 }
 
+/// A draw: what it sent, the number of its layer, and what was counted, as [`COUNTED`] has it.
+type Counted = (Sent, Option<usize>, [u64; 3]);
+
 /// Depth layers that a frame's draws went into.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub struct LayerCount {
@@ -215,7 +218,7 @@ impl DrawCount {
     pub fn read(&self, gpu: &Gpu) -> Result<Option<Draws>> {
         let mut sum = Draws::default();
         let mut any = false;
-        for (_, [sent, left, fragments]) in self.each(gpu)?.into_iter().filter(|(draw, _)| draw.0 == Sent::Triangles) {
+        for (_, _, [sent, left, fragments]) in self.each(gpu)?.into_iter().filter(|draw| draw.0 == Sent::Triangles) {
             any = true;
             sum.sent += sent;
             // The clipper makes at least one triangle of each that it does not drop, and several of one that it cuts.
@@ -229,7 +232,7 @@ impl DrawCount {
     /// [`DrawCount::read`], and where no draw had a depth.
     pub fn layers(&self, gpu: &Gpu) -> Result<Option<LayerCount>> {
         let mut drawn: Vec<bool> = Vec::new();
-        for ((_, layer), [sent, left, _]) in self.each(gpu)? {
+        for (_, layer, [sent, left, _]) in self.each(gpu)? {
             if let Some(layer) = layer {
                 drawn.resize(drawn.len().max(layer + 1), false);
                 drawn[layer] |= left.min(sent) > 0;
@@ -240,12 +243,12 @@ impl DrawCount {
     }
 
     /// Of each draw what it was and what was counted; nothing where there were more than can be counted.
-    fn each(&self, gpu: &Gpu) -> Result<Vec<((Sent, Option<usize>), [u64; 3])>> {
+    fn each(&self, gpu: &Gpu) -> Result<Vec<Counted>> {
         if self.draws.is_empty() || self.draws.len() > MAX_DRAWS as usize {
             return Ok(Vec::new());
         }
         let bytes = gpu.read_range(&self.resolved, 0, self.draws.len() as u64 * QUERY)?;
         let words: Vec<[u64; 3]> = bytemuck::pod_collect_to_vec(&bytes);
-        Ok(self.draws.iter().copied().zip(words).collect())
+        Ok(self.draws.iter().zip(words).map(|((sent, layer), words)| (*sent, *layer, words)).collect())
     }
 }

@@ -124,7 +124,7 @@ mod tests {
             (Quat::from_rotation_y(0.7 * rest) * Vec3::new(0.0, 1.0, 6.0), sun)
         };
         let samples = recorded(9.0, way);
-        for (between, most) in [(Between::Smooth, 30), (Between::Linear, 60)] {
+        for (between, most) in [(Between::Smooth, 60), (Between::Linear, 100)] {
             let path = reduce(&samples, 10.0, between).unwrap();
             assert!(path.keys.len() > 4 && path.keys.len() <= most, "{between:?}: {} keys", path.keys.len());
             path.check(&samples[0].light).unwrap();
