@@ -83,7 +83,7 @@ fn aim_cosine(reach: f32, far: f32) -> f32 {
     return far * inverseSqrt(reach * reach + far * far + 1e-20);
 }
 
-// Of all rays one in four is drawn from the whole light, the others around points of the picture: across the sun's light from
+// Every fourth ray is drawn from the whole light, the others around points of the picture: across the sun's light from
 // a square, of a lamp's light from a cone. Each stands for as much light as its kind is rare there, so that any mixture gives
 // the same light in the mean.
 fn light_ray(i: u32) -> LightRay {
@@ -91,8 +91,9 @@ fn light_ray(i: u32) -> LightRay {
     let axes = tangents(frame.light_axis);
     let pick = hash(i ^ hash(frame.seed ^ 5u));
     let aimed = aim(pick & (aims - 1u));
-    let whole = vpl.placing == placing_light || (pick >> 8u & 3u) == 0u || aimed.w == 0.0;
-    let share = select(0.75, 0.0, vpl.placing == placing_light);
+    let whole = vpl.placing == placing_light || (i & 3u) == 0u || aimed.w == 0.0;
+    let count = vpl.vpls * vpl.candidates;
+    let share = select(1.0 - f32((count + 3u) / 4u) / f32(count), 0.0, vpl.placing == placing_light);
     if frame.light_kind == directional {
         // The whole is the rectangle around the scene.
         let middle = 0.5 * (frame.bounds_max + frame.bounds_min);
