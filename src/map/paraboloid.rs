@@ -111,7 +111,7 @@ impl Paraboloid {
                 p.set_viewport(0.0, 0.0, texels, texels, 0.0, 1.0);
                 p.draw(0..3, 0..1);
             });
-            f.run(second).bind_all(&bound).draw(&[], depth, false, issue);
+            f.run(second).bind_all(&bound).for_layer(nearest).draw(&[], depth, false, issue);
         }
         Ok(())
     }
