@@ -181,6 +181,10 @@ pub static ALL: &[&Info] = &[
     &ipsm::INFO,
     &skewed_paraboloid::INFO,
     &omni_atlas::INFO,
+    &notw::CUBE,
+    &notw::PARABOLOID,
+    &rtw::CUBE,
+    &rtw::PARABOLOID,
     &rt_hard::INFO,
 ];
 

@@ -36,6 +36,7 @@ fn whole() -> Vec<(String, &'static [Group])> {
         "map/look_up.wgsl",
         "map/analysis.wgsl",
         "map/single.wgsl",
+        "map/around.wgsl",
         "map/prefilter.wgsl",
         "map/sums.wgsl",
     ];
@@ -43,7 +44,14 @@ fn whole() -> Vec<(String, &'static [Group])> {
     let mut all: Vec<_> = alone.map(|f| (f.clone(), groups(&f))).collect();
     for info in techniques::ALL {
         let own = format!("techniques/{}.wgsl", info.id.replace('-', "_"));
-        let file = if shader_files().contains(&own) { &own } else { "map/single.wgsl" };
+        // Warps have one file for one map, and one for maps in all directions, whatever these are.
+        let stem = info.id.split('-').next().unwrap_or_default();
+        let around = format!("techniques/{stem}_around.wgsl");
+        let file = [&own, &around].into_iter().find(|f| shader_files().contains(f)).map(String::as_str);
+        let file = file.unwrap_or(match info.family {
+            "All directions" => "map/around.wgsl",
+            _ => "map/single.wgsl",
+        });
         let filters: Vec<&Filter> = info.filter.into_iter().chain(info.choosable()).collect();
         all.extend(
             filters
@@ -183,5 +191,6 @@ fn shared_structs_agree() {
         base_color "base_color", texture "texture", cutoff "cutoff", double_sided "double_sided", wrap "wrap");
     same!("map/casters.wgsl", "LightView", LightView,
         row_x "row_x", row_y "row_y", row_z "row_z", row_w "row_w", axis "axis", near "near", far "far",
-        perspective "perspective", texel "texel", resolution "resolution", margin "margin", reach "reach", ahead "ahead");
+        perspective "perspective", texel "texel", resolution "resolution", margin "margin", reach "reach", ahead "ahead", layer "layer",
+        idle "idle", padding "padding");
 }
