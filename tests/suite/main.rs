@@ -34,3 +34,4 @@ mod tables;
 mod techniques;
 mod truth;
 mod warps;
+mod warps_around;
