@@ -20,6 +20,9 @@ fn groups(file: &str) -> &'static [Group] {
     if ["map/peel.wgsl", "map/accumulate.wgsl"].contains(&file) {
         return techniques::find("pcf").map_or(&[], |i| i.params);
     }
+    if ["map/faces.wgsl", "map/paraboloid.wgsl"].contains(&file) {
+        return techniques::find("dual-paraboloid").map_or(&[], |i| i.params);
+    }
     let file = file.split(' ').next().unwrap();
     let stem = file.trim_start_matches("techniques/").trim_end_matches(".wgsl").replace('_', "-");
     techniques::find(&stem).map_or(&[], |i| i.params)
@@ -47,11 +50,17 @@ fn whole() -> Vec<(String, &'static [Group])> {
         // Warps have one file for one map, and one for maps in all directions, whatever these are.
         let stem = info.id.split('-').next().unwrap_or_default();
         let around = format!("techniques/{stem}_around.wgsl");
-        let file = [&own, &around].into_iter().find(|f| shader_files().contains(f)).map(String::as_str);
-        let file = file.unwrap_or(match info.family {
+        let held = |file: &String| shader_files().contains(file);
+        let file = match info.family {
+            "All directions" if held(&around) => around.as_str(),
             "All directions" => "map/around.wgsl",
+            _ if held(&own) => own.as_str(),
             _ => "map/single.wgsl",
-        });
+        };
+        // What maps in all directions have of their own looks nothing up.
+        if held(&own) && file != own {
+            all.push((own.clone(), info.params));
+        }
         let filters: Vec<&Filter> = info.filter.into_iter().chain(info.choosable()).collect();
         all.extend(
             filters
