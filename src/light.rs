@@ -210,6 +210,11 @@ pub struct LightView {
     pub reach: f32,
     /// Of a paraboloid's: cosine of the farthest angle from the axis in `row_w` that the map holds.
     pub ahead: f32,
+    /// Its number among the layers that have a warp each.
+    pub layer: u32,
+    /// 1: no pixel looks it up, and nothing of it is made.
+    pub idle: u32,
+    pub padding: [u32; 2],
 }
 
 impl LightView {

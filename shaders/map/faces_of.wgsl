@@ -1,3 +1,4 @@
+//!include constants.wgsl
 // The faces of a map that looks in all directions, or a paraboloid's sides: see `Faces` in src/map/faces.rs.
 
 struct Faces {

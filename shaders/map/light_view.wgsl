@@ -24,6 +24,11 @@ struct LightView {
     reach: f32,
     // Of a paraboloid's: cosine of the farthest angle from the axis in `row_w` that the map holds.
     ahead: f32,
+    // Its number among the layers that have a warp each.
+    layer: u32,
+    // 1: no pixel looks it up, and nothing of it is made.
+    idle: u32,
+    padding: vec2u,
 }
 
 // The one that a map is drawn from, and those that layers are looked up with.

@@ -1,4 +1,5 @@
 //!include map/peel.wgsl
+//!include map/arcs.wgsl
 // Casters into a side of a paraboloid (`light_view`), where straight edges become arcs of circles. Three ways to draw: `straight`
 // moves corners only; pieces are parts of triangles so small that their edges follow the arcs; a `boxed` triangle is drawn as the
 // box around its image, and each texel's ray meets the triangle itself or not.
@@ -53,20 +54,6 @@ struct Drawn {
     @location(11) ahead: f32,
 }
 
-// An order of places, so that both sides of an edge take it in the same direction.
-fn before(p: vec3f, q: vec3f) -> bool {
-    return p.x < q.x || (p.x == q.x && (p.y < q.y || (p.y == q.y && p.z < q.z)));
-}
-
-// The plane through the light and an edge (Olano, Greer 1997): the same digits from both of its sides, with opposite signs, so that
-// no ray passes between neighbours.
-fn edge_plane(a: vec3f, b: vec3f) -> vec3f {
-    if before(a, b) {
-        return cross(a, b);
-    }
-    return -cross(b, a);
-}
-
 fn described(t: Facet) -> Drawn {
     var out: Drawn;
     out.a = t.corners[0];
@@ -81,20 +68,6 @@ fn described(t: Facet) -> Drawn {
     // Nothing, unless told otherwise.
     out.clip = vec4f(2.0, 2.0, 0.5, 1.0);
     return out;
-}
-
-// Where a point of the light's frame lies on the map, not as a quotient: edges between such places are straight on it. Far behind the
-// side places run off to infinity; they are held off.
-fn place_of(q: vec3f) -> vec2f {
-    let w = max(length(q) + q.z, 0.02 * length(q));
-    return (q.xy / max(w, 1e-30) - light_view.row_z.xy) * light_view.row_z.zw;
-}
-
-// Cosine of the angle between a direction and the axis of the half space that the side holds.
-fn ahead_of(q: vec3f) -> f32 {
-    let v = light_view;
-    let axis = vec3f(dot(v.row_x.xyz, v.row_w.xyz), dot(v.row_y.xyz, v.row_w.xyz), dot(v.axis.xyz, v.row_w.xyz));
-    return dot(axis, q) / max(length(q), 1e-30);
 }
 
 @vertex
@@ -128,40 +101,6 @@ fn peel_straight_facet(in: Drawn) -> @builtin(frag_depth) f32 {
     return peeled(in.clip, saturate(in.depth));
 }
 
-// The box of what lies in a side's map of a triangle: low and high corners in clip space over w.
-struct Box {
-    low: vec2f,
-    high: vec2f,
-}
-
-// Stretches a box to an edge's image: the arc of a circle that a plane through the light becomes, with the middle m.xy/m.z and the
-// radius 1/|m.z| for its unit normal m. It reaches farthest at its ends, or at the circle's four extremes if it passes them.
-fn with_arc(box: Box, a: vec3f, b: vec3f) -> Box {
-    var grown = box;
-    let normal = cross(a, b);
-    let size = length(normal);
-    if size <= 1e-12 * length(a) * length(b) {
-        return grown;
-    }
-    let m = normal / size;
-    if abs(m.z) < 1e-5 {
-        // Straight, or as good as that.
-        return grown;
-    }
-    let middle = m.xy / m.z;
-    for (var k = 0u; k < 4u; k++) {
-        let along = select(vec2f(1.0, 0.0), vec2f(0.0, 1.0), k > 1u) * select(1.0, -1.0, (k & 1u) == 1u);
-        let at = middle + along / abs(m.z);
-        let ray = vec3f(2.0 * at, 1.0 - dot(at, at));
-        if dot(cross(a, ray), m) >= 0.0 && dot(cross(ray, b), m) >= 0.0 {
-            let place = (at - light_view.row_z.xy) * light_view.row_z.zw;
-            grown.low = min(grown.low, place);
-            grown.high = max(grown.high, place);
-        }
-    }
-    return grown;
-}
-
 // Places of `out` planes against a direction of the light's frame: all of one sign where the triangle is met.
 fn sides_of(in: Drawn, ray: vec3f) -> vec3f {
     return vec3f(dot(in.e0, ray), dot(in.e1, ray), dot(in.e2, ray));
@@ -178,27 +117,7 @@ fn boxed_facet(@builtin(vertex_index) index: u32) -> Drawn {
     if t.culled {
         return out;
     }
-    var box = Box(vec2f(1e9), vec2f(-1e9));
-    var near_infinity = false;
-    var beyond = true;
-    for (var k = 0u; k < 3u; k++) {
-        let q = t.corners[k];
-        near_infinity |= length(q) + q.z < 0.02 * length(q);
-        beyond &= ahead_of(q) < min(light_view.ahead, 0.0);
-        let place = place_of(q);
-        box.low = min(box.low, place);
-        box.high = max(box.high, place);
-        box = with_arc(box, t.corners[k], t.corners[(k + 1u) % 3u]);
-    }
-    // What holds the direction that lies at infinity, or comes near it, may be anywhere.
-    let away = vec3f(0.0, 0.0, -1.0);
-    if near_infinity || any(met(out, away) != vec3f(0.0)) {
-        box = Box(vec2f(-1.0), vec2f(1.0));
-    }
-    // All of it lies behind the side.
-    if beyond {
-        return out;
-    }
+    let box = box_of_image(t.corners);
     // Half a texel more, and rounding.
     let spare = 1.5 / light_view.resolution;
     let low = clamp(box.low - spare, vec2f(-1.0), vec2f(1.0));
@@ -338,7 +257,7 @@ fn on_edge(a: vec3f, b: vec3f, t: f32, cuts: u32) -> vec3f {
     if at == 1.0 {
         return b;
     }
-    if before(b, a) {
+    if precedes(b, a) {
         return at_angle(b, a, 1.0 - at);
     }
     return at_angle(a, b, at);

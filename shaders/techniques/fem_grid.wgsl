@@ -1,4 +1,4 @@
-//!include map/warp/warped.wgsl
+//!include map/warp/single.wgsl
 //!include map/warp/node_grid.wgsl
 //!include map/warp/relax.wgsl
 //!include map/warp/node_views.wgsl

@@ -1,4 +1,4 @@
-//!include map/warp/warped.wgsl
+//!include map/warp/single.wgsl
 // Lloyd et al. 2008: after a perspective along y, whose near end is the map's lower side, a logarithm along y.
 //
 // Let 1 + k = f_w/n_w be the quotient of the distances s from the perspective's centre at the map's upper and lower side,

@@ -84,7 +84,7 @@ impl Technique for Dsm {
     fn render(&mut self, f: &mut Frame) -> Result<()> {
         let p = DsmParams::read(f.values);
         let resolution = MapParams::read(f.values).resolution;
-        let base = self.warped.base(f, None, false)?;
+        let base = self.warped.base(f, None, false, false)?;
         let plain = Layers::hold(&mut self.plain, f.gpu, &[resolution], wgpu::TextureFormat::Depth32Float)?;
         let map = &plain.each[0];
         let mut bound = self.grid.bound(f, p.grid);

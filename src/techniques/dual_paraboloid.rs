@@ -49,7 +49,7 @@ pub static INFO: Info = Info {
 };
 
 /// The sides around a light.
-fn sides(around: &Around, f: &Frame) -> Vec<Face> {
+pub fn sides(around: &Around, f: &Frame) -> Vec<Face> {
     if let Some(axis) = own_axis(&f.light) {
         return vec![around.paraboloid(frame_of(axis), DMat3::IDENTITY, 0)];
     }

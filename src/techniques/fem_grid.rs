@@ -90,7 +90,7 @@ impl FemGrid {
 impl Technique for FemGrid {
     fn render(&mut self, f: &mut Frame) -> Result<()> {
         let p = FemGridParams::read(f.values);
-        let base = self.warped.base(f, None, p.crop == "dv")?;
+        let base = self.warped.base(f, None, p.crop == "dv", false)?;
         let size = p.grid as u64 * p.grid as u64 * 8;
         let errors = match self.errors.take().filter(|e| e.size() == size) {
             Some(errors) => errors,

@@ -136,7 +136,7 @@ impl Technique for Logarithmic {
     fn render(&mut self, f: &mut Frame) -> Result<()> {
         let p = LogpsmParams::read(f.values);
         let made = self.fit.get(f, scope(f, Reach::default()), |s| fitted(s, &p));
-        let tight = self.warped.base(f, made.as_ref().and_then(|m| m.view), p.focus)?;
+        let tight = self.warped.base(f, made.as_ref().and_then(|m| m.view), p.focus, false)?;
         if tight.changed {
             f.run(&self.range)
                 .bind("light_view", &tight.light_view)
@@ -144,7 +144,8 @@ impl Technique for Logarithmic {
                 .bind("made_shape", &self.shape)
                 .dispatch(1, 1, 1);
         }
-        let base = Base { light_view: self.light_view.clone(), changed: tight.changed };
+        let view = self.light_view.clone();
+        let base = Base { light_view: view.clone(), each: vec![view], ..tight };
         self.warped.draw(f, &base, &[("shape", (&self.shape).into())])?;
         self.drawing.show(f, "warp", || made.as_ref().map(|m| Diagram::of_perspective(&m.lispsm, &m.points, true)));
         Ok(())

@@ -182,6 +182,10 @@ pub static ALL: &[&Info] = &[
     &ipsm::INFO,
     &skewed_paraboloid::INFO,
     &omni_atlas::INFO,
+    &notw::CUBE,
+    &notw::PARABOLOID,
+    &rtw::CUBE,
+    &rtw::PARABOLOID,
     &imperfect_sm::INFO,
     &rt_hard::INFO,
 ];

@@ -1,24 +1,47 @@
 //! Non-orthogonal texture warping (Milet, Navratil, Zemcik 2015).
 
+use super::cube::CubeParams;
+use super::dual_paraboloid::{self, SideParams};
 use super::{Info, MAPS, NEAREST, Technique};
 use crate::frame::Frame;
 use crate::gpu::{Buffer, Gpu, Pass, Resource, hold};
 use crate::light::LightView;
+use crate::map::cascades::ANALYSED;
+use crate::map::faces;
 use crate::map::filter::{Reach, alone};
 use crate::map::fit::{Kept, msf};
 use crate::map::single::scope;
+use crate::map::warp::around::{NearParams, Views};
 use crate::map::warp::{self, RasterParams, Warped, storage};
 use crate::map::{BiasParams, CasterParams, MapParams};
 use crate::params::Params;
-use crate::view::{self, Area, Class, Drawn, Legend, Span};
+use crate::view::{self, Area, Class, Drawn, Legend, Span, View};
 use anyhow::{Result, ensure};
+
+crate::params! {
+    /// Where the map lies before the warp.
+    pub struct CropParams {
+        "Warp" {
+            /// What the map covers before the warp. None: the whole scene. Dv (desired view): the view samples that face the light. Msf: the smallest frustum around the part of the scene's convex hull that the camera can see.
+            crop: choice("dv", ["none", "dv", "msf"]),
+        }
+    }
+}
+
+crate::params! {
+    /// The same of maps around a light.
+    pub struct FaceCropParams {
+        "Warp" {
+            /// What each map covers before the warp. None: its whole face or side. Dv (desired view): the view samples in it that face the light.
+            crop: choice("dv", ["none", "dv"]),
+        }
+    }
+}
 
 crate::params! {
     /// How the warp follows the view samples.
     pub struct NotwParams {
         "Warp" {
-            /// What the map covers before the warp. None: the whole scene. Dv (desired view): the view samples that face the light. Msf: the smallest frustum around the part of the scene's convex hull that the camera can see.
-            crop: choice("dv", ["none", "dv", "msf"]),
             /// How strong the warp is. 0: the map is cropped but not warped. 1: the whole warp.
             strength: float(1.0, 0.0..=1.0, "none" => "full"),
             /// View samples that every texel has on top of its own, as a share of the mean. They keep the warp strictly increasing, and rows with few samples calm.
@@ -47,74 +70,144 @@ pub static INFO: Info = Info {
           texels are equally busy. Where the warp turns fast between a triangle's corners, its shadow goes astray.",
     lights: &["directional", "spot"],
     filter: Some(NEAREST),
-    params: &[NotwParams::GROUP, RasterParams::GROUP, MapParams::GROUP, CasterParams::GROUP, BiasParams::GROUP],
-    main: &[("resolution", "256..4096*2"), ("window", "0.01,0.03125,0.125"), ("crop", "none,dv")],
-    maps: &[
-        MAPS,
-        &warp::MAPS,
-        &[
-            view::map(
-                "counts-between",
-                "Samples between the warps",
-                "The map after the rows' warp, before the columns': what each column still has to even out. Colours as in \
-                  the other counts.",
-                Drawn::Counts,
-            ),
-            view::map(
-                "row-offsets",
-                "Row offsets",
-                "How far each row's warp moves its texels: yellow to the right, blue to the left, strongest from \
-                      a quarter of the map on. Left: before smoothing. Right: after it.",
-                Drawn::Labels(Legend::Squares(
-                    ["before smoothing", "after it"],
-                    &[Class::label(1, "to the right"), Class::label(4, "to the left")],
-                )),
-            ),
-            view::map(
-                "column-offsets",
-                "Column offsets",
-                "How far each column's warp moves its texels: yellow down, blue up, strongest from a quarter of \
-                      the map on. Left: before smoothing. Right: after it.",
-                Drawn::Labels(Legend::Squares(
-                    ["before smoothing", "after it"],
-                    &[Class::label(1, "down"), Class::label(4, "up")],
-                )),
-            ),
-            view::map(
-                "occupancy",
-                "Occupancy histogram",
-                "How many texels have how many view samples: none at the left, then 1 and on in half octaves; heights are \
-                  square roots of shares. Grey: before the warps; blue: after the rows'; yellow: after both.",
-                Drawn::Labels(Legend::Chart(
-                    Area::Margins,
-                    view::Axis { what: "samples per texel", span: Span::HalfOctaves(20) },
-                    view::Axis { what: "share of the texels", span: Span::Root },
-                    &[
-                        Class::label(7, "before the warps"),
-                        Class::label(3, "after the rows'"),
-                        Class::label(1, "after both"),
-                    ],
-                )),
-            ),
-        ],
+    params: &[
+        CropParams::GROUP,
+        NotwParams::GROUP,
+        RasterParams::GROUP,
+        MapParams::GROUP,
+        CasterParams::GROUP,
+        BiasParams::GROUP,
     ],
-    make: |gpu, _| Ok(Box::new(Notw::new(gpu)?)),
+    main: &[("resolution", "256..4096*2"), ("window", "0.01,0.03125,0.125"), ("crop", "none,dv")],
+    maps: &[MAPS, &warp::MAPS, &OWN],
+    make: |gpu, info| Ok(Box::new(Notw::new(gpu, info, "techniques/notw.wgsl", None)?)),
 };
+
+pub static CUBE: Info = Info {
+    id: "notw-cube",
+    title: "Cube with non-orthogonal warps",
+    paper: "Milet, Navratil, Zemcik 2015; Navratil 2015",
+    family: "All directions",
+    mark: 25,
+    doc: "A cube's six maps, each cropped to the pixels that look it up and then warped until its texels are equally busy. Faces \
+          that no pixel looks up cost nothing; but one face holds most of the pixels, and the others' texels cannot help it.",
+    lights: faces::LIGHTS,
+    filter: Some(NEAREST),
+    params: &[
+        FaceCropParams::GROUP,
+        NotwParams::GROUP,
+        RasterParams::GROUP,
+        CubeParams::GROUP,
+        NearParams::GROUP,
+        CasterParams::GROUP,
+        BiasParams::GROUP,
+    ],
+    main: &[("resolution", "128..2048*2"), ("window", "0.01,0.03125,0.125"), ("crop", "none,dv")],
+    maps: &[&faces::MAPS, ANALYSED, &warp::MAPS, &OWN],
+    make: |gpu, info| Ok(Box::new(Notw::new(gpu, info, AROUND, Some(cube()))?)),
+};
+
+pub static PARABOLOID: Info = Info {
+    id: "notw-paraboloid",
+    title: "Paraboloid with non-orthogonal warps",
+    paper: "Milet, Navratil, Zemcik 2015; Navratil 2015",
+    family: "All directions",
+    mark: 26,
+    doc: "A dual paraboloid's two maps, each cropped to the pixels that look it up and then warped until its texels are equally \
+          busy. A side holds more of the scene than a cube's face, and so has more idle texels to give away.",
+    lights: faces::LIGHTS,
+    filter: Some(NEAREST),
+    params: &[
+        FaceCropParams::GROUP,
+        NotwParams::GROUP,
+        RasterParams::GROUP,
+        SideParams::GROUP,
+        NearParams::GROUP,
+        CasterParams::GROUP,
+        BiasParams::GROUP,
+    ],
+    main: &[("resolution", "128..4096*2"), ("window", "0.01,0.03125,0.125"), ("crop", "none,dv")],
+    maps: &[&faces::MAPS, ANALYSED, &warp::MAPS, &OWN],
+    make: |gpu, info| Ok(Box::new(Notw::new(gpu, info, AROUND, Some(sides()))?)),
+};
+
+/// The shader of warps around a light.
+const AROUND: &str = "techniques/notw_around.wgsl";
+
+/// A cube's faces and a paraboloid's sides as warps take them.
+pub fn cube() -> Views {
+    Views { side: |f| CubeParams::read(f.values).resolution, faces: |around, _| around.cube() }
+}
+
+pub fn sides() -> Views {
+    Views { side: |f| SideParams::read(f.values).resolution, faces: dual_paraboloid::sides }
+}
+
+/// The views that need what each layer's warp is made of.
+const KEPT: [&str; 4] = ["counts-between", "row-offsets", "column-offsets", "occupancy"];
+
+const OWN: [View; 4] = [
+    view::map(
+        "counts-between",
+        "Samples between the warps",
+        "The map after the rows' warp, before the columns': what each column still has to even out. Colours as in \
+                  the other counts.",
+        Drawn::Counts,
+    ),
+    view::map(
+        "row-offsets",
+        "Row offsets",
+        "How far each row's warp moves its texels: yellow to the right, blue to the left, strongest from \
+                      a quarter of the map on. Left: before smoothing. Right: after it.",
+        Drawn::Labels(Legend::Squares(
+            ["before smoothing", "after it"],
+            &[Class::label(1, "to the right"), Class::label(4, "to the left")],
+        )),
+    ),
+    view::map(
+        "column-offsets",
+        "Column offsets",
+        "How far each column's warp moves its texels: yellow down, blue up, strongest from a quarter of \
+                      the map on. Left: before smoothing. Right: after it.",
+        Drawn::Labels(Legend::Squares(
+            ["before smoothing", "after it"],
+            &[Class::label(1, "down"), Class::label(4, "up")],
+        )),
+    ),
+    view::map(
+        "occupancy",
+        "Occupancy histogram",
+        "How many texels have how many view samples: none at the left, then 1 and on in half octaves; heights are \
+                  square roots of shares. Grey: before the warps; blue: after the rows'; yellow: after both.",
+        Drawn::Labels(Legend::Chart(
+            Area::Margins,
+            view::Axis { what: "samples per texel", span: Span::HalfOctaves(20) },
+            view::Axis { what: "share of the texels", span: Span::Root },
+            &[Class::label(7, "before the warps"), Class::label(3, "after the rows'"), Class::label(1, "after both")],
+        )),
+    ),
+];
 
 struct Notw {
     warped: Warped,
     least: Kept<Option<LightView>>,
-    /// For a resolution.
-    lines: Option<(u32, Lines)>,
+    around: bool,
+    /// For a resolution and a number of layers, of which so many keep what their warps are made of.
+    lines: Option<((u32, u64, u64), Lines)>,
+    passes: Passes,
+    count_after: Pass,
+    occupy: Pass,
+    /// A histogram, and those before, between and after the warps one after the other.
+    occupancy: [Buffer; 2],
+}
+
+/// What makes the warps of a layer.
+struct Passes {
     count: Pass,
     count_moved: Pass,
     sum: Pass,
     smooth: [Pass; 3],
     smooth_along: Pass,
-    count_after: Pass,
-    occupy: Pass,
-    /// A histogram, and those before, between and after the warps one after the other.
-    occupancy: [Buffer; 2],
 }
 
 /// Bytes of a histogram.
@@ -140,44 +233,49 @@ struct Axis {
 }
 
 impl Notw {
-    fn new(gpu: &Gpu) -> Result<Notw> {
-        let file = "techniques/notw.wgsl";
-        let pass = |name, entry| Pass::compute(gpu, name, &alone(file), entry, INFO.params);
+    fn new(gpu: &Gpu, info: &'static Info, file: &'static str, views: Option<Views>) -> Result<Notw> {
+        let pass = |name, entry| Pass::compute(gpu, name, &alone(file), entry, info.params);
         Ok(Notw {
-            warped: Warped::new(gpu, file, INFO.params)?,
+            warped: Warped::around(gpu, file, info.params, views)?,
+            around: views.is_some(),
             least: Kept::default(),
             lines: None,
-            count: pass("view samples", "count_before")?,
-            count_moved: pass("view samples", "count_moved")?,
-            sum: pass("prefix sums", "sum")?,
-            smooth: [
-                pass("smoothing", "smooth_box")?,
-                pass("smoothing", "smooth_tent_first")?,
-                pass("smoothing", "smooth_tent_second")?,
-            ],
-            smooth_along: pass("smoothing", "smooth_along")?,
+            passes: Passes {
+                count: pass("view samples", "count_before")?,
+                count_moved: pass("view samples", "count_moved")?,
+                sum: pass("prefix sums", "sum")?,
+                smooth: [
+                    pass("smoothing", "smooth_box")?,
+                    pass("smoothing", "smooth_tent_first")?,
+                    pass("smoothing", "smooth_tent_second")?,
+                ],
+                smooth_along: pass("smoothing", "smooth_along")?,
+            },
             count_after: pass("view samples", "count_after")?,
             occupy: pass("occupancy", "occupy")?,
-            occupancy: [storage(gpu, "occupancy", HISTOGRAM), storage(gpu, "occupancies", 3 * HISTOGRAM)],
+            occupancy: {
+                let usage = wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST;
+                [storage(gpu, "occupancy", HISTOGRAM), gpu.room("occupancies", 3 * HISTOGRAM, usage)]
+            },
         })
     }
 }
 
 impl Lines {
-    fn new(gpu: &Gpu, resolution: u32) -> Lines {
+    fn new(gpu: &Gpu, resolution: u32, layers: u64, kept: u64) -> Lines {
         let side = resolution as u64;
-        let texels = |label| storage(gpu, label, side * side * 4);
-        let edges = |label| storage(gpu, label, side * (side + 1) * 4);
+        let texels = |label, layers| storage(gpu, label, layers * side * side * 4);
+        let edges = |label, layers| storage(gpu, label, layers * side * (side + 1) * 4);
         let axis = || Axis {
-            counts: texels("view samples"),
-            sums: edges("prefix sums"),
+            counts: texels("view samples", kept),
+            sums: edges("prefix sums", kept),
             weights: storage(gpu, "samples per line", side * 4),
             total: storage(gpu, "samples", 16),
-            warp: edges("lines' warps"),
+            warp: edges("lines' warps", layers),
         };
         Lines {
             axes: [axis(), axis()],
-            halfway: edges("lines' warps on the way"),
+            halfway: edges("lines' warps on the way", 1),
             halfway_weights: storage(gpu, "weights on the way", side * 4),
             no_weights: storage(gpu, "no weights", 16),
         }
@@ -186,16 +284,9 @@ impl Lines {
 
 impl Technique for Notw {
     fn render(&mut self, f: &mut Frame) -> Result<()> {
-        let p = NotwParams::read(f.values);
-        let resolution = MapParams::read(f.values).resolution;
-        let edges = resolution as u64 * (resolution as u64 + 1) * 4;
-        ensure!(
-            edges <= f.gpu.most_bound(),
-            "{} binds too little memory at once for the warps of a {resolution}² map; choose a smaller resolution",
-            f.gpu.info.name
-        );
-        let lines = hold(&mut self.lines, resolution, |side| Ok(Lines::new(f.gpu, *side)))?;
-        let view = match p.crop.as_str() {
+        let crop = CropParams::read(f.values).crop;
+        let keeps = self.around && KEPT.contains(&f.view);
+        let view = match crop.as_str() {
             "msf" => {
                 if f.wants_outlines() {
                     f.outline_body(scope(f, Reach::default()).seen_of(f.geometry.hull().clone()));
@@ -204,82 +295,116 @@ impl Technique for Notw {
             }
             _ => None,
         };
-        let base = self.warped.base(f, view, p.crop == "dv")?;
+        let base = self.warped.base(f, view, crop == "dv", keeps)?;
+        let (resolution, layers) = (base.side, base.each.len() as u64);
+        let edges = resolution as u64 * (resolution as u64 + 1) * 4 * layers;
+        ensure!(
+            edges <= f.gpu.most_bound(),
+            "{} binds too little memory at once for the warps of {}; choose a smaller resolution",
+            f.gpu.info.name,
+            match layers {
+                1 => format!("a {resolution}² map"),
+                _ => format!("{layers} maps of {resolution}² texels"),
+            }
+        );
+        let kept = if keeps { layers } else { 1 };
+        let lines = hold(&mut self.lines, (resolution, layers, kept), |(side, layers, kept)| {
+            Ok(Lines::new(f.gpu, *side, *layers, *kept))
+        })?;
         let [x, y] = &lines.axes;
-        let bound: [(&'static str, Resource); 7] = [
+        let bound: [(&'static str, Resource); 6] = [
             ("occupancies", (&self.occupancy[1]).into()),
-            ("light_view", (&base.light_view).into()),
             ("rows", (&x.warp).into()),
             ("columns", (&y.warp).into()),
             ("row_sums", (&x.sums).into()),
             ("column_sums", (&y.sums).into()),
             ("moved_counts", (&y.counts).into()),
         ];
+        let each: Vec<Vec<_>> = (0..base.each.len()).map(|i| base.layer(i, &bound)).collect();
         if base.changed {
-            let groups = (resolution + 1).div_ceil(64);
-            for (i, axis) in lines.axes.iter().enumerate() {
+            for axis in &lines.axes {
                 f.clear(&axis.counts);
-                f.clear(&axis.total);
-                if i == 0 {
-                    f.run(&self.count).bind_all(&bound).bind("before", &axis.counts).per_pixel();
-                } else {
-                    f.run(&self.count_moved).bind_all(&bound).bind("moved", &axis.counts).per_pixel();
+            }
+            for (i, own) in each.iter().enumerate() {
+                // What the layer before left.
+                if i > 0 && kept == 1 {
+                    lines.axes.iter().for_each(|axis| f.clear(&axis.counts));
                 }
-                f.run(&self.sum)
-                    .bind_all(&bound)
-                    .bind("samples", &axis.counts)
-                    .bind("sums", &axis.sums)
-                    .bind("weights", &axis.weights)
-                    .bind("total", &axis.total)
-                    .dispatch(resolution, 1, 1);
-                let along = (p.window_along * resolution as f32).round() > 0.0;
-                let weights = |last: bool| if last { &lines.no_weights } else { &lines.halfway_weights };
-                let mut smooth = |pass: &Pass, from: [&Buffer; 2], to: &Buffer, lines_a_group: u32| {
-                    f.run(pass)
-                        .bind_all(&bound)
-                        .bind("line_sums", from[0])
-                        .bind("line_weights", from[1])
-                        .bind("samples_total", &axis.total)
-                        .bind("smoothed", to)
-                        .bind("smoothed_weights", weights(std::ptr::eq(from[1], &lines.halfway_weights)))
-                        .dispatch(groups, resolution.div_ceil(lines_a_group), 1);
-                };
-                let own = [&axis.sums, &axis.weights];
-                let halfway = [&lines.halfway, &lines.halfway_weights];
-                match (p.kernel.as_str(), along) {
-                    ("tent", false) => {
-                        smooth(&self.smooth[1], own, &lines.halfway, 16);
-                        smooth(&self.smooth[2], halfway, &axis.warp, 16);
-                    }
-                    ("tent", true) => {
-                        // By way of the warp's own buffer, which is written again at the end.
-                        smooth(&self.smooth[1], own, &axis.warp, 16);
-                        smooth(&self.smooth[2], [&axis.warp, &lines.halfway_weights], &lines.halfway, 16);
-                        smooth(&self.smooth_along, halfway, &axis.warp, 1);
-                    }
-                    (_, true) => {
-                        smooth(&self.smooth[0], own, &lines.halfway, 16);
-                        smooth(&self.smooth_along, halfway, &axis.warp, 1);
-                    }
-                    _ => smooth(&self.smooth[0], own, &axis.warp, 16),
-                }
+                self.passes.make(f, lines, resolution, own);
             }
         }
         if f.view == "occupancy" {
-            f.clear(&lines.halfway);
-            f.run(&self.count_after).bind_all(&bound).bind("moved", &lines.halfway).per_pixel();
             for (i, counts) in [&x.counts, &y.counts, &lines.halfway].into_iter().enumerate() {
                 let [one, all] = &self.occupancy;
                 f.clear(one);
-                f.run(&self.occupy).bind_all(&bound).bind("samples", counts).bind("occupancy", one).dispatch(
-                    resolution.div_ceil(64),
-                    resolution,
-                    1,
-                );
+                for own in &each {
+                    if i == 2 {
+                        f.clear(counts);
+                        f.run(&self.count_after).bind_all(own).bind("moved", counts).per_pixel();
+                    }
+                    f.run(&self.occupy).bind_all(own).bind("samples", counts).bind("occupancy", one).dispatch(
+                        resolution.div_ceil(64),
+                        resolution,
+                        1,
+                    );
+                }
                 f.copy_to(one, all, i as u64 * HISTOGRAM, HISTOGRAM);
             }
         }
-        self.warped.draw(f, &base, &bound)?;
-        Ok(())
+        self.warped.draw(f, &base, &bound)
+    }
+}
+
+impl Passes {
+    /// Makes a layer's warps of its view samples. `bound`: what its passes need.
+    fn make(&self, f: &mut Frame, lines: &Lines, resolution: u32, bound: &[(&'static str, Resource)]) {
+        let p = NotwParams::read(f.values);
+        let groups = (resolution + 1).div_ceil(64);
+        for (i, axis) in lines.axes.iter().enumerate() {
+            f.clear(&axis.total);
+            if i == 0 {
+                f.run(&self.count).bind_all(bound).bind("before", &axis.counts).per_pixel();
+            } else {
+                f.run(&self.count_moved).bind_all(bound).bind("moved", &axis.counts).per_pixel();
+            }
+            f.run(&self.sum)
+                .bind_all(bound)
+                .bind("samples", &axis.counts)
+                .bind("sums", &axis.sums)
+                .bind("weights", &axis.weights)
+                .bind("total", &axis.total)
+                .dispatch(resolution, 1, 1);
+            let along = (p.window_along * resolution as f32).round() > 0.0;
+            let weights = |last: bool| if last { &lines.no_weights } else { &lines.halfway_weights };
+            let mut smooth = |pass: &Pass, from: [&Buffer; 2], to: &Buffer, lines_a_group: u32| {
+                f.run(pass)
+                    .bind_all(bound)
+                    .bind("line_sums", from[0])
+                    .bind("line_weights", from[1])
+                    .bind("samples_total", &axis.total)
+                    .bind("smoothed", to)
+                    .bind("smoothed_weights", weights(std::ptr::eq(from[1], &lines.halfway_weights)))
+                    .dispatch(groups, resolution.div_ceil(lines_a_group), 1);
+            };
+            let own = [&axis.sums, &axis.weights];
+            let halfway = [&lines.halfway, &lines.halfway_weights];
+            match (p.kernel.as_str(), along) {
+                ("tent", false) => {
+                    smooth(&self.smooth[1], own, &lines.halfway, 16);
+                    smooth(&self.smooth[2], halfway, &axis.warp, 16);
+                }
+                ("tent", true) => {
+                    // By way of the warp's own buffer, which is written again at the end.
+                    smooth(&self.smooth[1], own, &axis.warp, 16);
+                    smooth(&self.smooth[2], [&axis.warp, &lines.halfway_weights], &lines.halfway, 16);
+                    smooth(&self.smooth_along, halfway, &axis.warp, 1);
+                }
+                (_, true) => {
+                    smooth(&self.smooth[0], own, &lines.halfway, 16);
+                    smooth(&self.smooth_along, halfway, &axis.warp, 1);
+                }
+                _ => smooth(&self.smooth[0], own, &axis.warp, 16),
+            }
+        }
     }
 }

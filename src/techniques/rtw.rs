@@ -1,23 +1,36 @@
 //! Rectilinear texture warping (Rosen 2012).
 
-use super::{Info, MAPS, NEAREST, Technique};
+use super::cube::CubeParams;
+use super::dual_paraboloid::SideParams;
+use super::{Info, MAPS, NEAREST, Technique, notw};
 use crate::frame::Frame;
 use crate::gpu::{Buffer, Gpu, Pass, Resource, hold};
 use crate::map::Layers;
+use crate::map::cascades::ANALYSED;
 use crate::map::casters::{Casters, Target, Triangles};
+use crate::map::faces;
 use crate::map::filter::alone;
+use crate::map::warp::around::{NearParams, Views};
 use crate::map::warp::{self, RasterParams, Warped, storage};
 use crate::map::{BiasParams, CasterParams, MapParams};
 use crate::params::Params;
-use crate::view::{self, BEFORE_AFTER, Class, Drawn, Legend};
+use crate::view::{self, BEFORE_AFTER, Class, Drawn, Legend, View};
 use anyhow::{Result, ensure};
+
+crate::params! {
+    /// From where a single map's importance is found.
+    pub struct AnalysisParams {
+        "Importance" {
+            /// Where importance is found. Backward: at the pixels that the camera sees. Forward: at the texels of a plain map seen from the light, hidden ones too. Hybrid: the camera's terms at pixels, shadow edges in the light's map.
+            analysis: choice("backward", ["backward", "forward", "hybrid"]),
+        }
+    }
+}
 
 crate::params! {
     /// What makes a part of the map important, and how the warp follows it.
     pub struct RtwParams {
         "Importance" {
-            /// Where importance is found. Backward: at the pixels that the camera sees. Forward: at the texels of a plain map seen from the light, hidden ones too. Hybrid: the camera's terms at pixels, shadow edges in the light's map.
-            analysis: choice("backward", ["backward", "forward", "hybrid"]),
             /// Desired view: 1 where the camera looks, 0 elsewhere. Backward analysis finds nothing else in any case.
             desired_view: flag(true),
             /// Distance to the eye: more importance near the camera.
@@ -60,68 +73,125 @@ pub static INFO: Info = Info {
           diagonal waste texels on the diagonal's other two corners.",
     lights: &["directional", "spot"],
     filter: Some(NEAREST),
-    params: &[RtwParams::GROUP, RasterParams::GROUP, MapParams::GROUP, CasterParams::GROUP, BiasParams::GROUP],
+    params: &[
+        AnalysisParams::GROUP,
+        RtwParams::GROUP,
+        RasterParams::GROUP,
+        MapParams::GROUP,
+        CasterParams::GROUP,
+        BiasParams::GROUP,
+    ],
     main: &[("resolution", "256..4096*2"), ("floor", "0.005,0.02,0.1"), ("profile_blur", "0,4,16")],
-    maps: &[
-        MAPS,
-        &warp::MAPS,
-        &[
-            view::map(
-                "importance",
-                "Importance map",
-                "Left: in the light's image before the warp. Right: in the map. The brighter the yellow, the more \
+    maps: &[MAPS, &warp::MAPS, &OWN],
+    make: |gpu, info| Ok(Box::new(Rtw::new(gpu, info, "techniques/rtw.wgsl", None)?)),
+};
+
+pub static CUBE: Info = Info {
+    id: "rtw-cube",
+    title: "Cube with rectilinear warps",
+    paper: "Rosen 2012",
+    family: "All directions",
+    mark: 27,
+    doc: "A cube's six maps, each with rows and columns as wide as the most important thing in them asks. Faces that no pixel looks \
+          up cost nothing.",
+    lights: faces::LIGHTS,
+    filter: Some(NEAREST),
+    params: &[
+        RtwParams::GROUP,
+        RasterParams::GROUP,
+        CubeParams::GROUP,
+        NearParams::GROUP,
+        CasterParams::GROUP,
+        BiasParams::GROUP,
+    ],
+    main: &[("resolution", "128..2048*2"), ("floor", "0.005,0.02,0.1"), ("profile_blur", "0,4,16")],
+    maps: &[&faces::MAPS, ANALYSED, &warp::MAPS, &OWN],
+    make: |gpu, info| Ok(Box::new(Rtw::new(gpu, info, AROUND, Some(notw::cube()))?)),
+};
+
+pub static PARABOLOID: Info = Info {
+    id: "rtw-paraboloid",
+    title: "Paraboloid with rectilinear warps",
+    paper: "Rosen 2012",
+    family: "All directions",
+    mark: 28,
+    doc: "A dual paraboloid's two maps, each with rows and columns as wide as the most important thing in them asks. What the pixels \
+          need lies slantwise across a side more often than not, and then both corners beside it get texels too.",
+    lights: faces::LIGHTS,
+    filter: Some(NEAREST),
+    params: &[
+        RtwParams::GROUP,
+        RasterParams::GROUP,
+        SideParams::GROUP,
+        NearParams::GROUP,
+        CasterParams::GROUP,
+        BiasParams::GROUP,
+    ],
+    main: &[("resolution", "128..4096*2"), ("floor", "0.005,0.02,0.1"), ("profile_blur", "0,4,16")],
+    maps: &[&faces::MAPS, ANALYSED, &warp::MAPS, &OWN],
+    make: |gpu, info| Ok(Box::new(Rtw::new(gpu, info, AROUND, Some(notw::sides()))?)),
+};
+
+/// The shader of warps around a light.
+const AROUND: &str = "techniques/rtw_around.wgsl";
+
+const OWN: [View; 3] = [
+    view::map(
+        "importance",
+        "Importance map",
+        "Left: in the light's image before the warp. Right: in the map. The brighter the yellow, the more \
                       important; blue: not at all.",
-                Drawn::Labels(Legend::Squares(
-                    BEFORE_AFTER,
-                    &[Class::label(1, "important"), Class::label(4, "not at all")],
-                )),
-            ),
-            view::map(
-                "profiles",
-                "Importance profiles",
-                "Left: of the columns. Right: of the rows. The largest importance in each (grey), blurred \
+        Drawn::Labels(Legend::Squares(BEFORE_AFTER, &[Class::label(1, "important"), Class::label(4, "not at all")])),
+    ),
+    view::map(
+        "profiles",
+        "Importance profiles",
+        "Left: of the columns. Right: of the rows. The largest importance in each (grey), blurred \
                       (orange), and the warp that its sums make (blue), which is steep where there are many texels. \
                       Thin line: no warp.",
-                Drawn::Labels(Legend::Curves(
-                    ["columns", "rows"],
-                    ["place across the light's image", "importance, warped place"],
-                    &[Class::new([0.55; 3], "largest importance"), Class::label(6, "blurred"), Class::label(3, "warp")],
-                )),
-            ),
-            view::map(
-                "over-dense",
-                "Over-dense cells",
-                "Blue: bins without importance that have more texels than they would without the warp, stronger \
+        Drawn::Labels(Legend::Curves(
+            ["columns", "rows"],
+            ["place across the light's image", "importance, warped place"],
+            &[Class::new([0.55; 3], "largest importance"), Class::label(6, "blurred"), Class::label(3, "warp")],
+        )),
+    ),
+    view::map(
+        "over-dense",
+        "Over-dense cells",
+        "Blue: bins without importance that have more texels than they would without the warp, stronger \
                       the more they have; grey: others without importance; yellow: important. Left: before the warp. \
                       Right: in the map.",
-                Drawn::Labels(Legend::Squares(
-                    BEFORE_AFTER,
-                    &[
-                        Class::label(1, "important"),
-                        Class::label(4, "not important, texels to spare"),
-                        Class::label(7, "not important"),
-                    ],
-                )),
-            ),
-        ],
-    ],
-    make: |gpu, _| Ok(Box::new(Rtw::new(gpu)?)),
-};
+        Drawn::Labels(Legend::Squares(
+            BEFORE_AFTER,
+            &[
+                Class::label(1, "important"),
+                Class::label(4, "not important, texels to spare"),
+                Class::label(7, "not important"),
+            ],
+        )),
+    ),
+];
 
 struct Rtw {
     warped: Warped,
-    /// For a number of bins.
-    tables: Option<(u32, Tables)>,
-    light_depth: Option<Layers>,
-    casters: Casters,
+    /// For a number of bins and of layers.
+    tables: Option<([u32; 2], Tables)>,
     samples: Pass,
-    texels: Pass,
+    /// None: importance is found backward only.
+    forward: Option<Forward>,
     collapse: Pass,
     blur: Pass,
     sum: Pass,
 }
 
-/// The importance map and what becomes of it.
+/// What finds importance in the light's own map.
+struct Forward {
+    light_depth: Option<Layers>,
+    casters: Casters,
+    texels: Pass,
+}
+
+/// The importance map of each layer and what becomes of it.
 struct Tables {
     importance: Buffer,
     profiles: Buffer,
@@ -130,16 +200,20 @@ struct Tables {
 }
 
 impl Rtw {
-    fn new(gpu: &Gpu) -> Result<Rtw> {
-        let file = "techniques/rtw.wgsl";
-        let pass = |name, entry| Pass::compute(gpu, name, &alone(file), entry, INFO.params);
+    fn new(gpu: &Gpu, info: &'static Info, file: &'static str, views: Option<Views>) -> Result<Rtw> {
+        let pass = |name, entry| Pass::compute(gpu, name, &alone(file), entry, info.params);
+        let forward = || -> Result<Forward> {
+            Ok(Forward {
+                light_depth: None,
+                casters: Casters::named(["light's depth", "light's depth (masked)"]),
+                texels: pass("importance of texels", "importance_of_texels")?,
+            })
+        };
         Ok(Rtw {
-            warped: Warped::new(gpu, file, INFO.params)?,
+            warped: Warped::around(gpu, file, info.params, views)?,
             tables: None,
-            light_depth: None,
-            casters: Casters::named(["light's depth", "light's depth (masked)"]),
             samples: pass("importance of view samples", "importance_of_samples")?,
-            texels: pass("importance of texels", "importance_of_texels")?,
+            forward: if views.is_none() { Some(forward()?) } else { None },
             collapse: pass("collapse", "collapse")?,
             blur: pass("blur", "blur")?,
             sum: pass("prefix sums", "sum_up")?,
@@ -148,69 +222,72 @@ impl Rtw {
 }
 
 impl Tables {
-    fn new(gpu: &Gpu, bins: u32) -> Tables {
-        let side = bins as u64;
+    fn new(gpu: &Gpu, [bins, layers]: [u32; 2]) -> Tables {
+        let (side, layers) = (bins as u64, layers as u64);
         Tables {
-            importance: storage(gpu, "importance map", side * side * 4),
-            profiles: storage(gpu, "profiles", (2 * side + 1) * 4),
-            blurred: storage(gpu, "blurred profiles", 2 * side * 4),
-            warps: storage(gpu, "warps", 2 * (side + 1) * 4),
+            importance: storage(gpu, "importance map", layers * side * side * 4),
+            profiles: storage(gpu, "profiles", layers * (2 * side + 1) * 4),
+            blurred: storage(gpu, "blurred profiles", layers * 2 * side * 4),
+            warps: storage(gpu, "warps", layers * 2 * (side + 1) * 4),
         }
     }
 }
 
 impl Technique for Rtw {
     fn render(&mut self, f: &mut Frame) -> Result<()> {
-        let p = RtwParams::read(f.values);
-        // As `bins` in the shader.
-        let bins = p.importance_bins.min(MapParams::read(f.values).resolution);
-        ensure!(
-            bins as u64 * bins as u64 * 4 <= f.gpu.most_bound()
-                && bins <= f.gpu.device.limits().max_texture_dimension_2d,
-            "{} binds too little memory at once for {bins}² bins; choose a smaller importance_resolution",
-            f.gpu.info.name
-        );
-        let tables = hold(&mut self.tables, bins, |n| Ok(Tables::new(f.gpu, *n)))?;
+        let analysis = AnalysisParams::read(f.values).analysis;
         // The whole scene: what the camera wants weighs, but cuts nothing off.
-        let base = self.warped.base(f, None, false)?;
-        let bound: [(&'static str, Resource); 5] = [
-            ("light_view", (&base.light_view).into()),
+        let base = self.warped.base(f, None, false, false)?;
+        // As `bins` in the shader.
+        let bins = RtwParams::read(f.values).importance_bins.min(base.side);
+        let layers = base.each.len() as u32;
+        ensure!(
+            bins as u64 * bins as u64 * layers as u64 * 4 <= f.gpu.most_bound()
+                && bins <= f.gpu.device.limits().max_texture_dimension_2d,
+            "{} binds too little memory at once for {bins}² bins in {layers} {}; choose fewer importance_bins",
+            f.gpu.info.name,
+            if layers == 1 { "map" } else { "maps" }
+        );
+        let tables = hold(&mut self.tables, [bins, layers], |n| Ok(Tables::new(f.gpu, *n)))?;
+        let bound: [(&'static str, Resource); 4] = [
             ("warps", (&tables.warps).into()),
             ("raw", (&tables.profiles).into()),
             ("smooth_profiles", (&tables.blurred).into()),
             ("importance_map", (&tables.importance).into()),
         ];
-        if p.analysis == "backward" {
-            self.light_depth = None;
+        if let Some(forward) = self.forward.as_mut().filter(|_| analysis == "backward") {
+            forward.light_depth = None;
         }
         if base.changed {
             f.clear(&tables.importance);
             f.clear(&tables.profiles);
-            if p.analysis != "forward" {
-                f.run(&self.samples).bind_all(&bound).bind("importance", &tables.importance).per_pixel();
-            }
-            if p.analysis != "backward" {
-                let format = wgpu::TextureFormat::Depth32Float;
-                let depth = Layers::hold(&mut self.light_depth, f.gpu, &[bins], format)?.each[0].clone();
-                // A view whose depth is linear, as the base of every warp.
-                self.casters.draw(f, &depth, Target::whole(bins, &base.light_view, true), &Triangles::All)?;
-                let groups = bins.div_ceil(8);
-                f.run(&self.texels)
-                    .bind_all(&bound)
+            for (i, view) in base.each.iter().enumerate() {
+                let own = base.layer(i, &bound);
+                if analysis != "forward" {
+                    f.run(&self.samples).bind_all(&own).bind("importance", &tables.importance).per_pixel();
+                }
+                if let Some(forward) = self.forward.as_mut().filter(|_| analysis != "backward") {
+                    let format = wgpu::TextureFormat::Depth32Float;
+                    let depth = Layers::hold(&mut forward.light_depth, f.gpu, &[bins], format)?.each[0].clone();
+                    // A view whose depth is linear, as the base of every warp.
+                    forward.casters.draw(f, &depth, Target::whole(bins, view, true), &Triangles::All)?;
+                    let groups = bins.div_ceil(8);
+                    f.run(&forward.texels)
+                        .bind_all(&own)
+                        .bind("importance", &tables.importance)
+                        .bind("light_depth", &depth)
+                        .dispatch(groups, groups, 1);
+                }
+                let groups = bins.div_ceil(64);
+                f.run(&self.collapse)
+                    .bind_all(&own)
                     .bind("importance", &tables.importance)
-                    .bind("light_depth", &depth)
+                    .bind("profiles", &tables.profiles)
                     .dispatch(groups, groups, 1);
+                f.run(&self.blur).bind_all(&own).bind("blurred", &tables.blurred).dispatch(groups, 2, 1);
+                f.run(&self.sum).bind_all(&own).bind("edges", &tables.warps).dispatch(2, 1, 1);
             }
-            let groups = bins.div_ceil(64);
-            f.run(&self.collapse)
-                .bind_all(&bound)
-                .bind("importance", &tables.importance)
-                .bind("profiles", &tables.profiles)
-                .dispatch(groups, groups, 1);
-            f.run(&self.blur).bind_all(&bound).bind("blurred", &tables.blurred).dispatch(groups, 2, 1);
-            f.run(&self.sum).bind_all(&bound).bind("edges", &tables.warps).dispatch(2, 1, 1);
         }
-        self.warped.draw(f, &base, &bound)?;
-        Ok(())
+        self.warped.draw(f, &base, &bound)
     }
 }

@@ -38,3 +38,4 @@ mod tables;
 mod techniques;
 mod truth;
 mod warps;
+mod warps_around;

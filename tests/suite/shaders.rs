@@ -21,7 +21,7 @@ fn groups(file: &str) -> &'static [Group] {
     if ["map/peel.wgsl", "map/accumulate.wgsl"].contains(&file) {
         return techniques::find("pcf").map_or(&[], |i| i.params);
     }
-    if file == "map/faces.wgsl" || file == "map/paraboloid.wgsl" {
+    if ["map/faces.wgsl", "map/paraboloid.wgsl"].contains(&file) {
         return techniques::find("dual-paraboloid").map_or(&[], |i| i.params);
     }
     let file = file.split(' ').next().unwrap();
@@ -48,19 +48,27 @@ fn whole() -> Vec<(String, &'static [Group])> {
     let mut all: Vec<_> = alone.map(|f| (f.clone(), groups(&f))).collect();
     for info in techniques::ALL {
         let own = format!("techniques/{}.wgsl", info.id.replace('-', "_"));
-        let around = info.lights == shadowscope::map::faces::LIGHTS;
-        let file = match (shader_files().contains(&own), around) {
-            (_, true) => "map/around.wgsl",
-            (true, _) => &own,
+        // Warps have one file for one map, and one for maps in all directions, whatever these are.
+        let stem = info.id.split('-').next().unwrap_or_default();
+        let around = format!("techniques/{stem}_around.wgsl");
+        let held = |file: &String| shader_files().contains(file);
+        let file = match info.family {
+            "All directions" if held(&around) => around.as_str(),
+            "All directions" => "map/around.wgsl",
+            _ if held(&own) => own.as_str(),
             _ => "map/single.wgsl",
         };
+        // What maps in all directions have of their own looks nothing up.
+        if held(&own) && file != own {
+            all.push((own.clone(), info.params));
+        }
         let filters: Vec<&Filter> = info.filter.into_iter().chain(info.choosable()).collect();
         all.extend(
             filters
                 .iter()
                 .map(|filter| (shader(file, filter, filter.moments.map(|of| of(&Values::new()))), info.params)),
         );
-        if shader_files().contains(&own) && (filters.is_empty() || around) {
+        if filters.is_empty() {
             all.push((own, info.params));
         }
     }
@@ -196,5 +204,6 @@ fn shared_structs_agree() {
         base_color "base_color", texture "texture", cutoff "cutoff", double_sided "double_sided", wrap "wrap");
     same!("map/casters.wgsl", "LightView", LightView,
         row_x "row_x", row_y "row_y", row_z "row_z", row_w "row_w", axis "axis", near "near", far "far",
-        perspective "perspective", texel "texel", resolution "resolution", margin "margin", reach "reach", ahead "ahead");
+        perspective "perspective", texel "texel", resolution "resolution", margin "margin", reach "reach", ahead "ahead", layer "layer",
+        idle "idle", padding "padding");
 }

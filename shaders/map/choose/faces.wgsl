@@ -1,5 +1,4 @@
 //!include map/faces_of.wgsl
-//!include map/place/straight.wgsl
 //!include map/look_up.wgsl
 //!include lib/labels.wgsl
 // Choosing among the faces around a light, and the maps that techniques with faces show. Each face's map goes so far beyond its
@@ -17,7 +16,7 @@ fn texture_layer(layer: u32) -> u32 {
 
 // Where a view sees the light's ray of a place in its map, at a depth of 1 (a paraboloid's: 1 m from the light). From the light.
 fn ray_of(v: LightView, texel: vec2f) -> vec3f {
-    let ndc = vec2f(2.0, -2.0) * texel / v.resolution + vec2f(-1.0, 1.0);
+    let ndc = vec2f(2.0, -2.0) * before_place(v, texel) / v.resolution + vec2f(-1.0, 1.0);
     if v.perspective == 3u {
         let q = normalize(paraboloid_ray(v, ndc));
         return q.x * v.row_x.xyz + q.y * v.row_y.xyz + q.z * v.axis.xyz;
@@ -37,7 +36,7 @@ fn beside(r: Receiver, texel: vec2f) -> f32 {
     let v = light_views[other];
     let position = frame.light_position + offset;
     let clip = light_clip(v, position);
-    let at = clamp(light_texel(v, clip), vec2f(0.0), vec2f(v.resolution - 0.5));
+    let at = clamp(map_texel(v, clip), vec2f(0.0), vec2f(v.resolution - 0.5));
     return select(0.0, 1.0, stored_depth(v, depth_in(v, position)) >= drawn_depth(other, vec2u(at)));
 }
 
@@ -76,13 +75,13 @@ fn inspect_faces(s: Surface) -> f32 {
     if frame.map == shows_solid_angle {
         let v = light_views[i];
         let q = s.position - frame.light_position;
-        return select(-1.0, texel_angle(v, q) * map_texels() / 12.566371, faces_light(s));
+        return select(-1.0, texel_angle(v, q) * texels_of_all() / 12.566371, faces_light(s));
     }
     return inspect_filter(s);
 }
 
 // Texels of all maps together.
-fn map_texels() -> f32 {
+fn texels_of_all() -> f32 {
     let layers = texture_layer(faces.count - 1u) + 1u;
     return f32(layers) * light_views[0].resolution * light_views[0].resolution;
 }
@@ -93,8 +92,8 @@ fn texel_angle(v: LightView, q: vec3f) -> f32 {
     let other = select(vec3f(1.0, 0.0, 0.0), vec3f(0.0, 1.0, 0.0), abs(direction.x) > 0.5);
     let t = normalize(cross(direction, other));
     let clip = light_clip(v, frame.light_position + direction);
-    let a = along(v, t, clip);
-    let b = along(v, cross(direction, t), clip);
+    let a = map_along(v, t, clip);
+    let b = map_along(v, cross(direction, t), clip);
     return 1.0 / max(abs(a.x * b.y - a.y * b.x), 1e-30);
 }
 
@@ -205,7 +204,7 @@ fn angle_chart(pixel: vec2u) -> f32 {
     var ends: vec2f;
     for (var k = 0u; k < 2u; k++) {
         let ray = ray_of(v, v.resolution * vec2f(at.x + f32(k) * step, 0.5));
-        ends[k] = (log2(texel_angle(v, ray) * map_texels() / 12.566371) + 3.0) / 6.0;
+        ends[k] = (log2(texel_angle(v, ray) * texels_of_all() / 12.566371) + 3.0) / 6.0;
     }
     let y = 1.0 - at.y;
     let half = 0.5 * max(1.0, size.y / 400.0) / (0.9 * size.y);

@@ -13,6 +13,11 @@ fn map_texel_size(v: LightView, position: vec3f, to_light: vec3f) -> f32 {
     return texel_size(v, position, to_light);
 }
 
+// The place, texels, at which the light view's own image has what a place in the map shows.
+fn before_place(v: LightView, texel: vec2f) -> vec2f {
+    return texel;
+}
+
 // Texels a metre across the light at a point, along the map's sides.
 fn map_density(v: LightView, position: vec3f, to_light: vec3f) -> vec2f {
     if v.perspective >= 2u {

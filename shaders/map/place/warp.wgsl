@@ -5,11 +5,13 @@
 //     fn warp_slope(u: vec2f) -> mat2x2f   the derivative of `warp`
 //     fn unwarp(at: vec2f) -> vec2f        its inverse
 //     fn warp_bends() -> f32               in how many pieces a side falls within which the warp is smooth
+// of the layer number `warped_layer`.
 
-// Where a point appears before the warp; z: the projection's w.
-fn unwarped_place(position: vec3f) -> vec3f {
-    let clip = light_clip(light_view, position);
-    return vec3f(0.5 + vec2f(0.5, -0.5) * clip.xy / clip.w, clip.w);
+var<private> warped_layer: u32 = 0u;
+
+// Has all that follows follow the warp of a view's layer.
+fn follow(v: LightView) {
+    warped_layer = v.layer;
 }
 
 // `warp`, continued outside the unit square.
@@ -19,10 +21,12 @@ fn warped(u: vec2f) -> vec2f {
 }
 
 fn map_texel(v: LightView, clip: vec4f) -> vec2f {
+    follow(v);
     return v.resolution * warped(light_texel(v, clip) / v.resolution);
 }
 
 fn map_along(v: LightView, t: vec3f, clip: vec4f) -> vec4f {
+    follow(v);
     let a = along(v, t, clip);
     return vec4f(warp_slope(saturate(light_texel(v, clip) / v.resolution)) * a.xy, a.zw);
 }
@@ -35,6 +39,12 @@ fn map_texel_size(v: LightView, position: vec3f, to_light: vec3f) -> f32 {
     return longest_extent(map_along(v, t, clip).xy, map_along(v, cross(to_light, t), clip).xy);
 }
 
+// The place, texels, at which the light view's own image has what a place in the map shows.
+fn before_place(v: LightView, texel: vec2f) -> vec2f {
+    follow(v);
+    return v.resolution * unwarp(saturate(texel / v.resolution));
+}
+
 // Texels a metre across the light at a point.
 fn map_density(v: LightView, position: vec3f, to_light: vec3f) -> vec2f {
     return vec2f(1.0 / map_texel_size(v, position, to_light));
@@ -43,6 +53,7 @@ fn map_density(v: LightView, position: vec3f, to_light: vec3f) -> vec2f {
 // From a receiver at one place in the map to the ray of another, texels as the warp has them at the first: along these the
 // receiver's plane is what it is before the warp.
 fn map_step(v: LightView, clip: vec4f, here: vec2f, there: vec2f) -> vec2f {
+    follow(v);
     let u = saturate(light_texel(v, clip) / v.resolution);
     return warp_slope(u) * (unwarp(saturate(there / v.resolution)) - u) * v.resolution;
 }

@@ -99,7 +99,7 @@ fn need_looked_up(@builtin(global_invocation_id) id: vec3u) {
 // All texels, to look at the map.
 @compute @workgroup_size(8, 8)
 fn need_all(@builtin(global_invocation_id) id: vec3u) {
-    if all(id.xy < vec2u(map_texels())) {
+    if light_view.idle == 0u && all(id.xy < vec2u(map_texels())) {
         need_ray(id.xy);
     }
 }
@@ -139,6 +139,7 @@ var<workgroup> group_bounds: array<atomic<u32>, 4>;
 // Traces the rays back through the warp, and finds their box.
 @compute @workgroup_size(64)
 fn trace_needed_rays(@builtin(global_invocation_id) id: vec3u, @builtin(local_invocation_index) index: u32) {
+    follow(light_view);
     let number = ray_number();
     var most = vec4f(0.0);
     for (var i = id.x; i < number; i += stride) {
@@ -184,7 +185,7 @@ fn edge_function(a: vec3f, b: vec3f, before: bool) -> vec3f {
 }
 
 struct Caster {
-    // Corners in world space, in the light's clip space (x, y, w), and their linear depths.
+    // Corners in world space, in the light's clip space (x, y, w), of a paraboloid in the light's frame, and their linear depths.
     positions: array<vec3f, 3>,
     clips: array<vec3f, 3>,
     depths: vec3f,
@@ -198,6 +199,11 @@ fn caster_of(triangle: u32) -> Caster {
     c.triangle = t;
     for (var k = 0u; k < 3u; k++) {
         c.positions[k] = vertices[t[k]].position;
+        if curved() {
+            c.clips[k] = light_frame(light_view, c.positions[k]);
+            c.depths[k] = length(c.clips[k]);
+            continue;
+        }
         c.clips[k] = light_clip(light_view, c.positions[k]).xyw;
         c.depths[k] = dot(light_view.axis, vec4f(c.positions[k], 1.0));
     }
@@ -210,9 +216,14 @@ fn meet(c: Caster, cell: vec2u, first: u32) {
     let bounds = bounds_of_rays();
     let origin = bounds.low + (vec2f(cell) + 0.5) / f32(cells_side()) * bounds.size;
     let ndc = vec2f(2.0 * origin.x - 1.0, 1.0 - 2.0 * origin.y);
-    let a = vec3f(c.clips[0].xy - ndc * c.clips[0].z, c.clips[0].z);
-    let b = vec3f(c.clips[1].xy - ndc * c.clips[1].z, c.clips[1].z);
-    let d = vec3f(c.clips[2].xy - ndc * c.clips[2].z, c.clips[2].z);
+    var a = vec3f(c.clips[0].xy - ndc * c.clips[0].z, c.clips[0].z);
+    var b = vec3f(c.clips[1].xy - ndc * c.clips[1].z, c.clips[1].z);
+    var d = vec3f(c.clips[2].xy - ndc * c.clips[2].z, c.clips[2].z);
+    if curved() {
+        a = c.clips[0];
+        b = c.clips[1];
+        d = c.clips[2];
+    }
     let e0 = edge_function(b, d, precedes(c.positions[1], c.positions[2]));
     let e1 = edge_function(d, a, precedes(c.positions[2], c.positions[0]));
     let e2 = edge_function(a, b, precedes(c.positions[0], c.positions[1]));
@@ -220,19 +231,25 @@ fn meet(c: Caster, cell: vec2u, first: u32) {
     let half = 1.001 / f32(cells_side()) * bounds.size + 8e-7;
     let spread = vec3f(dot(abs(e0.xy), half), dot(abs(e1.xy), half), dot(abs(e2.xy), half));
     let middle = vec3f(e0.z, e1.z, e2.z);
-    if any(middle + spread < vec3f(0.0)) && any(middle - spread > vec3f(0.0)) {
+    // On a paraboloid they are quadratic in the place.
+    if !curved() && any(middle + spread < vec3f(0.0)) && any(middle - spread > vec3f(0.0)) {
         return;
     }
     // Where some corners lie behind the light, so does a part of what is within the edges.
-    let facing = select(0.0, dot(a, e0), min(min(a.z, b.z), d.z) <= 0.0);
-    let front = casters.cull != cull_front && facing >= 0.0;
-    let back = casters.cull != cull_back && facing <= 0.0;
+    let facing = select(0.0, dot(a, e0), curved() || min(min(a.z, b.z), d.z) <= 0.0);
+    // A light's frame may be mirrored, and then clip space is not.
+    let turned = curved() && dot(cross(light_view.row_x.xyz, light_view.row_y.xyz), light_view.axis.xyz) > 0.0;
+    let front = casters.cull != select(cull_front, cull_back, turned) && facing >= 0.0;
+    let back = casters.cull != select(cull_back, cull_front, turned) && facing <= 0.0;
     let low = min(min(c.depths.x, c.depths.y), c.depths.z);
     let high = max(max(c.depths.x, c.depths.y), c.depths.z);
     var i = first;
     while i != 0u {
         let ray = drawn_rays[i - 1u];
-        let at = vec3f(2.0 * (ray.u.x - origin.x), -2.0 * (ray.u.y - origin.y), 1.0);
+        var at = vec3f(2.0 * (ray.u.x - origin.x), -2.0 * (ray.u.y - origin.y), 1.0);
+        if curved() {
+            at = paraboloid_ray(light_view, vec2f(2.0 * ray.u.x - 1.0, 1.0 - 2.0 * ray.u.y));
+        }
         let e = vec3f(dot(e0, at), dot(e1, at), dot(e2, at));
         let sum = e.x + e.y + e.z;
         if sum != 0.0 && ((front && min(min(e.x, e.y), e.z) >= 0.0) || (back && max(max(e.x, e.y), e.z) <= 0.0)) {
@@ -241,7 +258,11 @@ fn meet(c: Caster, cell: vec2u, first: u32) {
             if !masked_out(materials[vertices[v.x].material],
                            share.x * vertices[v.x].uv + share.y * vertices[v.y].uv + share.z * vertices[v.z].uv) {
                 // Seen edge-on, the plane is met anywhere: no farther than the triangle goes.
-                let depth = saturate(stored_depth(light_view, clamp(dot(share, c.depths), low, high)));
+                var z = clamp(dot(share, c.depths), low, high);
+                if curved() {
+                    z = min(length(share.x * a + share.y * b + share.z * d), high);
+                }
+                let depth = saturate(stored_depth(light_view, z));
                 atomicMax(&nearest[i - 1u], bitcast<u32>(depth));
             }
         }
@@ -268,13 +289,20 @@ fn box_triangles(@builtin(global_invocation_id) id: vec3u) {
     }
     let bounds = bounds_of_rays();
     for (var i = id.x; i < arrayLength(&triangles); i += stride) {
-        let cut = cut_off(triangle_corners(triangles[i].xyz));
+        let corners = triangle_corners(triangles[i].xyz);
+        let cut = cut_off(corners);
         var low = vec2f(1e9);
         var high = vec2f(-1e9);
-        for (var k = 0u; k < cut.number; k++) {
-            let u = unwarped_place(cut.corners[k].position).xy;
-            low = min(low, u);
-            high = max(high, u);
+        if curved() {
+            let image = unwarped_box(array<vec3f, 3>(corners[0].position, corners[1].position, corners[2].position));
+            low = image.low;
+            high = image.high;
+        } else {
+            for (var k = 0u; k < cut.number; k++) {
+                let u = unwarped_place(cut.corners[k].position).xy;
+                low = min(low, u);
+                high = max(high, u);
+            }
         }
         // A little more, for rounding.
         low = (low - bounds.low - 4e-7) / bounds.size - 1e-5;

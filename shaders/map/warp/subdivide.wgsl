@@ -73,6 +73,7 @@ fn need(@builtin(global_invocation_id) id: vec3u) {
 // Marks the tiles of the light's image that the rays of needed texels lie in: a thread a tile of the map.
 @compute @workgroup_size(64)
 fn spread(@builtin(global_invocation_id) id: vec3u) {
+    follow(light_view);
     let tile = vec2u(id.x % 64u, id.x / 64u);
     if (atomicLoad(&state.tiles[2u * tile.y + tile.x / 32u]) >> (tile.x & 31u) & 1u) == 0u {
         return;
@@ -125,8 +126,9 @@ fn needed(low: vec2f, high: vec2f) -> bool {
 // A thread per texel.
 @compute @workgroup_size(64)
 fn trace_rays(@builtin(global_invocation_id) id: vec3u) {
+    follow(light_view);
     let side = u32(map_side());
-    if id.x < side {
+    if light_view.idle == 0u && id.x < side {
         texel_rays[id.y * side + id.x] = unwarp((vec2f(id.xy) + 0.5) / map_side());
     }
 }
@@ -178,6 +180,9 @@ fn judge(one: Corner, other: Corner) -> Edge {
     let b = unwarped_place(second.position);
     let start = warped(a.xy);
     let end = warped(b.xy);
+    if curved() {
+        return judge_arc(first, second, start, end);
+    }
     let span = inside(a.xy, b.xy);
     if span.y <= span.x {
         return Edge(false, between(first, second, 0.5));
@@ -194,6 +199,22 @@ fn judge(one: Corner, other: Corner) -> Edge {
     for (var i = 0u; i <= number && !e.split; i++) {
         let at = warped(mix(a.xy, b.xy, mix(span.x, span.y, f32(i) / f32(number))));
         e.split = off_segment(at, start, end) * map_side() > raster.tolerance;
+    }
+    return e;
+}
+
+// The same of an edge that is an arc before the warp: asked at places along it in space, as far as the image has them.
+fn judge_arc(first: Corner, second: Corner, start: vec2f, end: vec2f) -> Edge {
+    var e = Edge(false, between(first, second, 0.5));
+    let long = distance(unwarped_place(first.position).xy, unwarped_place(second.position).xy);
+    if max(long, distance(start, end)) * map_side() <= 1.0 {
+        return e;
+    }
+    let number = u32(clamp(ceil(long * warp_bends()), 8.0, 128.0));
+    for (var i = 1u; i < number && !e.split; i++) {
+        let u = unwarped_place(between(first, second, f32(i) / f32(number)).position).xy;
+        let seen = all(u > vec2f(-0.01)) && all(u < vec2f(1.01));
+        e.split = seen && off_segment(warped(u), start, end) * map_side() > raster.tolerance;
     }
     return e;
 }
@@ -279,7 +300,8 @@ fn handle(t: Part, again: bool) -> bool {
         }
         return kept;
     }
-    if !image_needed(min(min(ua.xy, ub.xy), uc.xy), max(max(ua.xy, ub.xy), uc.xy)) {
+    let image = unwarped_box(array<vec3f, 3>(t.a.position, t.b.position, t.c.position));
+    if !image_needed(image.low, image.high) {
         return false;
     }
     var corners = array<Corner, 6>(t.a, t.b, t.c, t.a, t.b, t.c);
@@ -329,6 +351,10 @@ fn handle_triangles(thread: u32, again: bool) {
 // One level of splitting; or, if its pieces found no room, the level before it once more.
 @compute @workgroup_size(64)
 fn split(@builtin(global_invocation_id) id: vec3u) {
+    if light_view.idle != 0u {
+        return;
+    }
+    follow(light_view);
     let again = level.number > 0u && full(level.number);
     let source = level.number - u32(again);
     if source == 0u {
@@ -359,6 +385,7 @@ struct PieceCaster {
     @location(3) @interpolate(flat) depths: vec3f,
     @location(4) @interpolate(flat) uv01: vec4f,
     @location(5) @interpolate(flat) uv2: vec2f,
+    // On a paraboloid instead x: the volume that the whole triangle's corners and the light span.
     @location(6) @interpolate(flat) origin: vec2f,
     @location(7) @interpolate(flat) material: u32,
     // As corners have them, for the linear raster.
@@ -368,6 +395,7 @@ struct PieceCaster {
 
 @vertex
 fn piece_caster(@builtin(vertex_index) index: u32) -> PieceCaster {
+    follow(light_view);
     let t = unpacked(drawn_pieces[index / 3u]);
     let corners = array<Corner, 3>(t.a, t.b, t.c);
     var out: PieceCaster;
@@ -380,17 +408,34 @@ fn piece_caster(@builtin(vertex_index) index: u32) -> PieceCaster {
         clips[k] = vec3f(clip.xy - ndc * clip.w, clip.w);
         out.depths[k] = dot(light_view.axis, vec4f(corners[k].position, 1.0));
     }
+    out.uv01 = vec4f(t.a.uv, t.b.uv);
+    out.uv2 = t.c.uv;
+    var k = index % 3u;
+    if curved() {
+        // The whole triangle, whose plane keeps its digits; in a frame that turns the image over, round the other way.
+        let whole = triangle_corners(triangles[t.triangle].xyz);
+        for (var i = 0u; i < 3u; i++) {
+            clips[i] = light_frame(light_view, whole[i].position);
+            out.depths[i] = length(clips[i]);
+        }
+        out.uv01 = vec4f(whole[0].uv, whole[1].uv);
+        out.uv2 = whole[2].uv;
+        if dot(cross(light_view.row_x.xyz, light_view.row_y.xyz), light_view.axis.xyz) > 0.0 {
+            k = (3u - k) % 3u;
+        }
+    }
     out.e0 = cross(clips[1], clips[2]);
     out.e1 = cross(clips[2], clips[0]);
     out.e2 = cross(clips[0], clips[1]);
-    out.uv01 = vec4f(t.a.uv, t.b.uv);
-    out.uv2 = t.c.uv;
+    if curved() {
+        out.origin = vec2f(dot(clips[0], out.e0), 0.0);
+    }
     out.material = vertices[triangles[t.triangle].x].material;
-    let corner = corners[index % 3u];
+    let corner = corners[k];
     let u = unwarped_place(corner.position);
     let at = warped(u.xy);
     out.clip = vec4f((2.0 * at.x - 1.0) * u.z, (1.0 - 2.0 * at.y) * u.z, 0.5 * u.z, u.z);
-    out.depth = stored_depth(light_view, out.depths[index % 3u]);
+    out.depth = stored_depth(light_view, depth_in(light_view, corner.position));
     out.uv = corner.uv;
     return out;
 }
@@ -403,14 +448,24 @@ fn linear_piece(in: PieceCaster) -> @builtin(frag_depth) f32 {
     return saturate(in.depth);
 }
 
-// Shares of the corners where the texel's ray meets the piece's plane.
-fn met(in: PieceCaster) -> vec3f {
+// Shares of the corners where the texel's ray meets the piece's plane; w: the linear depth there.
+fn met(in: PieceCaster) -> vec4f {
     let u = drawn_texel_rays[u32(in.clip.y) * u32(map_side()) + u32(in.clip.x)];
-    let place = vec3f(2.0 * (u.x - in.origin.x), -2.0 * (u.y - in.origin.y), 1.0);
+    var place = vec3f(2.0 * (u.x - in.origin.x), -2.0 * (u.y - in.origin.y), 1.0);
+    if curved() {
+        place = paraboloid_ray(light_view, vec2f(2.0 * u.x - 1.0, 1.0 - 2.0 * u.y));
+    }
     let e = vec3f(dot(in.e0, place), dot(in.e1, place), dot(in.e2, place));
     let sum = e.x + e.y + e.z;
     // A piece seen edge-on is met in its middle.
-    return select(e / sum, vec3f(1.0 / 3.0), sum == 0.0);
+    let share = select(e / sum, vec3f(1.0 / 3.0), sum == 0.0);
+    // Seen edge-on, the plane is met anywhere: no farther than the piece goes.
+    let low = min(min(in.depths.x, in.depths.y), in.depths.z);
+    let high = max(max(in.depths.x, in.depths.y), in.depths.z);
+    if curved() {
+        return vec4f(share, min(length(place) * abs(in.origin.x / sum), high));
+    }
+    return vec4f(share, clamp(dot(share, in.depths), low, high));
 }
 
 @fragment
@@ -419,8 +474,5 @@ fn piece(in: PieceCaster) -> @builtin(frag_depth) f32 {
     if masked_out(materials[in.material], share.x * in.uv01.xy + share.y * in.uv01.zw + share.z * in.uv2) {
         discard;
     }
-    // Seen edge-on, the plane is met anywhere: no farther than the piece goes.
-    let low = min(min(in.depths.x, in.depths.y), in.depths.z);
-    let high = max(max(in.depths.x, in.depths.y), in.depths.z);
-    return saturate(stored_depth(light_view, clamp(dot(share, in.depths), low, high)));
+    return saturate(stored_depth(light_view, share.w));
 }

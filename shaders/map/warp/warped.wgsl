@@ -1,6 +1,6 @@
 //!include lib/scene.wgsl
 //!include map/place/warp.wgsl
-//!include map/choose/single.wgsl
+//!include map/arcs.wgsl
 //!include map/look_up.wgsl
 //!include lib/labels.wgsl
 //!include lib/squares.wgsl
@@ -11,7 +11,10 @@
 // Three ways to draw: `linear` moves corners only; `subdivide` splits triangles until no edge deviates from its warped
 // image by more than the tolerance, and takes the depth where every texel's ray meets the triangle's plane
 // (map/warp/subdivide.wgsl); `exact` meets the triangles with the rays themselves (map/warp/exact.wgsl).
-// Includers write `fn inspect_warp(s: Surface) -> f32` too: their own maps.
+// What holds of one map is in map/warp/single.wgsl, of maps in all directions in map/warp/around.wgsl. Includers write
+// `fn inspect_warp(s: Surface) -> f32` too: their own maps.
+//
+// `light_view` is that of the layer which is drawn. Passes that ask for its warp without a place in it say `follow` first.
 
 var<uniform> raster: RasterParams;
 
@@ -54,12 +57,52 @@ fn map_side() -> f32 {
     return light_view.resolution;
 }
 
-// The surface at a pixel, valid only if its visibility is looked up: where it faces the light and is reached by it.
+// The surface at a pixel, valid only if its visibility is looked up in this layer: where it faces the light and is reached by it.
 fn view_sample(pixel: vec2u) -> Surface {
-    var s = load_surface(min(pixel, frame.size - 1u));
+    follow(light_view);
+    var s: Surface;
+    if light_view.idle != 0u {
+        return s;
+    }
+    s = load_surface(min(pixel, frame.size - 1u));
     let light = light_at(s.position);
-    s.valid = s.valid && all(pixel < frame.size) && light.reached && dot(s.normal, light.to_light) > 0.0;
+    s.valid = s.valid && all(pixel < frame.size) && light.reached && dot(s.normal, light.to_light) > 0.0 && in_layer(s.position);
     return s;
+}
+
+// Where a layer's part of a buffer begins that holds so much for each; 0 in one that the layers use one after the other.
+fn own_part(length: u32, size: u32) -> u32 {
+    return select(0u, warped_layer * size, length >= 2u * size);
+}
+
+// Whether the layer is a side of a paraboloid.
+fn curved() -> bool {
+    return light_view.perspective == 3u;
+}
+
+// Where a point appears before the warp; z: the projection's w, of a paraboloid 1.
+fn unwarped_place(position: vec3f) -> vec3f {
+    if curved() {
+        return vec3f(0.5 + vec2f(0.5, -0.5) * place_of(light_frame(light_view, position)), 1.0);
+    }
+    let clip = light_clip(light_view, position);
+    return vec3f(0.5 + vec2f(0.5, -0.5) * clip.xy / clip.w, clip.w);
+}
+
+// The box of a triangle's image before the warp. Low above high: it has none.
+fn unwarped_box(corners: array<vec3f, 3>) -> Box {
+    if curved() {
+        var places: array<vec3f, 3>;
+        for (var k = 0u; k < 3u; k++) {
+            places[k] = light_frame(light_view, corners[k]);
+        }
+        let box = box_of_image(places);
+        return Box(0.5 + vec2f(0.5 * box.low.x, -0.5 * box.high.y), 0.5 + vec2f(0.5 * box.high.x, -0.5 * box.low.y));
+    }
+    let a = unwarped_place(corners[0]).xy;
+    let b = unwarped_place(corners[1]).xy;
+    let c = unwarped_place(corners[2]).xy;
+    return Box(min(min(a, b), c), max(max(a, b), c));
 }
 
 // Where a view sample looks into the map, texels, and the same place before the warp, shares of the image's sides, with
@@ -81,7 +124,10 @@ fn looked_up(s: Surface) -> LookedUp {
     }
     let clip = light_clip(light_view, position);
     let size = abs(vec4f(position, 1.0));
-    let terms = vec2f(dot(abs(light_view.row_x), size), dot(abs(light_view.row_y), size)) / max(abs(clip.w), 1e-30);
+    var terms = vec2f(dot(abs(light_view.row_x), size), dot(abs(light_view.row_y), size)) / max(abs(clip.w), 1e-30);
+    if curved() {
+        terms = (terms + abs(light_view.row_z.xy)) * light_view.row_z.zw;
+    }
     return LookedUp(map_texel(light_view, clip), light_texel(light_view, clip) / light_view.resolution,
                     1.2e-7 * (1.0 + terms));
 }
@@ -114,16 +160,12 @@ fn image_needed(low: vec2f, high: vec2f) -> bool {
     return false;
 }
 
-// An order of places, so that both sides of an edge take it in the same direction.
-fn precedes(p: vec3f, q: vec3f) -> bool {
-    return p.x < q.x || (p.x == q.x && (p.y < q.y || (p.y == q.y && p.z < q.z)));
-}
-
 fn between(a: Corner, b: Corner, t: f32) -> Corner {
     return Corner(a.position + (b.position - a.position) * t, a.uv + (b.uv - a.uv) * t);
 }
 
-// What is left of a triangle without what the projection takes to infinity and beyond: none, or a polygon.
+// What is left of a triangle without what the projection takes to infinity and beyond: none, or a polygon. A paraboloid takes
+// nothing there but one direction, off its sides.
 struct Cut {
     corners: array<Corner, 4>,
     number: u32,
@@ -132,7 +174,7 @@ struct Cut {
 fn cut_off(corners: array<Corner, 3>) -> Cut {
     var ws: vec3f;
     for (var k = 0u; k < 3u; k++) {
-        ws[k] = dot(light_view.row_w, vec4f(corners[k].position, 1.0));
+        ws[k] = select(dot(light_view.row_w, vec4f(corners[k].position, 1.0)), 1e30, curved());
     }
     let least = select(0.0, max(1e-3 * light_view.near, 1e-6), any(light_view.row_w.xyz != vec3f(0.0)));
     var cut: Cut;
@@ -169,8 +211,9 @@ fn count_before(@builtin(global_invocation_id) id: vec3u) {
     }
     let u = unwarped_place(s.position).xy;
     if all(u >= vec2f(0.0)) && all(u <= vec2f(1.0)) {
-        let cell = min(vec2u(u * map_side()), vec2u(u32(map_side()) - 1u));
-        atomicAdd(&before[cell.y * u32(map_side()) + cell.x], 1u);
+        let side = u32(map_side());
+        let cell = min(vec2u(u * map_side()), vec2u(side - 1u));
+        atomicAdd(&before[own_part(arrayLength(&before), side * side) + cell.y * side + cell.x], 1u);
     }
 }
 
@@ -178,7 +221,8 @@ fn count_before(@builtin(global_invocation_id) id: vec3u) {
 // of the image to itself, without such places it is one to one.
 @compute @workgroup_size(8, 8)
 fn count_folds(@builtin(global_invocation_id) id: vec3u) {
-    if all(id.xy < vec2u(u32(map_side()))) && determinant(warp_slope((vec2f(id.xy) + 0.5) / map_side())) <= 0.0 {
+    follow(light_view);
+    if light_view.idle == 0u && all(id.xy < vec2u(u32(map_side()))) && determinant(warp_slope((vec2f(id.xy) + 0.5) / map_side())) <= 0.0 {
         atomicAdd(&state.counters[warp_fold_count], 1u);
     }
 }
@@ -230,7 +274,7 @@ fn grid(pixel: vec2u) -> f32 {
         place = warp(at);
     }
     let texel = vec2u(clamp(place * map_side(), vec2f(0.0), vec2f(map_side() - 1.0)));
-    return drawn(white, 0.05 + 0.6 * textureLoad(shadow_maps, texel, 0, 0));
+    return drawn(white, 0.05 + 0.6 * textureLoad(shadow_maps, texel, texture_layer(warped_layer), 0));
 }
 
 var<storage, read> folded: array<u32>;
@@ -242,7 +286,8 @@ fn fold(s: Surface) -> f32 {
     return label(0u, select(0.0, 0.8, (folded[s.triangle / 32u] >> (s.triangle & 31u) & 1u) == 1u));
 }
 
-fn inspect_map(s: Surface) -> f32 {
+// The views of every technique with a warp, of the layer that is followed.
+fn inspect_warped(s: Surface) -> f32 {
     switch frame.map {
         case shows_texels, shows_bias: {
             return inspect_filter(s);

@@ -1,9 +1,10 @@
 //! Shadow maps with a warp that no matrix can express: casters are split where it bends them, or met by each texel's ray.
 //!
 //! A technique's shader includes `shaders/map/warp/warped.wgsl` and writes the warp (`shaders/map/place/warp.wgsl`). Its Rust file
-//! asks [`Warped::base`] for the light's view before the warp, makes the warp anew where that says so, and calls
-//! [`Warped::draw`].
+//! asks [`Warped::base`] for the light's view before the warp, or the views of all layers around a light, makes the warp of each
+//! layer anew where that says so, and calls [`Warped::draw`].
 
+pub mod around;
 mod exact;
 pub mod node_grid;
 mod subdivide;
@@ -73,6 +74,8 @@ struct Key {
     revision: u64,
     /// Texels that no view sample needs are drawn too.
     shown: bool,
+    /// What the layers' warps are made of is kept for all of them.
+    kept: bool,
 }
 
 /// Bytes of `State` in `shaders/map/warp/warped.wgsl` before its parts: the rays' draw and box, and a bit a triangle.
@@ -116,12 +119,13 @@ pub struct Warped {
     file: &'static str,
     groups: &'static [Group],
     fit: Fit,
-    light_view: Option<Buffer>,
+    around: Option<around::Layers>,
+    views: Option<(Buffer, Vec<Buffer>)>,
     layers: Option<Layers>,
     casters: Option<(Way, Box<dyn Casters>)>,
     arguments: Buffer,
-    /// `State` in `shaders/map/warp/warped.wgsl`, for a number of triangles.
-    state: Option<(u32, Buffer)>,
+    /// `State` in `shaders/map/warp/warped.wgsl` of each layer, for a number of triangles and layers.
+    states: Option<((u32, usize), Vec<Buffer>)>,
     /// For a number of triangles.
     folds: Option<(u32, Buffer)>,
     look_up: LookUp,
@@ -134,11 +138,28 @@ pub struct Warped {
     making: Option<Key>,
 }
 
-/// The light's view before the warp.
+/// The light's views before the warp.
 pub struct Base {
+    /// Of all layers; a single map's is the first.
     pub light_view: Buffer,
+    /// Of each layer its own.
+    pub each: Vec<Buffer>,
+    /// Texels of each layer's side.
+    pub side: u32,
     /// The warp and the map must be made anew: something that they depend on changed.
     pub changed: bool,
+    /// Of all layers, if they lie around a light: what their passes bind.
+    pub faces: Vec<(&'static str, Resource)>,
+}
+
+impl Base {
+    /// What a layer's passes bind, beside `bound`.
+    pub fn layer(&self, i: usize, bound: &[(&'static str, Resource)]) -> Vec<(&'static str, Resource)> {
+        let mut all = bound.to_vec();
+        all.extend_from_slice(&self.faces);
+        all.push(("light_view", (&self.each[i]).into()));
+        all
+    }
 }
 
 impl Warped {
@@ -151,11 +172,12 @@ impl Warped {
             file,
             groups,
             fit: Fit::new(gpu)?,
-            light_view: None,
+            around: None,
+            views: None,
             layers: None,
             casters: None,
             arguments: zero("draw of the casters", 16, Use::STORAGE | Use::INDIRECT),
-            state: None,
+            states: None,
             folds: None,
             look_up: LookUp::new(gpu, file, groups),
             count: pass("count map", "count_before")?,
@@ -167,32 +189,52 @@ impl Warped {
         })
     }
 
+    /// As [`Warped::new`], of faces around a light, with a warp each.
+    pub fn around(
+        gpu: &Gpu,
+        file: &'static str,
+        groups: &'static [Group],
+        views: Option<around::Views>,
+    ) -> Result<Warped> {
+        let around = views.map(|views| around::Layers::new(gpu, file, groups, views)).transpose()?;
+        Ok(Warped { around, ..Warped::new(gpu, file, groups)? })
+    }
+
     /// The light's view before the warp: `view`, or one of the whole scene; `narrow`: fitted to the receivers that the
-    /// camera sees.
+    /// camera sees. Of faces around a light: each whole, or narrowed so. `kept`: what warps are made of is kept for all of them.
     ///
     /// # Errors
     /// A light without a single view.
-    pub fn base(&mut self, f: &mut Frame, view: Option<LightView>, narrow: bool) -> Result<Base> {
+    pub fn base(&mut self, f: &mut Frame, view: Option<LightView>, narrow: bool, kept: bool) -> Result<Base> {
         let scope = scope(f, Reach::default());
         let values = f.values.iter().filter(|(k, _)| !LOOK_UP.contains(&k.as_str()));
         let values = values.map(|(k, v)| (k.clone(), v.clone())).collect();
-        let key = Key { scope, values, size: f.size, revision: f.revision, shown: shown(f) };
-        let held = self.light_view.clone().filter(|_| !f.fresh && self.made.as_ref() == Some(&key));
+        let key = Key { scope, values, size: f.size, revision: f.revision, shown: shown(f), kept };
+        let side = self.around.as_ref().map_or_else(|| MapParams::read(f.values).resolution, |around| around.side(f));
+        let held = self.views.clone().filter(|_| !f.fresh && self.made.as_ref() == Some(&key));
         let changed = held.is_none();
         // Until it is made, there is none.
         self.made = None;
         self.making = Some(key);
-        let light_view = match held {
-            Some(held) => held,
-            None => {
+        let (light_view, each) = match (held, &mut self.around) {
+            (Some(held), _) => held,
+            (None, Some(around)) => {
+                let layers = around.fit(f, narrow)?;
+                let (all, mut each) = around.light_views();
+                each.truncate(layers);
+                (all, each)
+            }
+            (None, None) => {
                 let mut view = view.map_or_else(|| whole(&scope), Ok)?;
                 // Depth is linear, as the warp leaves no plane flat.
                 view.perspective = LightView::WARPED;
-                self.fit.run(f, view, narrow)
+                let view = self.fit.run(f, view, narrow);
+                (view.clone(), vec![view])
             }
         };
-        self.light_view = Some(light_view.clone());
-        Ok(Base { light_view, changed })
+        self.views = Some((light_view.clone(), each.clone()));
+        let faces = self.around.iter().flat_map(|around| around.bound()).collect();
+        Ok(Base { light_view, each, side, changed, faces })
     }
 
     /// Draws the casters through the warp, fills the frame's visibility and shows the maps. `bound`: what the technique's
@@ -203,26 +245,31 @@ impl Warped {
     pub fn draw(&mut self, f: &mut Frame, base: &Base, bound: &[(&'static str, Resource)]) -> Result<()> {
         let p = CasterParams::read(f.values);
         let r = RasterParams::read(f.values);
-        let sides = vec![MapParams::read(f.values).resolution];
-        let resolution = sides[0];
+        let (resolution, number) = (base.side, base.each.len());
+        let sides = vec![resolution; number];
         let layers = Layers::hold(&mut self.layers, f.gpu, &sides, format(&p))?;
-        let map = layers.each[0].clone();
         let triangles = f.scene.triangle_count;
-        let state = hold(&mut self.state, triangles, |n| {
-            Ok(f.gpu.room("state of a warped map", TRIANGLES_MET + n.div_ceil(32).max(1) as u64 * 4, STATE))
-        })?;
+        let states = hold(&mut self.states, (triangles, number), |(n, layers)| {
+            let bytes = TRIANGLES_MET + n.div_ceil(32).max(1) as u64 * 4;
+            Ok((0..*layers).map(|_| f.gpu.room("state of a warped map", bytes, STATE)).collect())
+        })?
+        .clone();
         let folds =
             hold(&mut self.folds, triangles, |n| Ok(storage(f.gpu, "folded triangles", n.div_ceil(32) as u64 * 4)))?;
         let mut all: Vec<(&'static str, Resource)> = bound.to_vec();
         all.extend([
             ("light_view", (&base.light_view).into()),
-            ("state", (&*state).into()),
             ("arguments", (&self.arguments).into()),
             ("folds", (&*folds).into()),
             ("folded", (&*folds).into()),
         ]);
+        all.extend_from_slice(&base.faces);
+        let of_layer = |i: usize| {
+            let mut bound = base.layer(i, &all);
+            bound.push(("state", (&states[i]).into()));
+            bound
+        };
         if base.changed {
-            f.clear(state);
             f.clear(folds);
         }
         let way = Way { raster: r.raster, format: format(&p), cull: p.cull };
@@ -233,9 +280,23 @@ impl Warped {
                 _ => Box::new(Subdivide::new(f.gpu, file, groups, way)?),
             })
         })?;
-        casters.draw(f, base.changed, &all, &map, [&self.arguments, state])?;
-        f.count_pieces(state);
-        f.outline_view(&base.light_view);
+        for (i, state) in states.iter().enumerate() {
+            if base.changed {
+                f.clear(state);
+            }
+            let bound = of_layer(i);
+            casters.draw(f, base.changed, &bound, &layers.each[i], [&self.arguments, state])?;
+            if let Some(around) = self.around.as_ref().filter(|_| base.changed) {
+                around.drawn(f, &bound);
+            }
+        }
+        match &self.around {
+            Some(around) => around.report(f, number),
+            None => {
+                f.count_pieces(&states[0]);
+                f.outline_view(&base.light_view);
+            }
+        }
         for (name, resource) in bound {
             if let Resource::Buffer(buffer) = resource {
                 f.keep_table(name, buffer);
@@ -243,30 +304,35 @@ impl Warped {
         }
         let maps = Maps { layers, light_views: base.light_view.clone(), sides, bound: all.clone() };
         self.look_up.run(f, &maps, NEAREST, &[])?;
-        f.offer_warp(file, groups, &all);
+        if self.around.is_none() {
+            f.offer_warp(file, groups, &all);
+        }
+        let bound: Vec<_> = (0..number).map(of_layer).collect();
         if f.view == "counts-before" {
-            let counts = self.counts(f.gpu, resolution);
+            let counts = self.counts(f.gpu, resolution, number);
             f.clear(&counts);
-            f.run(&self.count).bind_all(&all).bind("before", &counts).per_pixel();
-            self.show_counts(f, "counts-before", &counts, resolution);
+            for bound in &bound {
+                f.run(&self.count).bind_all(bound).bind("before", &counts).per_pixel();
+            }
+            self.show_counts(f, &counts, resolution, number);
         }
         if f.wants_analysis() {
             let groups = resolution.div_ceil(8);
-            f.run(&self.count_folds).bind_all(&all).dispatch(groups, groups, 1);
+            for (bound, state) in bound.iter().zip(&states) {
+                let state = self.around.as_ref().map_or(state, |around| around.told());
+                f.run(&self.count_folds).bind_all(bound).bind("state", state).dispatch(groups, groups, 1);
+            }
         }
         self.made = self.making.take();
         Ok(())
     }
 
-    /// Shows counts of view samples, a number per texel, where the map `id` is asked for.
-    pub fn show_counts(&self, f: &mut Frame, id: &str, counts: &Buffer, resolution: u32) {
-        if f.view != id {
-            return;
-        }
-        let count = resolution * resolution;
+    /// Shows counts of view samples, a number per texel.
+    fn show_counts(&self, f: &mut Frame, counts: &Buffer, resolution: u32, layers: usize) {
+        let count = resolution * resolution * layers as u32;
         let counting = Counting {
             size: [resolution; 2],
-            layers: 1,
+            layers: layers as u32,
             first: 0,
             count,
             padding: 0,
@@ -278,8 +344,8 @@ impl Warped {
     }
 
     /// A buffer for a count a texel, held while it is looked at.
-    fn counts(&mut self, gpu: &Gpu, resolution: u32) -> Buffer {
-        let size = resolution as u64 * resolution as u64 * 4;
+    fn counts(&mut self, gpu: &Gpu, resolution: u32, layers: usize) -> Buffer {
+        let size = resolution as u64 * resolution as u64 * 4 * layers as u64;
         if self.counts.as_ref().is_none_or(|b| b.size() != size) {
             self.counts = Some(storage(gpu, "view samples before the warp", size));
         }
@@ -289,7 +355,7 @@ impl Warped {
 
 /// Whether the map itself is looked at, so that the exact raster, which draws needed texels only, has to draw all.
 fn shown(f: &Frame) -> bool {
-    let looked_into = f.whole_maps || ["shadow-map", "grid", "nodes"].contains(&f.view);
+    let looked_into = f.whole_maps || ["shadow-map", "shadow-maps", "grid", "nodes"].contains(&f.view);
     looked_into && RasterParams::read(f.values).raster == "exact"
 }
 

@@ -79,7 +79,7 @@ impl Casters for Subdivide {
         let resolution = map.texture().width();
         let passes = [&self.need, &self.spread, &self.trace, &self.split, &self.finish, &self.draw];
         // What lies behind a lamp is cut off: of a triangle two parts may be left.
-        let parts = f.scene.triangle_count as u64 * if matches!(f.light, Light::Spot { .. }) { 2 } else { 1 };
+        let parts = f.scene.triangle_count as u64 * if matches!(f.light, Light::Directional { .. }) { 1 } else { 2 };
         ensure!(
             parts * PIECE <= f.gpu.most_bound(),
             "{} binds too little memory at once to split {} triangles; choose raster = exact",
