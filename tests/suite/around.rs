@@ -169,7 +169,7 @@ fn under(light: Light, size: [u32; 2]) -> (Renderer, Setup) {
 #[test]
 fn culling_leaves_the_picture() {
     let (mut r, mut s) = under(lamp(Vec3::new(-0.4, 2.5, 2.0)), [96, 72]);
-    for info in serving() {
+    for info in serving().filter(|i| i.specs().any(|s| s.name == "culling")) {
         let mut seen: Option<Vec<f32>> = None;
         let mut drawn = Vec::new();
         for culling in ["none", "casters", "view", "samples"] {

@@ -171,12 +171,10 @@ fn errors_fall_with_resolution() {
                 });
                 println!("{} {sets:?} {}: {coarse:.4} to {fine:.4}", info.id, light.kind());
                 let soft = info.filter(&s.params[info.id]).is_some_and(|f| f.moments.is_some());
-                assert!(
-                    fine < if soft { 0.8 } else { 0.6 } * coarse,
-                    "{} {sets:?} {}: {coarse} to {fine}",
-                    info.id,
-                    light.kind()
-                );
+                // A skewed map's far rim stays coarse.
+                let around = matches!(light, Light::Omni { .. });
+                let bound = if soft { 0.8 } else { [0.6, 0.7][around as usize] };
+                assert!(fine < bound * coarse, "{} {sets:?} {}: {coarse} to {fine}", info.id, light.kind());
             }
         }
     }

@@ -75,7 +75,7 @@ fn inspect_faces(s: Surface) -> f32 {
     if frame.map == shows_solid_angle {
         let v = light_views[i];
         let q = s.position - frame.light_position;
-        return select(-1.0, texel_angle(v, q) * texels_of_all() / 12.566371, faces_light(s));
+        return select(-1.0, solid_angle_of(v, q) * texels_of_all() / 12.566371, faces_light(s));
     }
     return inspect_filter(s);
 }
@@ -87,7 +87,7 @@ fn texels_of_all() -> f32 {
 }
 
 // The solid angle of the texel in a direction from the light, steradians.
-fn texel_angle(v: LightView, q: vec3f) -> f32 {
+fn solid_angle_of(v: LightView, q: vec3f) -> f32 {
     let direction = normalize(q);
     let other = select(vec3f(1.0, 0.0, 0.0), vec3f(0.0, 1.0, 0.0), abs(direction.x) > 0.5);
     let t = normalize(cross(direction, other));
@@ -98,21 +98,21 @@ fn texel_angle(v: LightView, q: vec3f) -> f32 {
 }
 
 // Columns and rows of the tiles that the maps are laid out in, and the tile of each layer. A cube's faces unfolded: a cross.
-struct Tiles {
+struct Tiling {
     columns: u32,
     rows: u32,
 }
 
-fn tiles() -> Tiles {
+fn tiling() -> Tiling {
     let layers = texture_layer(faces.count - 1u) + 1u;
     if layers == 6u {
-        return Tiles(4u, 3u);
+        return Tiling(4u, 3u);
     }
-    return Tiles(select(layers, 2u, layers == 4u), select(1u, 2u, layers == 4u));
+    return Tiling(select(layers, 2u, layers == 4u), select(1u, 2u, layers == 4u));
 }
 
 fn layer_in(tile: vec2u) -> i32 {
-    let l = tiles();
+    let l = tiling();
     if l.columns == 4u {
         // +x +z -x -z in the middle; +y over +z, -y below.
         let middle = array<i32, 4>(0, 4, 1, 5);
@@ -135,7 +135,7 @@ fn face_at(layer: u32, texel: vec2f) -> u32 {
 
 // The maps laid out, fitted into the picture; near bright. Borders in the face's colour; what was not drawn is dark.
 fn unfolded(pixel: vec2u) -> f32 {
-    let l = tiles();
+    let l = tiling();
     let side = light_views[0].resolution;
     let whole = side * vec2f(vec2u(l.columns, l.rows));
     let picture = vec2f(frame.size);
@@ -204,7 +204,7 @@ fn angle_chart(pixel: vec2u) -> f32 {
     var ends: vec2f;
     for (var k = 0u; k < 2u; k++) {
         let ray = ray_of(v, v.resolution * vec2f(at.x + f32(k) * step, 0.5));
-        ends[k] = (log2(texel_angle(v, ray) * texels_of_all() / 12.566371) + 3.0) / 6.0;
+        ends[k] = (log2(solid_angle_of(v, ray) * texels_of_all() / 12.566371) + 3.0) / 6.0;
     }
     let y = 1.0 - at.y;
     let half = 0.5 * max(1.0, size.y / 400.0) / (0.9 * size.y);
