@@ -187,7 +187,7 @@ pub fn rates(b: &mut Bench) -> Result<String> {
                     least = least.min(drawn);
                 }
                 let faces = if METHODS[m].technique == "cube" { 6 } else { 2 };
-                bytes[m] = faces * 4 << 20;
+                bytes[m] = (faces * 4) << 20;
             }
             told_of = told(b, &start, &times);
         }
