@@ -298,7 +298,12 @@ fn technique(ui: &mut Ui, m: &mut Model, room: f32) {
     // Always a line high, so that what stands below keeps its place: what is wrong, or who thought of it.
     let of = if m.setup.sides() > 1 { format!("{}: ", letter(0)) } else { String::new() };
     let told = m.facts.notes.iter().map(|note| format!("{of}{note}"));
-    let notes: Vec<String> = chosen.and_then(|c| m.setup.refusal(c)).into_iter().chain(told).collect();
+    // Which technique it is stands right above.
+    let refusal = |c: &Info| {
+        let why = m.setup.refusal(c)?;
+        Some(why.strip_prefix(&format!("{}: ", c.title)).map_or(why.clone(), String::from))
+    };
+    let notes: Vec<String> = chosen.and_then(refusal).into_iter().chain(told).collect();
     let (text, tip) = match (notes.is_empty(), chosen) {
         (false, _) => (RichText::new(notes.join(" ")).color(ui.visuals().warn_fg_color), notes.join("\n")),
         (true, Some(c)) => (RichText::new(c.paper).weak(), format!("{}\n{}", c.doc, c.paper)),
