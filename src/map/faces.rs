@@ -12,7 +12,7 @@ use crate::frame::Frame;
 use crate::gpu::{Buffer, Gpu, Pass, Resource};
 use crate::light::{Light, LightView};
 use crate::params::Params;
-use crate::view::{self, Drawn, Legend, View, map};
+use crate::view::{self, Class, Drawn, Legend, View, map};
 use anyhow::{Result, ensure};
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec3, DVec4, Vec4};
@@ -55,7 +55,7 @@ pub const MAPS: [View; 7] = [
             view::Area::Margins,
             view::Axis { what: "face", span: view::Span::Faces },
             view::Axis { what: "share", span: view::Span::Linear(0.0, 1.0) },
-            &[],
+            &[Class::label(8, "strong: share of the pixels; faint: of the triangles")],
         )),
     ),
     view::aliasing(
@@ -73,7 +73,7 @@ pub const MAPS: [View; 7] = [
             view::Area::Margins,
             view::Axis { what: "place in the map, from left to right", span: view::Span::Linear(0.0, 1.0) },
             view::Axis { what: "solid angle of a texel × texels / 4π", span: view::Span::Octaves(3) },
-            &[],
+            &[Class::label(1, "texels of the row")],
         )),
     ),
     view::aliasing(

@@ -24,7 +24,7 @@ crate::params! {
             /// What the shaded picture holds. Direct: the light as a plain shadow map has it. Indirect: only what surfaces throw back of it, once. Both: their sum.
             shown: choice("both", ["direct", "indirect", "both"]),
             /// How much of the constant ambient light is added to both. It stands for the sky and for all that is thrown back: 1 counts the first bounce twice, 0 leaves the sky out.
-            ambient: float(0.5, 0.0..=1.0, "× ambient") if shown = "both",
+            ambient: float(0.5, 0.0..=1.0, "×") if shown = "both",
         }
         "Bounce lights" {
             /// How many points stand for the surfaces that throw light back (virtual point lights, VPLs). Few: banding, as each casts a shadow of its own.
@@ -45,10 +45,10 @@ crate::params! {
             tile: int(64, 64..=256, "texels", 64) if vpl_shadows = "imperfect",
             /// How often a map is halved to fill holes: holes up to two to the power of this are closed. 0: none is.
             levels: int(3, 0..=6, "levels") if vpl_shadows = "imperfect",
-            /// By how much distances may differ, beyond what the surface's slope explains, and still be taken for one surface. What lies farther behind is an outlier, seen between the points of the surface before it.
-            tolerance: float(0.1, 0.0..=1.0, "× distance") if vpl_shadows = "imperfect" and levels > 0,
-            /// How much farther than its map says a surface may be and still see a bounce light. Too little: acne. Too much: light leaks behind what is close.
-            vpl_bias: float(0.02, 0.0..=1.0, "× distance") if vpl_shadows = "imperfect",
+            /// By what share distances may differ, beyond what the surface's slope explains, and still be taken for one surface. What lies farther behind is an outlier, seen between the points of the surface before it.
+            tolerance: float(0.1, 0.0..=1.0, "") if vpl_shadows = "imperfect" and levels > 0,
+            /// By what share of its distance a surface may be farther than its map says and still see a bounce light. Too little: acne. Too much: light leaks behind what is close.
+            vpl_bias: float(0.02, 0.0..=1.0, "") if vpl_shadows = "imperfect",
         }
     }
 }
