@@ -324,7 +324,9 @@ fn a_sweep_started_by_a_click_makes_points_and_a_click_on_one_applies_it() {
         let ground = desktop.look(drawer)?;
         (ground.iter().filter(|p| **p == rgb(style.extreme_bg_color)).count() * 3 > ground.len()).then_some(())
     });
-    let others: Vec<&str> = techniques::ALL.iter().map(|i| i.id).filter(|id| *id != "shadow-map").collect();
+    // Those that serve the scene's sun are offered.
+    let served = techniques::ALL.iter().filter(|i| i.lights.contains(&"directional"));
+    let others: Vec<&str> = served.map(|i| i.id).filter(|id| *id != "shadow-map").collect();
     for label in &others {
         desktop.click(button(&open, label));
     }
