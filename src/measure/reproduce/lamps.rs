@@ -79,7 +79,7 @@ fn told(b: &Bench, setup: &Setup, times: &[Times]) -> String {
 }
 
 /// Frames of the walk.
-const STEPS: usize = 24;
+const STEPS: usize = 16;
 
 /// Figures 3.16 to 3.18: a light that wanders through two scenes, in and out of view.
 pub fn walk(b: &mut Bench) -> Result<String> {
@@ -159,7 +159,7 @@ pub fn walk(b: &mut Bench) -> Result<String> {
 /// Tables 3.1 and 3.2: two scenes, each with every method, as ratios to the unoptimised cube.
 pub fn rates(b: &mut Bench) -> Result<String> {
     const VERTICES: [usize; 2] = [600_000, 3_000_000];
-    const PLACES: usize = 4;
+    const PLACES: usize = 2;
     let mut frames = [[0.0; METHODS.len()]; 2];
     let mut maps = [[0usize; METHODS.len()]; 2];
     let mut bytes = [0u64; METHODS.len()];
