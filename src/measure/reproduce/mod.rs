@@ -162,13 +162,13 @@ pub static ALL: &[Reproduction] = &[
         id: "navratil-3.1-3.2",
         title: "Navratil 2015, tables 3.1 and 3.2: cube and dual-paraboloid maps, unoptimised and culled",
         run: lamps::rates,
-        deviation: "His scenes are not given; ours are halls of balls with as many vertices. He culls objects on the CPU, we cull                     triangles on the GPU, which spares more of what is drawn but looks at every triangle. His rates are of whole                     frames with shading.",
+        deviation: "His scenes are not given; ours are halls of balls with as many vertices. He culls objects on the CPU, we cull triangles on the GPU, which spares more of what is drawn but looks at every triangle. His rates are of whole frames with shading. On a software adapter, which draws each fragment of a paraboloid by a program that writes its depth, six faces are faster than two sides, and next to nothing is gained by culling, as most of the frame is the look-up and the G-buffer.",
     },
     Reproduction {
         id: "navratil-3.16-3.18",
         title: "Navratil 2015, figures 3.16 to 3.19: a light wanders in and out of view",
         run: lamps::walk,
-        deviation: "He walks through a scene that he does not name, with the light still; in our hall and arches the camera stands                     still and the light goes round. He draws times without numbers.",
+        deviation: "He walks through a scene that he does not name, with the light still; in our hall and arches the camera stands still and the light goes round; it stays in view for nearly all of the way, so that few faces can be skipped. On a software adapter paraboloids, whose fragments write their own depth, cost more than a cube. He draws times without numbers.",
     },
     Reproduction {
         id: "navratil-4.1",
