@@ -59,3 +59,14 @@ fn load_surface(pixel: vec2u) -> Surface {
 fn faces_light(s: Surface) -> bool {
     return dot(s.normal, light_at(s.position).to_light) > 0.0;
 }
+
+// World position and depth of a view sample whose visibility is looked up; depth 0: none.
+fn lit_sample(pixel: vec2u) -> vec4f {
+    if pixel.x >= frame.size.x || pixel.y >= frame.size.y {
+        return vec4f(0.0);
+    }
+    let p = textureLoad(g_position, pixel, 0);
+    let light = light_at(p.xyz);
+    let facing = dot(g_normal(textureLoad(g_surface, pixel, 0)), light.to_light) > 0.0;
+    return select(vec4f(0.0), p, p.w > 0.0 && light.reached && facing);
+}

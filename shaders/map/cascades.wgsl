@@ -38,23 +38,12 @@ fn keep(i: u32, g: Gathered) {
     atomicAdd(&tile[at + no_samples], g.number);
 }
 
-// World position and depth of a view sample whose visibility is looked up; depth 0: none.
-fn view_sample(pixel: vec2u) -> vec4f {
-    if pixel.x >= frame.size.x || pixel.y >= frame.size.y {
-        return vec4f(0.0);
-    }
-    let p = textureLoad(g_position, pixel, 0);
-    let light = light_at(p.xyz);
-    let facing = dot(g_normal(textureLoad(g_surface, pixel, 0)), light.to_light) > 0.0;
-    return select(vec4f(0.0), p, p.w > 0.0 && light.reached && facing);
-}
-
 // Tells the cascades that have samples, where nothing else is asked of them. A workgroup takes 64 × 64 pixels.
 @compute @workgroup_size(8, 8)
 fn mark(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) local: vec3u) {
     var used = 0u;
     for (var k = 0u; k < 64u; k++) {
-        let p = view_sample(group.xy * 64u + vec2u(k % 8u, k / 8u) * 8u + local.xy);
+        let p = lit_sample(group.xy * 64u + vec2u(k % 8u, k / 8u) * 8u + local.xy);
         if p.w > 0.0 {
             let i = cascade_of(p.w);
             used |= select(1u, 3u, blend_of(p.w, i) > 0.0) << i;
@@ -75,7 +64,7 @@ fn gather(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) loc
     var held = 0u;
     var gathered = Gathered();
     for (var k = 0u; k < 64u; k++) {
-        let p = view_sample(group.xy * 64u + vec2u(k % 8u, k / 8u) * 8u + local.xy);
+        let p = lit_sample(group.xy * 64u + vec2u(k % 8u, k / 8u) * 8u + local.xy);
         if p.w <= 0.0 {
             continue;
         }

@@ -5,19 +5,6 @@
 // Of the depths along the camera's axis the smallest, as the largest complement, and the largest: bits of floats.
 var<storage, read_write> range: array<atomic<u32>, 2>;
 
-// Depth of a pixel that the light may reach; 0 elsewhere, so also of the sky.
-fn sample_depth(pixel: vec2u) -> f32 {
-    if pixel.x >= frame.size.x || pixel.y >= frame.size.y {
-        return 0.0;
-    }
-    let p = textureLoad(g_position, pixel, 0);
-    let light = light_at(p.xyz);
-    if p.w <= 0.0 || !light.reached || dot(g_normal(textureLoad(g_surface, pixel, 0)), light.to_light) <= 0.0 {
-        return 0.0;
-    }
-    return p.w;
-}
-
 // Smallest and largest depth; x ≤ 0: no samples.
 fn depth_range() -> vec2f {
     let low = atomicLoad(&range[0]);
@@ -33,7 +20,7 @@ fn find_range(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id)
     var low = 0u;
     var high = 0u;
     for (var k = 0u; k < 64u; k++) {
-        let z = bitcast<u32>(sample_depth(group.xy * 64u + vec2u(k % 8u, k / 8u) * 8u + local.xy));
+        let z = bitcast<u32>(lit_sample(group.xy * 64u + vec2u(k % 8u, k / 8u) * 8u + local.xy).w);
         if z > 0u {
             low = max(low, 0xffffffffu - z);
             high = max(high, z);

@@ -24,16 +24,11 @@ fn mark(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) local
     var held = 0u;
     var number = 0u;
     for (var k = 0u; k < 64u; k++) {
-        let pixel = group.xy * 64u + vec2u(k % 8u, k / 8u) * 8u + local.xy;
-        if pixel.x >= frame.size.x || pixel.y >= frame.size.y {
+        let p = lit_sample(group.xy * 64u + vec2u(k % 8u, k / 8u) * 8u + local.xy);
+        if p.w <= 0.0 {
             continue;
         }
-        let p = textureLoad(g_position, pixel, 0);
-        let light = light_at(p.xyz);
-        if p.w <= 0.0 || !light.reached || dot(g_normal(textureLoad(g_surface, pixel, 0)), light.to_light) <= 0.0 {
-            continue;
-        }
-        let face = face_of(-light.to_light);
+        let face = face_of(p.xyz - frame.light_position);
         if face != held && number > 0u {
             atomicAdd(&tile[held], number);
             number = 0u;

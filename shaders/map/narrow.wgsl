@@ -13,17 +13,8 @@ fn receivers(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) 
     let v = light_view;
     var most = array<f32, 6>(-1.0, -1.0, -1.0, -1.0, -1.0, -1.0);
     for (var i = 0u; i < 64u; i++) {
-        let pixel = group.xy * 64u + vec2u(i % 8u, i / 8u) * 8u + local.xy;
-        if pixel.x >= frame.size.x || pixel.y >= frame.size.y {
-            continue;
-        }
-        let p = textureLoad(g_position, pixel, 0);
+        let p = lit_sample(group.xy * 64u + vec2u(i % 8u, i / 8u) * 8u + local.xy);
         if p.w <= 0.0 {
-            continue;
-        }
-        let light = light_at(p.xyz);
-        let normal = g_normal(textureLoad(g_surface, pixel, 0));
-        if !light.reached || dot(normal, light.to_light) <= 0.0 {
             continue;
         }
         let clip = light_clip(v, p.xyz);

@@ -35,7 +35,7 @@ fn fill_bins(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) 
              @builtin(local_invocation_index) index: u32) {
     let range = depth_range();
     for (var k = 0u; k < 64u; k++) {
-        let z = sample_depth(group.xy * 64u + vec2u(k % 8u, k / 8u) * 8u + local.xy);
+        let z = lit_sample(group.xy * 64u + vec2u(k % 8u, k / 8u) * 8u + local.xy).w;
         if z > 0.0 {
             atomicAdd(&tile_bins[u32(clamp(bin_of(z, range), 0.0, f32(bin_count) - 1.0))], 1u);
         }

@@ -50,19 +50,19 @@ pub static INFO: Info = Info {
 
 /// The sides around a light.
 pub fn sides(around: &Around, f: &Frame) -> Vec<Face> {
-    if let Some(axis) = own_axis(&f.light) {
-        return vec![around.paraboloid(frame_of(axis), DMat3::IDENTITY, 0)];
-    }
-    let first = match SideParams::read(f.values).orientation.as_str() {
+    plain(around, f, || match SideParams::read(f.values).orientation.as_str() {
         "view" => toward_view(around, f),
         _ => None,
-    };
-    let first = frame_of(first.unwrap_or(DVec3::NEG_Y));
-    [first, DMat3::from_cols(-first.x_axis, first.y_axis, -first.z_axis)]
-        .into_iter()
-        .enumerate()
-        .map(|(i, frame)| around.paraboloid(frame, DMat3::IDENTITY, i as u32))
-        .collect()
+    })
+}
+
+/// A hemisphere light's one side, or the two of an omni light: the first in that direction, or down.
+pub fn plain(around: &Around, f: &Frame, first: impl FnOnce() -> Option<DVec3>) -> Vec<Face> {
+    let own = own_axis(&f.light);
+    let first = frame_of(own.or_else(first).unwrap_or(DVec3::NEG_Y));
+    let frames = [first, DMat3::from_cols(-first.x_axis, first.y_axis, -first.z_axis)];
+    let sides = frames.iter().enumerate().take(if own.is_some() { 1 } else { 2 });
+    sides.map(|(i, frame)| around.paraboloid(*frame, DMat3::IDENTITY, i as u32)).collect()
 }
 
 /// The direction from the light to the middle of what the camera sees of the scene; None if it sees nothing.

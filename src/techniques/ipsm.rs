@@ -1,21 +1,20 @@
 //! Improved paraboloid shadow maps (Vanek, Navratil, Herout, Zemcik 2011).
 
 use super::cube::look_up;
-use super::dual_paraboloid::{SideParams, toward_view};
+use super::dual_paraboloid::{SideParams, plain, toward_view};
 use super::{FILTERING, Info, Technique, chosen};
 use crate::frame::Frame;
 use crate::gpu::{Buffer, Gpu, Pass};
 use crate::map::cascades::ANALYSED;
-use crate::map::faces::{self, FaceParams, Faces, around, frame_of, own_axis};
+use crate::map::faces::{self, FaceParams, Faces, around};
 use crate::map::filter::LookUp;
 use crate::map::fit::Scope;
-use crate::map::fit::faces::{Around, Face};
 use crate::map::paraboloid::CurvedParams;
 use crate::map::peel::StoredParams;
 use crate::map::{BiasParams, CasterParams};
 use crate::params::Params;
 use anyhow::Result;
-use glam::{DMat3, DVec3};
+use glam::DVec3;
 
 crate::params! {
     /// Navratil 2015, section 4.1.
@@ -71,15 +70,6 @@ fn mean_cone(directions: &[DVec3]) -> Option<f64> {
     directions.iter().map(|d| d.dot(axis).clamp(-1.0, 1.0).acos()).max_by(f64::total_cmp)
 }
 
-/// Two plain sides, the first towards what the camera sees; a hemisphere light's one.
-fn plain(around: &Around, f: &Frame) -> Vec<Face> {
-    let own = own_axis(&f.light);
-    let first = frame_of(own.or_else(|| toward_view(around, f)).unwrap_or(DVec3::NEG_Y));
-    let frames = [first, DMat3::from_cols(-first.x_axis, first.y_axis, -first.z_axis)];
-    let sides = frames.iter().enumerate().take(if own.is_some() { 1 } else { 2 });
-    sides.map(|(i, frame)| around.paraboloid(*frame, DMat3::IDENTITY, i as u32)).collect()
-}
-
 impl Ipsm {
     fn new(gpu: &Gpu, info: &'static Info) -> Result<Ipsm> {
         let pass = |name, entry| Pass::compute(gpu, name, "techniques/ipsm.wgsl", entry, info.params);
@@ -108,7 +98,7 @@ impl Technique for Ipsm {
         // The narrower cones that the GPU finds fit wherever this one does. Where it does not, both kinds of maps are held, and
         // the GPU decides.
         let fits = mean_cone(&directions).is_some_and(|half| half <= (p.widest as f64).to_radians());
-        let mut sides = plain(&around, f);
+        let mut sides = plain(&around, f, || toward_view(&around, f));
         if fits && !inside {
             sides.truncate(1);
         }

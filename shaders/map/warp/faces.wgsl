@@ -34,13 +34,8 @@ fn put_down(found: Found) {
 fn extents_of_faces(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) local: vec3u) {
     var found: Found;
     for (var i = 0u; i < 64u; i++) {
-        let pixel = group.xy * 64u + vec2u(i % 8u, i / 8u) * 8u + local.xy;
-        if pixel.x >= frame.size.x || pixel.y >= frame.size.y {
-            continue;
-        }
-        let p = textureLoad(g_position, pixel, 0);
-        let light = light_at(p.xyz);
-        if p.w <= 0.0 || !light.reached || dot(g_normal(textureLoad(g_surface, pixel, 0)), light.to_light) <= 0.0 {
+        let p = lit_sample(group.xy * 64u + vec2u(i % 8u, i / 8u) * 8u + local.xy);
+        if p.w <= 0.0 {
             continue;
         }
         let face = face_of(p.xyz - frame.light_position);
