@@ -181,6 +181,10 @@ pub struct Frame<'a> {
     /// The picture's own, which goes on where the other is frozen.
     pub eye: Camera,
     pub light: Light,
+    /// Its place among the set-up's lights, from 0.
+    pub lamp: usize,
+    /// All of these that are on, and the one at work, each with its place.
+    pub lamps: Vec<(usize, Light)>,
     /// The view that is asked for, by its id.
     pub view: &'a str,
     /// The values of the technique's parameters.
@@ -799,6 +803,8 @@ impl Renderer {
             camera: fitted_to.as_ref().unwrap_or(setup).camera,
             eye: setup.camera,
             light: setup.light,
+            lamp: setup.at_work(),
+            lamps: setup.lit_or_at_work(),
             view: &setup.view,
             values,
             scene,

@@ -178,7 +178,7 @@ impl Lights {
             }
             f.recorder.freeze(own);
             f.recorder.of_light(Some(beside.index));
-            f.light = beside.light;
+            (f.light, f.lamp) = (beside.light, beside.index);
             let frames = std::mem::replace(&mut f.frames, [1, 1]);
             if info.refuses(&beside.light).is_none() {
                 made.render(f, beside.index)?;

@@ -8,6 +8,7 @@ use shadowscope::measure;
 use shadowscope::measure::metrics::{Errors, FACING};
 use shadowscope::scene::{Camera, Local, Material, Mesh, NamedCamera, NamedLight, Node, Scene};
 use shadowscope::setup::Setup;
+use shadowscope::techniques::Info;
 use std::path::Path;
 use std::process::{Command, Output};
 use std::sync::{Arc, OnceLock};
@@ -190,6 +191,13 @@ pub fn select(s: &mut Setup, technique: &str, sets: &[&str]) {
     for set in sets {
         s.set(set, &[technique.into()]).unwrap();
     }
+}
+
+/// Chooses a technique with these parameters, a small map, and few bounce lights.
+pub fn choose(s: &mut Setup, info: &'static Info, resolution: u32, sets: &[String]) {
+    let small = [format!("resolution={resolution}"), "vpls=32".into(), "points=1024".into()];
+    let has = |set: &&String| info.specs().any(|spec| set.split('=').next() == Some(spec.name));
+    select(s, info.id, &small.iter().filter(has).chain(sets).map(String::as_str).collect::<Vec<_>>());
 }
 
 /// Errors of a technique with these parameters.

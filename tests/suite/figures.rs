@@ -34,8 +34,16 @@ fn picture(r: &mut Renderer, s: &Setup) -> Vec<[u8; 4]> {
     bytemuck::pod_collect_to_vec(&r.read_picture().unwrap())
 }
 
+/// Beside these sides, with small maps.
 fn against(s: &Setup, sides: &[&str]) -> Setup {
-    Setup { against: sides.iter().map(|t| Side::parse(t).unwrap()).collect(), ..s.clone() }
+    let mut figure = Setup { against: sides.iter().map(|t| Side::parse(t).unwrap()).collect(), ..s.clone() };
+    for side in sides {
+        let technique = side.split(':').next().unwrap_or_default();
+        if ["pcf", "pssm", "lispsm"].contains(&technique) {
+            figure.set("resolution=128", &[technique.into()]).unwrap();
+        }
+    }
+    figure
 }
 
 fn at(x: u32, y: u32) -> usize {
@@ -351,7 +359,7 @@ fn every_view_has_its_legend() {
     let plain = ["shaded", "albedo", "triangles"];
     for info in shadowscope::techniques::ALL {
         let mut s = s.clone();
-        s.select(info.id).unwrap();
+        choose(&mut s, info, 64, &[]);
         if info.refuses(&s.light).is_some() {
             s.light = lamp(Vec3::new(-0.5, 3.0, 2.0));
         }

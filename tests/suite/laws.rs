@@ -57,16 +57,6 @@ fn look_ups(info: &Info, all: bool) -> Vec<Vec<String>> {
     }
 }
 
-/// Chooses a technique with these parameters and a small map.
-fn choose(s: &mut Setup, info: &'static Info, resolution: u32, sets: &[String]) {
-    let mut sets: Vec<&str> = sets.iter().map(String::as_str).collect();
-    let resolution = format!("resolution={resolution}");
-    if info.specs().any(|s| s.name == "resolution") {
-        sets.push(&resolution);
-    }
-    select(s, info.id, &sets);
-}
-
 fn serving(light: Light) -> impl Iterator<Item = &'static Info> {
     techniques::ALL.iter().copied().filter(move |i| i.refuses(&light).is_none())
 }

@@ -412,3 +412,51 @@ fn each_light_has_an_instance_of_its_own() {
         assert!(anew.read_picture().unwrap() == first, "{technique}");
     }
 }
+
+/// Eight lamps at once, each with maps of its own, are shadowed nearly as the truth has it, and the better the finer the maps. From an
+/// atlas each takes as much as it is important, and all together no more than there is.
+#[test]
+fn eight_lamps_share_an_atlas() {
+    let view = crate::common::camera(Vec3::new(0.0, 5.0, 11.0), Vec3::new(0.0, 0.5, 0.0));
+    let lamp = |i: usize| {
+        let turn = std::f32::consts::TAU * i as f32 / 8.0;
+        let (position, range) = (Vec3::new(5.0 * turn.cos(), 1.8, 4.0 * turn.sin()), [9.0, 3.0][i % 2]);
+        Light::Omni { position, range, radius: 0.0, color: Vec3::splat(5.0) }
+    };
+    let mesh = crate::common::mesh(&yard(), 0);
+    let scene = crate::common::scene(vec![mesh], vec![crate::common::material(Vec3::splat(0.6))], view, lamp(0));
+    let (mut r, mut setup) = start(scene, SIZE);
+    (1..8).for_each(|i| setup.add_light(lamp(i)).unwrap());
+    let mut drawn = |technique: &str, sets: &[&str]| {
+        select(&mut setup, technique, sets);
+        let told = r.render(&setup, ask(&setup)).unwrap();
+        let [picture, exact] = [r.read_picture().unwrap(), r.read_truth_picture(&setup).unwrap()];
+        let off =
+            picture.iter().zip(&exact).map(|(a, b)| f64::from(a.abs_diff(*b))).sum::<f64>() / picture.len() as f64;
+        (off, told.lights)
+    };
+    let [coarse, fine] = ["64", "256"].map(|side| drawn("cube", &[&format!("resolution={side}")]).0);
+    assert!(fine < 0.6 * coarse && fine < 0.6, "{coarse} to {fine}");
+    let texels = |lights: &[shadowscope::frame::ToldLight]| lights.iter().map(|l| l.gpu_bytes / 16).collect::<Vec<_>>();
+    let sizes = |sizing: &str| [format!("sizing={sizing}"), "resolution=512".into(), "importance=4".into(), "atlas=512".into()];
+    let [fixed, important, shared] = ["fixed", "importance", "atlas"].map(|sizing| {
+        let sets = sizes(sizing);
+        let given: &[String] = match sizing {
+            "fixed" => &sets[..2],
+            "importance" => &sets[..3],
+            _ => &sets,
+        };
+        let (off, lights) = drawn("omni-atlas", &given.iter().map(String::as_str).collect::<Vec<_>>());
+        assert!(lights.len() == 8 && off < 1.0, "{sizing}: {off}");
+        texels(&lights)
+    });
+    // What is no map is the same for all.
+    let least = fixed[0] - 512 * 512;
+    assert!(fixed.iter().all(|t| *t == fixed[0]) && least < 40_000, "{fixed:?}");
+    let map = |lights: &[u64]| lights.iter().map(|t| t - least).collect::<Vec<_>>();
+    let (important, shared) = (map(&important), map(&shared));
+    assert!(important.iter().all(|t| t.isqrt().is_power_of_two() && t.isqrt().pow(2) == *t), "{important:?}");
+    assert!(important[0] > important[1] && important[2] > important[3], "{important:?}");
+    assert!(shared.iter().sum::<u64>() <= 512 * 512 && shared[0] >= shared[1], "{shared:?}");
+    assert!(important.iter().sum::<u64>() > 512 * 512, "the atlas is large enough for all: {important:?}");
+}

@@ -54,8 +54,8 @@ fn whole() -> Vec<(String, &'static [Group])> {
         let held = |file: &String| shader_files().contains(file);
         let file = match info.family {
             "All directions" if held(&around) => around.as_str(),
-            "All directions" => "map/around.wgsl",
             _ if held(&own) => own.as_str(),
+            "All directions" => "map/around.wgsl",
             _ => "map/single.wgsl",
         };
         // What maps in all directions have of their own looks nothing up.
