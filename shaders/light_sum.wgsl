@@ -5,6 +5,9 @@ var visibility: texture_2d<f32>;
 // Irradiance of each pixel by light that surfaces throw back.
 var indirect: texture_2d<f32>;
 
+// Below the largest number of 16 bits, also of 16 lights together, each with what surfaces throw back.
+const most = 2000.0;
+
 // Corner of a triangle that covers the picture.
 @vertex
 fn cover(@builtin(vertex_index) corner: u32) -> @builtin(position) vec4f {
@@ -17,11 +20,10 @@ fn add(@builtin(position) at: vec4f) -> @location(0) vec4f {
     if !s.valid {
         return vec4f(0.0);
     }
-    // Below the largest number of 16 bits, also of 16 lights together.
-    return vec4f(min(direct_light(s, textureLoad(visibility, s.pixel, 0).x), vec3f(4000.0)), 0.0);
+    return vec4f(min(direct_light(s, textureLoad(visibility, s.pixel, 0).x), vec3f(most)), 0.0);
 }
 
 @fragment
 fn add_indirect(@builtin(position) at: vec4f) -> @location(0) vec4f {
-    return vec4f(min(textureLoad(indirect, vec2u(at.xy), 0).rgb, vec3f(4000.0)), 0.0);
+    return vec4f(min(textureLoad(indirect, vec2u(at.xy), 0).rgb, vec3f(most)), 0.0);
 }

@@ -223,9 +223,15 @@ impl OwnPath {
             camera.fov = fov;
         }
         let at = |of: fn(&LightKey) -> Option<Vec3>| along(keys, |k| of(&k.light?), between, time);
-        // Halfway between opposite directions there is none.
         let aim = |of: fn(&LightKey) -> Option<Vec3>| {
-            at(of).filter(|v| v.length_squared() > 1e-12).or_else(|| before(keys, |k| of(&k.light?), time))
+            let unit = |k: &Key| of(&k.light?)?.try_normalize();
+            match between {
+                Between::Linear => turned(keys, unit, time),
+                // Halfway between opposite directions there is none.
+                _ => {
+                    along(keys, unit, between, time).filter(|v| v.length() > 1e-6).or_else(|| before(keys, unit, time))
+                }
+            }
         };
         let set = |to: &mut Vec3, value: Option<Vec3>| *to = value.unwrap_or(*to);
         match light {
@@ -326,6 +332,17 @@ where
     let to = velocity(Some(a), b, later.next()) * seconds as f32;
     // Hermite's cubic.
     Some(a.1 + way * (u * u * (3.0 - 2.0 * u)) + from * (u * (1.0 - u) * (1.0 - u)) + to * (u * u * (u - 1.0)))
+}
+
+/// A direction at a time: it turns from key to key at an even speed. None: no key has it.
+fn turned(keys: &[Key], of: impl Fn(&Key) -> Option<Vec3>, time: f64) -> Option<Vec3> {
+    let now = keys.partition_point(|k| f64::from(k.time) <= time);
+    let timed = |k: &Key| Some((f64::from(k.time), of(k)?));
+    let (earlier, later) = (keys[..now].iter().rev().find_map(timed), keys[now..].iter().find_map(timed));
+    match (earlier, later) {
+        (Some(a), Some(b)) => Some(a.1.slerp(b.1, ((time - a.0) / (b.0 - a.0)) as f32)),
+        (one, other) => one.or(other).map(|(_, direction)| direction),
+    }
 }
 
 /// The velocity at a key between its neighbours.
@@ -436,7 +453,7 @@ mod tests {
     fn camera_and_light_have_keys_of_their_own() {
         let mut p = path(Between::Linear, &[(0.0, [0.0; 3]), (4.0, [8.0, 0.0, 0.0])]);
         let to_light = |v| Some(LightKey { to_light: Some(v), ..LightKey::default() });
-        p.set(Key { time: 1.0, light: to_light(Vec3::Y), ..Key::default() });
+        p.set(Key { time: 1.0, light: to_light(10.0 * Vec3::Y), ..Key::default() });
         p.set(Key { time: 3.0, light: to_light(Vec3::X), ..Key::default() });
         p.keys[0].camera.as_mut().unwrap().fov = Some(40.0);
         p.keys[3].camera.as_mut().unwrap().fov = Some(80.0);
@@ -445,6 +462,8 @@ mod tests {
         p.place(&mut c, &mut l, 2.0);
         assert_eq!((c.position, c.fov), (Vec3::new(4.0, 0.0, 0.0), 60.0));
         assert!(l.position().distance(Vec3::new(1.0, 1.0, 0.0).normalize()) < 1e-6, "{:?}", l.position());
+        p.place(&mut c, &mut l, 1.5);
+        assert!((l.position().angle_between(Vec3::Y).to_degrees() - 22.5).abs() < 1e-3, "{:?}", l.position());
         // Opposite directions have no middle, and a camera always looks somewhere.
         p.set(Key { time: 3.0, light: to_light(Vec3::NEG_Y), ..Key::default() });
         p.keys[3].camera = Some(CameraKey { position: Vec3::new(0.0, -0.25, -3.0), target: Vec3::ZERO, fov: None });

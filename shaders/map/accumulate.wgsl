@@ -74,10 +74,13 @@ fn accumulate(@builtin(global_invocation_id) id: vec3u) {
             var low = light;
             var high = light;
             for (var i = 0u; i < 9u; i++) {
-                let beside = vec2i(id.xy) + vec2i(vec2u(i % 3u, i / 3u)) - 1;
-                let v = textureLoad(visibility, clamp(beside, vec2i(0), vec2i(frame.size) - 1), 0).x;
-                low = min(low, v);
-                high = max(high, v);
+                let beside = clamp(vec2i(id.xy) + vec2i(vec2u(i % 3u, i / 3u)) - 1, vec2i(0), vec2i(frame.size) - 1);
+                // What has no filtered shadow says nothing of one: the sky, and what faces away.
+                if lit_sample(vec2u(beside)).w > 0.0 {
+                    let v = textureLoad(visibility, beside, 0).x;
+                    low = min(low, v);
+                    high = max(high, v);
+                }
             }
             held = clamp(held, low, high);
         }

@@ -6,8 +6,8 @@
 // no instance.
 
 var<uniform> drawing: FaceParams;
-// View samples of each face.
-var<storage, read_write> samples: array<atomic<u32>, most_layers>;
+// View samples of each face; then, bit by bit, the faces that their filters reach.
+var<storage, read_write> samples: array<atomic<u32>, 9>;
 // Of each face two indexed indirect draws, opaque and masked: index count, instances, first index, base vertex, first instance.
 // Behind those of all faces two indirect draws each for shaders that pull their vertices: vertices, instances, first vertex, first
 // instance.
@@ -23,6 +23,7 @@ fn mark(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) local
         @builtin(local_invocation_index) index: u32) {
     var held = 0u;
     var number = 0u;
+    var reached = 0u;
     for (var k = 0u; k < 64u; k++) {
         let p = lit_sample(group.xy * 64u + vec2u(k % 8u, k / 8u) * 8u + local.xy);
         if p.w <= 0.0 {
@@ -35,9 +36,19 @@ fn mark(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) local
         }
         held = face;
         number++;
+        if faces.metres > 0.0 {
+            // Guard bands hold what lies a few texels off, and no more.
+            for (var i = 0u; i < faces.count; i++) {
+                let across = faces.axes[held].xyz - faces.axes[i].xyz;
+                reached |= u32(dot(across, p.xyz - frame.light_position) < faces.metres * length(across)) << i;
+            }
+        }
     }
     if number > 0u {
         atomicAdd(&tile[held], number);
+    }
+    if reached != 0u {
+        atomicOr(&samples[most_layers], reached);
     }
     workgroupBarrier();
     if index < most_layers {
@@ -54,7 +65,7 @@ fn begin(@builtin(global_invocation_id) id: vec3u) {
     let i = id.x;
     var used = i < faces.count;
     if drawing.culling == culling_samples {
-        used = used && atomicLoad(&samples[i]) > 0u;
+        used = used && (atomicLoad(&samples[i]) > 0u || (atomicLoad(&samples[most_layers]) >> i & 1u) == 1u);
     } else if drawing.culling == culling_view {
         used = used && (faces.met >> i & 1u) == 1u;
     }
@@ -75,14 +86,16 @@ var<storage, read_write> indices: array<u32>;
 // Three corners a triangle, as casters are drawn.
 var<storage, read> corners_of: array<u32>;
 
-// Whether a triangle's shadow may fall into the camera's frustum: not if all of it lies beyond one side, and leads away from it.
+// Whether a triangle's shadow may fall where something of the camera's frustum looks: not if all of it lies beyond one side, and leads
+// away from it, farther than a filter's taps lie from their receiver's ray.
 fn shadows_view(p: vec3f, q: vec3f, r: vec3f) -> bool {
     let light = frame.light_position;
+    let apart = faces.angle * max(max(distance(p, light), distance(q, light)), distance(r, light)) + faces.metres;
     for (var i = 0u; i < 6u; i++) {
         let plane = faces.frustum[i];
         let nearest = max(max(dot(plane, vec4f(p, 1.0)), dot(plane, vec4f(q, 1.0))), dot(plane, vec4f(r, 1.0)));
         let away = max(max(dot(plane.xyz, p - light), dot(plane.xyz, q - light)), dot(plane.xyz, r - light));
-        if nearest < 0.0 && away <= 0.0 {
+        if nearest < -apart && away <= -apart {
             return false;
         }
     }

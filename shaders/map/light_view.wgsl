@@ -14,7 +14,7 @@ struct LightView {
     // 1: perspective (a spot's map), 0: orthographic, 2: a projective warp of the image, whose stored depth is linear, 3: a paraboloid,
     // whose depth is the distance from the light, linear: see `paraboloid_clip`.
     perspective: u32,
-    // Side of a shadow-map texel in metres; perspective: at a depth of 1 m. A warp's texels differ: see `texel_size`.
+    // Side of a shadow-map texel in metres; perspective: at a depth of 1 m. 0: texels are no squares, or differ: see `texel_size`.
     texel: f32,
     // Side of the shadow map in texels.
     resolution: f32,
@@ -136,7 +136,7 @@ fn scale_of(v: LightView) -> vec2f {
 
 // Longest extent in metres of the texel at a point, seen across the light's beam; `to_light` is a unit vector.
 fn texel_size(v: LightView, position: vec3f, to_light: vec3f) -> f32 {
-    if v.perspective < 2u {
+    if v.perspective < 2u && v.texel > 0.0 {
         return v.texel * select(1.0, dot(v.axis, vec4f(position, 1.0)), v.perspective == 1u);
     }
     let other = select(vec3f(1.0, 0.0, 0.0), vec3f(0.0, 1.0, 0.0), abs(to_light.x) > 0.5);

@@ -7,7 +7,8 @@
 // of the look-up. It is put together with
 //     map/choose/…  fn choose(s: Surface) -> Chosen                    which layers a surface looks up
 //                   fn texture_layer(layer: u32) -> u32                which layer of the texture holds one
-//                   fn beside(r: Receiver, texel: vec2f) -> f32        visibility by a texel that lies outside the receiver's map
+//                   fn holds(layer: u32, texel: vec2f) -> bool         whether a place of a layer's square is the layer's own
+//                   fn beside(r: Receiver, texel: vec2f) -> Beside     what lies at a place outside the receiver's map
 //     map/place/…   fn map_texel(v: LightView, clip: vec4f) -> vec2f   where in a layer, and what goes with it
 //     map/filter/…  fn lit(s: Surface, layer: u32) -> f32              visibility by one layer
 //                   fn inspect_filter(s: Surface) -> f32               the filter's views, and inspect_look_up's
@@ -23,8 +24,17 @@ struct Chosen {
     share: f32,
 }
 
+// What is found in another map: whether the light is seen there, and how far what is drawn lies from it, metres along the axis of the
+// receiver's own.
+struct Beside {
+    lit: f32,
+    depth: f32,
+}
+
 struct Receiver {
     layer: u32,
+    // Of the surface.
+    normal: vec3f,
     // Side of the layer's map, texels.
     side: f32,
     // Position in the map, texels, and in clip space.
@@ -92,6 +102,7 @@ fn receive(s: Surface, layer: u32, radius: f32, tap: f32) -> Receiver {
     let grown = 1.0 - min(0.7072 * reach * length(plane.bend), 0.9);
     var r: Receiver;
     r.layer = layer;
+    r.normal = s.normal;
     r.side = v.resolution;
     r.texel = map_texel(v, clip);
     r.clip = clip;
@@ -147,15 +158,23 @@ fn texels_per_metre(s: Surface, layer: u32) -> vec2f {
 }
 
 fn outside_map(r: Receiver, texel: vec2f) -> bool {
-    return any(texel < vec2f(0.0)) || any(texel >= vec2f(r.side));
+    return any(texel < vec2f(0.0)) || any(texel >= vec2f(r.side)) || !holds(r.layer, texel);
 }
 
 // One nearest sample.
 fn compare(r: Receiver, texel: vec2f) -> f32 {
     if outside_map(r, texel) {
-        return beside(r, texel);
+        return beside(r, texel).lit;
     }
     return select(0.0, 1.0, depth_at(r, floor(texel) + 0.5) >= drawn_depth(r.layer, vec2u(texel)));
+}
+
+// How far what is drawn at a place lies from the light, metres along the axis of the receiver's map.
+fn caster_depth(r: Receiver, texel: vec2f) -> f32 {
+    if outside_map(r, texel) {
+        return beside(r, texel).depth;
+    }
+    return linear_depth(light_views[r.layer], drawn_depth(r.layer, vec2u(texel)));
 }
 
 fn drawn_depth(layer: u32, texel: vec2u) -> f32 {

@@ -113,17 +113,22 @@ fn inside(e: vec3f) -> bool {
 @vertex
 fn boxed_facet(@builtin(vertex_index) index: u32) -> Drawn {
     let t = facet(index / 6u);
-    var out = described(t);
     if t.culled {
-        return out;
+        return described(t);
     }
+    return boxed_corner(t, index % 6u);
+}
+
+// A corner of the two triangles that are the box around a triangle's image.
+fn boxed_corner(t: Facet, corner: u32) -> Drawn {
+    var out = described(t);
     let box = box_of_image(t.corners);
     // Half a texel more, and rounding.
     let spare = 1.5 / light_view.resolution;
     let low = clamp(box.low - spare, vec2f(-1.0), vec2f(1.0));
     let high = clamp(box.high + spare, vec2f(-1.0), vec2f(1.0));
-    let right = (0x32u >> (index % 6u) & 1u) == 1u;
-    let down = (0x2cu >> (index % 6u) & 1u) == 1u;
+    let right = (0x32u >> corner & 1u) == 1u;
+    let down = (0x2cu >> corner & 1u) == 1u;
     if all(low < high) {
         out.clip = vec4f(select(low.x, high.x, right), select(low.y, high.y, down), 0.5, 1.0);
     }
@@ -140,7 +145,9 @@ fn ray_at(clip: vec4f) -> vec3f {
 fn met(in: Drawn, ray: vec3f) -> vec3f {
     let e = sides_of(in, ray);
     let sum = e.x + e.y + e.z;
-    if sum == 0.0 || !inside(e) {
+    // Seen edge-on it has no image: only rounding would say where.
+    let edge_on = abs(dot(in.a, in.e0)) <= 1e-6 * length(in.a) * length(in.b) * length(in.c);
+    if sum == 0.0 || edge_on || !inside(e) {
         return vec3f(0.0);
     }
     let share = e / sum;
@@ -202,6 +209,35 @@ fn cut_of(level: u32, cuts: vec3u, part: u32) -> u32 {
     return level | cuts.x << 3u | cuts.y << 6u | cuts.z << 9u | part << 12u;
 }
 
+// Of a part: it is half the box around the triangle's image, the first or the second.
+const boxed = 0x80000000u;
+
+// Whether an edge leaves the cone that the map holds: at an end, or between them, at the point of its great circle that lies
+// farthest behind.
+fn edge_behind(a: vec3f, b: vec3f) -> bool {
+    let v = light_view;
+    let axis = vec3f(dot(v.row_x.xyz, v.row_w.xyz), dot(v.row_y.xyz, v.row_w.xyz), dot(v.axis.xyz, v.row_w.xyz));
+    let from_a = normalize(a);
+    let from_b = normalize(b);
+    if min(dot(axis, from_a), dot(axis, from_b)) < v.ahead {
+        return true;
+    }
+    let m = normalize(cross(a, b));
+    let most = dot(axis, m) * m - axis;
+    let middle = from_a + from_b;
+    return -length(most) < v.ahead && dot(most, middle) > length(most) * dot(from_a, middle);
+}
+
+// Whether a triangle leaves that cone. What does may run off to infinity in the image, where the bound above says nothing: its texels'
+// rays are met one by one.
+fn goes_behind(t: Facet) -> bool {
+    let back = vec3f(0.0, 0.0, -1.0);
+    let e = vec3f(dot(edge_plane(t.corners[1], t.corners[2]), back), dot(edge_plane(t.corners[2], t.corners[0]), back),
+                  dot(edge_plane(t.corners[0], t.corners[1]), back));
+    return inside(e) || edge_behind(t.corners[0], t.corners[1]) || edge_behind(t.corners[1], t.corners[2])
+        || edge_behind(t.corners[2], t.corners[0]);
+}
+
 @compute @workgroup_size(64)
 fn split_facets(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
     for (var masked = 0u; masked < 2u; masked++) {
@@ -217,17 +253,19 @@ fn split_facets(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroup
                              cuts_of(t.corners[2], t.corners[0]));
             var level = max(max(cuts.x, cuts.y), cuts.z);
             let spare = arrayLength(&pieces) - min(number, arrayLength(&pieces));
-            let extra = (1u << (2u * level)) - 1u;
+            var whole = goes_behind(t);
+            var extra = select((1u << (2u * level)) - 1u, 1u, whole);
             var own = cuts;
             if extra > 0u && atomicAdd(&piece_draw[4], extra) + extra > spare {
                 atomicAdd(&piece_draw[5], 1u);
                 level = 0u;
                 own = vec3u(0u);
+                whole = false;
+                extra = 0u;
             }
-            let parts = 1u << (2u * level);
-            let at = atomicAdd(&piece_draw[0], parts);
-            for (var k = 0u; k < parts && at + k < arrayLength(&pieces); k++) {
-                pieces[at + k] = vec2u(first + i, cut_of(level, own, k));
+            let at = atomicAdd(&piece_draw[0], 1u + extra);
+            for (var k = 0u; k <= extra && at + k < arrayLength(&pieces); k++) {
+                pieces[at + k] = vec2u(first + i, select(cut_of(level, own, k), boxed | k, whole));
             }
         }
     }
@@ -268,6 +306,13 @@ fn piece_of_facet(@builtin(vertex_index) index: u32) -> Drawn {
     let piece = drawn_pieces[index / 3u];
     let t = facet(piece.x);
     var out = described(t);
+    // Only of what is met ray by ray.
+    out.depth = 0.0;
+    if piece.y >= boxed {
+        out = boxed_corner(t, 3u * (piece.y & 1u) + index % 3u);
+        out.depth = 1.0;
+        return out;
+    }
     let n = 1u << (piece.y & 7u);
     let part = piece.y >> 12u;
     // Rows of parts from the corner a on: row r has 2 r + 1.
@@ -292,14 +337,13 @@ fn piece_of_facet(@builtin(vertex_index) index: u32) -> Drawn {
                      f32(at.y) / f32(at.x));
     }
     out.clip = vec4f(place_of(q), 0.5, 1.0);
-    out.ahead = ahead_of(q);
     return out;
 }
 
 // Where a ray meets the triangle's plane, held within it: pieces end a little beside their triangle.
 fn plane_depth(in: Drawn) -> f32 {
-    if in.ahead < light_view.ahead - 0.1 {
-        discard;
+    if in.depth > 0.5 {
+        return met_depth(in);
     }
     let ray = ray_at(in.clip);
     let e = sides_of(in, ray);

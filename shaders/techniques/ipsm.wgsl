@@ -61,7 +61,8 @@ fn aim() {
         ends = found;
     }
     let more = 0.01 * ipsm.depth_margin * (ends.y - ends.x);
-    ends = vec2f(max(ends.x - more, 1e-3 * ends.x), ends.y + more);
+    // Never beyond the whole frustum, whose cone is known to be wide enough.
+    ends = vec2f(max(ends.x - more, frame.near), min(ends.y + more, frame.shadow_far));
     // The corners of the frustum between these depths.
     let up = frame.shadow_up / dot(frame.shadow_up, frame.shadow_up);
     let right = cross(frame.shadow_forward, up) * (f32(frame.size.x) / f32(frame.size.y));
@@ -85,9 +86,9 @@ fn aim() {
         axis = normalize(mix(axis, last_axis.xyz, ipsm.smoothing));
     }
     last_axis = vec4f(axis, 0.0);
-    // A hair wider, for rounding.
-    let half = acos(clamp(cosine_around(axis, &directions), -1.0, 1.0)) + 1e-3;
-    if half > radians(ipsm.widest) && aimed_faces.count > 1u {
+    // A hair wider, for rounding. Within a right angle a cone that holds the corners holds all between them.
+    let half = 1.001 * acos(clamp(cosine_around(axis, &directions), -1.0, 1.0)) + 1e-5;
+    if half > radians(min(ipsm.widest, 89.9)) {
         return;
     }
     var v = aimed_views[0];

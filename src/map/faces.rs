@@ -100,7 +100,8 @@ pub struct FacesUniform {
     pub listed: u32,
     pub met: u32,
     pub vertices: u32,
-    pub padding: [u32; 2],
+    pub angle: f32,
+    pub metres: f32,
     pub axes: [Vec4; MOST],
     pub regions: [Vec4; 2 * MOST],
     pub frustum: [Vec4; 6],
@@ -155,10 +156,10 @@ pub fn around(f: &Frame, side: u32, reach: Reach) -> Result<Around> {
         "the filter reaches {guard:.0} texels beyond each face, too far for maps of {side}² texels; choose a higher resolution or a \
          narrower filter"
     );
-    Ok(Around { light, near, far, side: side as f64, guard })
+    Ok(Around { light, near, far, side: side as f64, guard, metres: reach.metres as f64 })
 }
 
-/// Bit i: the camera's frustum meets face i (King, Newhall 2005: two frusta are cut with each other).
+/// Bit i: what is looked up from the camera's frustum meets face i (King, Newhall 2005: two frusta are cut with each other).
 fn met(scope: &Scope, faces: &[Face], around: &Around) -> u32 {
     let seen = scope.seen_of(scope.cuboid());
     let meets = |i: usize| {
@@ -166,7 +167,8 @@ fn met(scope: &Scope, faces: &[Face], around: &Around) -> u32 {
         for other in faces {
             let normal = faces[i].axis - other.axis;
             if normal.length_squared() > 0.0 {
-                body.clip(normal.extend(-normal.dot(around.light)), scope.eps());
+                let apart = around.metres * normal.length();
+                body.clip(normal.extend(apart - normal.dot(around.light)), scope.eps());
             }
         }
         !body.corners().is_empty()
@@ -190,7 +192,7 @@ impl Faces {
             layers: Held::default(),
             uniform: zero("faces", size_of::<FacesUniform>(), Use::UNIFORM | Use::STORAGE | Use::COPY_SRC),
             light_views: light_views(gpu, "light views"),
-            samples: zero("faces' samples", MOST * 4, Use::STORAGE | Use::COPY_SRC),
+            samples: zero("faces' samples", MOST * 4 + 4, Use::STORAGE | Use::COPY_SRC),
             draws: zero("faces' draws", DRAWS, Use::STORAGE | Use::INDIRECT | Use::COPY_SRC),
             indices: None,
             single: (0..MOST as u32).map(single).collect(),
@@ -223,6 +225,9 @@ impl Faces {
             listed: listed as u32,
             met: if culling == "view" { met(&scope, faces, around) } else { 0 },
             vertices: Paraboloid::vertices(&CurvedParams::read(f.values).raster),
+            // Along both sides of the map at once.
+            angle: (faces.iter().map(Face::texel_angle).fold(0.0, f64::max) * 2f64.sqrt() * around.guard) as f32,
+            metres: around.metres as f32,
             ..FacesUniform::zeroed()
         };
         for (i, face) in faces.iter().enumerate() {

@@ -26,8 +26,8 @@ crate::params! {
             depths: choice("samples", ["samples", "scene"]),
             /// By how much the range of depths is widened at both ends.
             depth_margin: float(2.0, 0.0..=10.0, "%"),
-            /// Widest half angle of the cone; beyond it two plain paraboloids are drawn.
-            widest: float(90.0, 30.0..=150.0, "°"),
+            /// Widest half angle of the cone; beyond it plain paraboloids are drawn: two, or a hemisphere light's one.
+            widest: float(90.0, 30.0..=90.0, "°"),
             /// Share of the last frame's axis that stays, so that the map turns gently.
             smoothing: float(0.0, 0.0..=0.9, "none" => "much"),
         }
@@ -95,9 +95,11 @@ impl Technique for Ipsm {
         let directions: Vec<DVec3> =
             eye.corners().iter().filter_map(|corner| (*corner - around.light).try_normalize()).collect();
         let inside = eye.planes().iter().all(|plane| plane.dot(around.light.extend(1.0)) >= 0.0);
-        // The narrower cones that the GPU finds fit wherever this one does. Where it does not, both kinds of maps are held, and
-        // the GPU decides.
-        let fits = mean_cone(&directions).is_some_and(|half| half <= (p.widest as f64).to_radians());
+        // The narrowest cone around a part of the frustum is no wider than any around all of it. Where this says nothing, both kinds
+        // of maps are held, and the GPU decides.
+        let narrowest = p.cone == "smallest" && p.smoothing == 0.0;
+        let widest = (p.widest as f64).min(89.9).to_radians();
+        let fits = narrowest && mean_cone(&directions).is_some_and(|half| 1.01 * half <= widest);
         let mut sides = plain(&around, f, || toward_view(&around, f));
         if fits && !inside {
             sides.truncate(1);

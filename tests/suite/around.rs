@@ -10,7 +10,7 @@ use shadowscope::setup::Setup;
 use shadowscope::techniques;
 
 fn around(side: f64, guard: f64) -> Around {
-    Around { light: DVec3::new(0.3, -1.2, 2.0), near: 0.05, far: 30.0, side, guard }
+    Around { light: DVec3::new(0.3, -1.2, 2.0), near: 0.05, far: 30.0, side, guard, metres: 0.0 }
 }
 
 /// All solids, by name.
@@ -170,19 +170,26 @@ fn under(light: Light, size: [u32; 2]) -> (Renderer, Setup) {
 fn culling_leaves_the_picture() {
     let (mut r, mut s) = under(lamp(Vec3::new(-0.4, 2.5, 2.0)), [96, 72]);
     for info in serving().filter(|i| i.specs().any(|s| s.name == "culling")) {
-        let mut seen: Option<Vec<f32>> = None;
-        let mut drawn = Vec::new();
-        for culling in ["none", "casters", "view", "samples"] {
-            select(&mut s, info.id, &["resolution=256", &format!("culling={culling}")]);
-            r.render(&s, ask(&s)).unwrap();
-            let visibility = r.read_visibility().unwrap();
-            assert!(seen.as_ref().is_none_or(|seen| *seen == visibility), "{} {culling}", info.id);
-            seen = Some(visibility);
-            let faces = r.known().unwrap().faces;
-            drawn.push(faces.iter().flatten().map(|f| f[1]).sum::<u32>());
+        // Wide in texels, and wide in metres, so that taps go to other faces.
+        let wide = [&["filter=pcf", "kernel=9", "resolution=96"][..], &["filter=pcf", "kernel=5", "blur=0.6"]];
+        for sets in [&[][..], wide[0], wide[1]] {
+            let mut seen: Option<Vec<f32>> = None;
+            let mut drawn = Vec::new();
+            for culling in ["none", "casters", "view", "samples"].into_iter() {
+                let culling = format!("culling={culling}");
+                select(&mut s, info.id, &[&["resolution=256", &culling], sets].concat());
+                r.render(&s, ask(&s)).unwrap();
+                let visibility = r.read_visibility().unwrap();
+                let other =
+                    seen.as_ref().map_or(0, |seen| seen.iter().zip(&visibility).filter(|(a, b)| a != b).count());
+                assert_eq!(other, 0, "{} {sets:?} {culling}", info.id);
+                seen = Some(visibility);
+                let faces = r.known().unwrap().faces;
+                drawn.push(faces.iter().flatten().map(|f| f[1]).sum::<u32>());
+            }
+            println!("{} {sets:?}: {drawn:?}", info.id);
+            assert!(drawn.windows(2).all(|w| w[1] <= w[0]) && drawn.last() < drawn.first(), "{}: {drawn:?}", info.id);
         }
-        println!("{}: {drawn:?}", info.id);
-        assert!(drawn.windows(2).all(|w| w[1] <= w[0]) && drawn[3] < drawn[0], "{}: {drawn:?}", info.id);
     }
 }
 
@@ -327,7 +334,7 @@ fn cpu_and_gpu_agree_on_places() {
         r.render(&s, Ask { analysis: true, ..ask(&s) }).unwrap();
         let layer = r.read_layer(0).unwrap().unwrap();
         let positions = r.read_position().unwrap();
-        let a = Around { light: light.as_dvec3(), near: 0.05, far: 30.0, side: 256.0, guard: 1.0 };
+        let a = Around { light: light.as_dvec3(), near: 0.05, far: 30.0, side: 256.0, guard: 1.0, metres: 0.0 };
         let down = frame_of(DVec3::NEG_Y);
         let faces = match sets {
             "solid=octahedron" => a.octahedron(),

@@ -193,9 +193,22 @@ fn placing_changes_no_mean_and_the_seed_decides() {
     let light = |r: &mut Renderer, s: &mut Setup, placing| {
         shown(r, s, "indirect", &["vpls=1024", "clamp=0.1", "vpl_shadows=none", placing])
     };
-    let [by_light, by_view] = ["placing=light", "placing=view"].map(|placing| mean(&light(&mut r, &mut s, placing)));
-    println!("{by_light}, {by_view}");
-    assert!(by_light > 0.01 && (by_view / by_light - 1.0).abs() < 0.1, "{by_light}, {by_view}");
+    // With little but sky in the picture too.
+    let level = s.camera.target;
+    for (target, least, bound) in [(level, 0.01, 0.1), (level + Vec3::new(0.0, 5.6, 0.0), 5e-5, 0.15)] {
+        s.camera.target = target;
+        let [by_light, by_view] = ["placing=light", "placing=view"].map(|placing| {
+            let means = [1, 2, 3, 4].map(|seed| {
+                s.seed = seed;
+                mean(&light(&mut r, &mut s, placing).into_iter().filter(|v| *v >= 0.0).collect::<Vec<_>>())
+            });
+            println!("{placing} {means:?}");
+            mean(&means)
+        });
+        println!("{by_light}, {by_view} of {}", facing(&mut r));
+        assert!(by_light > least && (by_view / by_light - 1.0).abs() < bound, "{by_light}, {by_view}");
+    }
+    s.camera.target = level;
     let maps = [7, 7, 8].map(|seed| {
         s.seed = seed;
         shown(&mut r, &mut s, "indirect", &["vpls=32"])

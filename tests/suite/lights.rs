@@ -438,7 +438,8 @@ fn eight_lamps_share_an_atlas() {
     let [coarse, fine] = ["64", "256"].map(|side| drawn("cube", &[&format!("resolution={side}")]).0);
     assert!(fine < 0.6 * coarse && fine < 0.6, "{coarse} to {fine}");
     let texels = |lights: &[shadowscope::frame::ToldLight]| lights.iter().map(|l| l.gpu_bytes / 16).collect::<Vec<_>>();
-    let sizes = |sizing: &str| [format!("sizing={sizing}"), "resolution=512".into(), "importance=4".into(), "atlas=512".into()];
+    let sizes =
+        |sizing: &str| [format!("sizing={sizing}"), "resolution=512".into(), "importance=4".into(), "atlas=512".into()];
     let [fixed, important, shared] = ["fixed", "importance", "atlas"].map(|sizing| {
         let sets = sizes(sizing);
         let given: &[String] = match sizing {

@@ -53,9 +53,10 @@ fn whole() -> Vec<(String, &'static [Group])> {
         let around = format!("techniques/{stem}_around.wgsl");
         let held = |file: &String| shader_files().contains(file);
         let file = match info.family {
+            "All directions" if info.id == "omni-atlas" => own.as_str(),
             "All directions" if held(&around) => around.as_str(),
-            _ if held(&own) => own.as_str(),
             "All directions" => "map/around.wgsl",
+            _ if held(&own) => own.as_str(),
             _ => "map/single.wgsl",
         };
         // What maps in all directions have of their own looks nothing up.
@@ -196,7 +197,7 @@ fn shared_structs_agree() {
         smoothing "smoothing", opaque "opaque", triangles "triangles", culled "culled", padding "padding", sides "sides");
     same!("map/faces.wgsl", "Faces", FacesUniform,
         count "count", triangles "triangles", opaque "opaque", listed "listed", met "met", vertices "vertices",
-        padding "padding", axes "axes", regions "regions", frustum "frustum");
+        angle "angle", metres "metres", axes "axes", regions "regions", frustum "frustum");
     same!("diagram.wgsl", "Stroke", Stroke, from "start", to "end", value "value", padding "padding");
     same!("gbuffer.wgsl", "Vertex", Vertex,
         position "position", normal "normal", uv "uv", material "material", padding "padding");

@@ -14,8 +14,13 @@ fn texture_layer(layer: u32) -> u32 {
     return layer;
 }
 
-fn beside(r: Receiver, texel: vec2f) -> f32 {
-    return 1.0;
+fn holds(layer: u32, texel: vec2f) -> bool {
+    return true;
+}
+
+// Nothing: it is lit.
+fn beside(r: Receiver, texel: vec2f) -> Beside {
+    return Beside(1.0, light_views[r.layer].far);
 }
 
 // The maps side by side, fitted into the picture as the counts are; near bright.

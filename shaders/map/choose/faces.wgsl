@@ -28,16 +28,35 @@ fn ray_of(v: LightView, texel: vec2f) -> vec3f {
     return (ndc.x * cross(b, c) + ndc.y * cross(c, a) + cross(a, b)) / dot(a, cross(b, c));
 }
 
-fn beside(r: Receiver, texel: vec2f) -> f32 {
+// Of a layer that two faces share each holds its part; a paraboloid holds directions up to its guard band.
+fn holds(layer: u32, texel: vec2f) -> bool {
+    let v = light_views[layer];
+    if v.perspective == 3u {
+        let ray = paraboloid_ray(v, vec2f(2.0, -2.0) * before_place(v, texel) / v.resolution + vec2f(-1.0, 1.0));
+        return ray.z >= v.ahead * length(ray);
+    }
+    let at = vec3f(texel, 1.0);
+    return dot(faces.regions[2u * layer].xyz, at) >= 0.0 && dot(faces.regions[2u * layer + 1u].xyz, at) >= 0.0;
+}
+
+fn beside(r: Receiver, texel: vec2f) -> Beside {
     let own = light_views[r.layer];
-    let depth = linear_depth(own, depth_at(r, texel));
-    let offset = depth * ray_of(own, texel);
+    let ray = ray_of(own, texel);
+    let offset = linear_depth(own, depth_at(r, texel)) * ray;
     let other = face_of(offset);
     let v = light_views[other];
     let position = frame.light_position + offset;
     let clip = light_clip(v, position);
     let at = clamp(map_texel(v, clip), vec2f(0.0), vec2f(v.resolution - 0.5));
-    return select(0.0, 1.0, stored_depth(v, depth_in(v, position)) >= drawn_depth(other, vec2u(at)));
+    let found = drawn_depth(other, vec2u(at));
+    // The receiver's own bias is in `offset`; where that face sees it at a slant it takes the slope's there too.
+    let z = depth_in(v, position);
+    let climb = length(plane_gradient(v, r.normal, clip).depth);
+    let steepest = biases.slope_limit * abs(stored_depth(v, z - texel_size(v, position, normalize(-offset))) - stored_depth(v, z));
+    let slope = select(0.7072, biases.slope_bias, biases.bias_kind == bias_kind_slope) * min(climb, steepest);
+    // Depth along the other's axis, then along the ray.
+    let far = linear_depth(v, found) / max(depth_in(v, frame.light_position + ray), 1e-6);
+    return Beside(select(0.0, 1.0, stored_depth(v, z) + select(slope, 0.0, biases.bias_kind == bias_kind_none) >= found), far);
 }
 
 // Samples and triangles of each face, as map/faces.wgsl counts them.

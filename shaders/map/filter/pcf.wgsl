@@ -131,7 +131,7 @@ fn lit(s: Surface, layer: u32) -> f32 {
         if hardware() {
             var v: f32;
             if outside_map(r, texel) {
-                v = beside(r, texel);
+                v = beside(r, texel).lit;
             } else {
                 v = textureSampleCompareLevel(shadow_maps, compare_sampler, texel / f32(textureDimensions(shadow_maps).x), texture_layer(layer), depth_at_four(r, texel));
             }
@@ -140,7 +140,7 @@ fn lit(s: Surface, layer: u32) -> f32 {
             let v = compare(r, texel);
             lit += t.weight * v;
             if filtering.mode == mode_dpcf && v == 0.0 {
-                before += t.weight * linear_depth(light_views[layer], drawn_depth(layer, vec2u(texel)));
+                before += t.weight * caster_depth(r, texel);
             }
         }
     }

@@ -54,7 +54,7 @@ fn search_casters(s: Surface, layer: u32, search: ptr<function, Search>) -> f32 
         let r = at_tap(*search, offset);
         let texel = r.texel + offset;
         if compare(r, texel) == 0.0 {
-            sum += linear_depth(v, drawn_depth(layer, vec2u(texel)));
+            sum += caster_depth(r, texel);
             found++;
         }
     }

@@ -237,6 +237,10 @@ fn meet(c: Caster, cell: vec2u, first: u32) {
     }
     // Where some corners lie behind the light, so does a part of what is within the edges.
     let facing = select(0.0, dot(a, e0), curved() || min(min(a.z, b.z), d.z) <= 0.0);
+    // Seen edge-on from a light that shines all around, it has no image: only rounding would say where.
+    if curved() && abs(facing) <= 1e-6 * length(a) * length(b) * length(d) {
+        return;
+    }
     // A light's frame may be mirrored, and then clip space is not.
     let turned = curved() && dot(cross(light_view.row_x.xyz, light_view.row_y.xyz), light_view.axis.xyz) > 0.0;
     let front = casters.cull != select(cull_front, cull_back, turned) && facing >= 0.0;

@@ -152,11 +152,17 @@ fn rounding(position: vec3f) -> f32 {
     return 8.0 * unit * max(abs(position.x), max(abs(position.y), abs(position.z)));
 }
 
+// Pixels of the picture that are tried for each candidate.
+const tried = 64u;
+
 // How brightly a candidate shines on eight pixels of the picture in the mean, and with a small share wherever else it stands
-// and whatever is in the way: none is left out, as eight pixels may miss the one that it shines on.
+// and whatever is in the way: none is left out, as eight pixels may miss the one that it shines on, or all be of the sky. More than
+// eight are tried where some are.
 fn brightness(light: Vpl, first: u32) -> f32 {
+    let across = frame.bounds_max - frame.bounds_min;
     var sum = 0.0;
-    for (var k = 0u; k < 8u; k++) {
+    var found = 0u;
+    for (var k = 0u; k < tried && found < 8u; k++) {
         let s = load_surface(picture_pixel(first + k));
         if s.valid {
             let bright = luminance(given(light, s));
@@ -166,9 +172,11 @@ fn brightness(light: Vpl, first: u32) -> f32 {
             }
             let there = light.position - s.position;
             sum += seen * bright + 0.005 * luminance(light.flux) / (pi * max(dot(there, there), light.size));
+            found++;
         }
     }
-    return sum / 8.0;
+    let least = 0.005 * luminance(light.flux) / (pi * max(dot(across, across), light.size));
+    return sum / f32(max(found, 1u)) + least;
 }
 
 // A thread for each candidate: where its ray meets the scene first.
@@ -212,7 +220,7 @@ fn shoot(@builtin(global_invocation_id) id: vec3u) {
     let flux = albedo * ray.irradiance * beam;
     var light = Vpl(position, size, normal, luminance(flux), flux, 0.0);
     if vpl.placing == placing_view && light.weight > 0.0 {
-        light.weight = brightness(light, 8u * id.x);
+        light.weight = brightness(light, tried * id.x);
     }
     candidates[id.x] = light;
 }

@@ -21,6 +21,24 @@ pub struct Face {
     pub region: [Vec4; 2],
 }
 
+impl Face {
+    /// The largest angle that the side of a texel is seen under, radians, or a little more.
+    pub fn texel_angle(&self) -> f64 {
+        let v = &self.view;
+        let step = 2.0 / v.resolution as f64;
+        if v.perspective == LightView::PARABOLOID {
+            // Directions change with the place in the image by twice its unit, at most.
+            return 2.0 * step / v.row_z.z as f64;
+        }
+        // On the plane at a depth of 1 m: the longest extent of the inverse of the rows there.
+        let axis = v.axis.truncate().as_dvec3();
+        let (t, u) = axis.any_orthonormal_pair();
+        let [a, b] = [v.row_x, v.row_y].map(|row| row.truncate().as_dvec3()).map(|row| [row.dot(t), row.dot(u)]);
+        let longest = ((a[0] + b[1]).hypot(a[1] - b[0]) + (a[0] - b[1]).hypot(a[1] + b[0])) / 2.0;
+        step * longest / (a[0] * b[1] - a[1] * b[0]).abs()
+    }
+}
+
 /// What all faces around a light share.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Around {
@@ -33,6 +51,8 @@ pub struct Around {
     pub side: f64,
     /// Texels that a map goes beyond its face.
     pub guard: f64,
+    /// Metres from a receiver that a filter's taps lie apart, on top.
+    pub metres: f64,
 }
 
 impl Around {
@@ -41,7 +61,7 @@ impl Around {
     }
 
     /// A view with a matrix, that looks along `axis`: a point `q` metres from the light lies at `x · q` and `y · q` over `axis · q`,
-    /// texels from the layer's upper left corner. `texel`: the longest extent of a texel at a depth of 1 m.
+    /// texels from the layer's upper left corner. `texel`: the side of a square texel at a depth of 1 m; 0: they are not square.
     fn flat(&self, axis: DVec3, [x, y]: [DVec3; 2], texel: f64) -> LightView {
         let w = self.row(axis);
         let half = self.side / 2.0;
@@ -100,7 +120,7 @@ impl Around {
                 let length = 3f64.sqrt();
                 let places = [turned(place(x), a), turned(place(y), b)].map(|p| p / length);
                 let axis = w / length;
-                let view = self.flat(axis, places, 3.0 / leg);
+                let view = self.flat(axis, places, 0.0);
                 faces.push(Face { view, axis, layer: layer as u32, region: [border, Vec4::ZERO] });
             }
         }
@@ -126,7 +146,7 @@ impl Around {
             let x = axis.cross(up);
             let layer = i as u32 / 2;
             let mut face = |places: [DVec3; 2], axis: DVec3, toward: DVec3, region: [Vec4; 2]| {
-                let view = self.flat(axis, places, 1.0 / across.min(down));
+                let view = self.flat(axis, places, 0.0);
                 // A hair off its axis, so that two halves of a face part in its middle.
                 faces.push(Face { view, axis: (axis + toward * 1e-4).normalize(), layer, region });
             };
