@@ -16,7 +16,7 @@ crate::params! {
             rotate: flag(false) if mode = ["disk", "dpcf"] or search_taps > 0,
             /// The angles. White: at random. Ign: interleaved gradient noise, more evenly spread among neighbours, so that it looks finer. Blue: a tile of 64 × 64 whose neighbours differ as much as can be, the finest to look at.
             noise: choice("white", ["white", "ign", "blue"]) if rotate = true,
-            /// Frames whose light is averaged, each with other angles; 1: only the newest. Pictures and measurements show what so many frames at rest come to, times are those of one.
+            /// Frames whose light is averaged, each with other angles; 1: only the newest. Pictures and measurements show what so many frames at rest come to, times are those of one. Where each new frame weighs more than 1 / frames, later ones hardly add.
             accumulate: int(1, 1..=64, "frames") if rotate = true,
             /// What the newest frame counts at least (the α of temporal anti-aliasing). Small: smooth, but where something moved old shadows stay behind as ghosts. 0: all frames count alike.
             blend_factor: float(0.1, 0.0..=1.0, "mean" => "newest") if accumulate > 1,
