@@ -1,7 +1,7 @@
 //!include lib/frame.wgsl
 //!include lib/gbuffer.wgsl
 //!include map/faces_of.wgsl
-//!include map/culling.wgsl
+//!include map/clusters.wgsl
 // Which faces are drawn, and which triangles into each. Nothing of it is read back: a face without view samples has draws of
 // no instance.
 
@@ -131,10 +131,14 @@ fn touches_region(i: u32, v: LightView, p: vec3f, q: vec3f, r: vec3f) -> bool {
     return true;
 }
 
-// One thread a triangle.
+// A workgroup a cluster that was listed, one thread a triangle.
 @compute @workgroup_size(64)
-fn cull(@builtin(global_invocation_id) id: vec3u) {
-    let index = id.y * row + id.x;
+fn cull(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) own: u32) {
+    let cluster = group.y * cluster_row + group.x;
+    if cluster >= listed_clusters[3] {
+        return;
+    }
+    let index = listed_clusters[4u + 2u * cluster] * cluster_size + own;
     if index >= faces.triangles {
         return;
     }
@@ -146,9 +150,10 @@ fn cull(@builtin(global_invocation_id) id: vec3u) {
         return;
     }
     let masked = u32(index >= faces.opaque);
-    for (var i = 0u; i < faces.count; i++) {
+    for (var left = listed_clusters[5u + 2u * cluster]; left != 0u; left &= left - 1u) {
+        let i = firstTrailingBit(left);
         let draw = (2u * i + masked) * 5u;
-        if atomicLoad(&draws[draw + 1u]) == 0u || (drawing.culling > culling_none && !touches_face(i, p, q, r)) {
+        if drawing.culling > culling_none && !touches_face(i, p, q, r) {
             continue;
         }
         let at = 3u * (i * faces.triangles + masked * faces.opaque) + atomicAdd(&draws[draw], 3u);
