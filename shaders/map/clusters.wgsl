@@ -1,7 +1,7 @@
-//!include map/culling.wgsl
+//!include lib/frame.wgsl
+//!include map/light_view.wgsl
 //!include map/faces_of.wgsl
 // Clusters of 64 triangles in a row, each in a box: a face leaves all of them out by one test before its triangles are asked one by one.
-// Includers write `draws` and `drawing`: see map/faces.wgsl.
 
 // A box: its middle, and half its sides.
 struct Cluster {
@@ -63,34 +63,4 @@ fn cluster_touches_face(i: u32, c: Cluster) -> bool {
         }
     }
     return true;
-}
-
-// The arguments of a dispatch with a workgroup for each cluster that some face may draw, how many these are, and of each its number and
-// the faces, a bit each.
-var<storage, read_write> listing: array<atomic<u32>>;
-var<storage, read> listed_clusters: array<u32>;
-
-// One thread a cluster.
-@compute @workgroup_size(64)
-fn list_clusters(@builtin(global_invocation_id) id: vec3u) {
-    if id.x == 0u {
-        atomicStore(&listing[2], 1u);
-    }
-    if id.x >= cluster_count() {
-        return;
-    }
-    let c = clusters[id.x];
-    var met = 0u;
-    for (var i = 0u; i < faces.count; i++) {
-        let touched = drawing.culling == culling_none || cluster_touches_face(i, c);
-        met |= u32(touched && atomicLoad(&draws[10u * i + 1u]) > 0u) << i;
-    }
-    if met == 0u || (drawing.culling >= culling_view && !cluster_shadows_view(c)) {
-        return;
-    }
-    let at = atomicAdd(&listing[3], 1u);
-    atomicMax(&listing[0], min(at + 1u, cluster_row));
-    atomicMax(&listing[1], at / cluster_row + 1u);
-    atomicStore(&listing[4u + 2u * at], id.x);
-    atomicStore(&listing[5u + 2u * at], met);
 }

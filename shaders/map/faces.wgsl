@@ -2,6 +2,7 @@
 //!include lib/gbuffer.wgsl
 //!include map/faces_of.wgsl
 //!include map/clusters.wgsl
+//!include map/culling.wgsl
 // Which faces are drawn, and which triangles into each. Nothing of it is read back: a face without view samples has draws of
 // no instance.
 
@@ -129,6 +130,36 @@ fn touches_region(i: u32, v: LightView, p: vec3f, q: vec3f, r: vec3f) -> bool {
         }
     }
     return true;
+}
+
+// The arguments of a dispatch with a workgroup for each cluster that some face may draw, how many these are, and of each its number and
+// the faces, a bit each.
+var<storage, read_write> listing: array<atomic<u32>>;
+var<storage, read> listed_clusters: array<u32>;
+
+// One thread a cluster.
+@compute @workgroup_size(64)
+fn list_clusters(@builtin(global_invocation_id) id: vec3u) {
+    if id.x == 0u {
+        atomicStore(&listing[2], 1u);
+    }
+    if id.x >= cluster_count() {
+        return;
+    }
+    let c = clusters[id.x];
+    var met = 0u;
+    for (var i = 0u; i < faces.count; i++) {
+        let touched = drawing.culling == culling_none || cluster_touches_face(i, c);
+        met |= u32(touched && atomicLoad(&draws[10u * i + 1u]) > 0u) << i;
+    }
+    if met == 0u || (drawing.culling >= culling_view && !cluster_shadows_view(c)) {
+        return;
+    }
+    let at = atomicAdd(&listing[3], 1u);
+    atomicMax(&listing[0], min(at + 1u, cluster_row));
+    atomicMax(&listing[1], at / cluster_row + 1u);
+    atomicStore(&listing[4u + 2u * at], id.x);
+    atomicStore(&listing[5u + 2u * at], met);
 }
 
 // A workgroup a cluster that was listed, one thread a triangle.
