@@ -1,6 +1,7 @@
 //!include lib/frame.wgsl
 //!include lib/gbuffer.wgsl
 //!include map/faces_of.wgsl
+//!include map/clusters.wgsl
 //!include map/culling.wgsl
 // Which faces are drawn, and which triangles into each. Nothing of it is read back: a face without view samples has draws of
 // no instance.
@@ -144,10 +145,44 @@ fn touches_region(i: u32, v: LightView, p: vec3f, q: vec3f, r: vec3f) -> bool {
     return true;
 }
 
-// One thread a triangle.
+// The arguments of a dispatch with a workgroup for each cluster that some face may draw, how many these are, and of each its number and
+// the faces, a bit each.
+var<storage, read_write> listing: array<atomic<u32>>;
+var<storage, read> listed_clusters: array<u32>;
+
+// One thread a cluster.
 @compute @workgroup_size(64)
-fn cull(@builtin(global_invocation_id) id: vec3u) {
-    let index = id.y * row + id.x;
+fn list_clusters(@builtin(global_invocation_id) id: vec3u) {
+    if id.x == 0u {
+        atomicStore(&listing[2], 1u);
+    }
+    if id.x >= cluster_count() {
+        return;
+    }
+    let c = clusters[id.x];
+    var met = 0u;
+    for (var i = 0u; i < faces.count; i++) {
+        let touched = drawing.culling == culling_none || cluster_touches_face(i, c);
+        met |= u32(touched && atomicLoad(&draws[10u * i + 1u]) > 0u) << i;
+    }
+    if met == 0u || (drawing.culling >= culling_view && !cluster_shadows_view(c)) {
+        return;
+    }
+    let at = atomicAdd(&listing[3], 1u);
+    atomicMax(&listing[0], min(at + 1u, cluster_row));
+    atomicMax(&listing[1], at / cluster_row + 1u);
+    atomicStore(&listing[4u + 2u * at], id.x);
+    atomicStore(&listing[5u + 2u * at], met);
+}
+
+// A workgroup a cluster that was listed, one thread a triangle.
+@compute @workgroup_size(64)
+fn cull(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) own: u32) {
+    let cluster = group.y * cluster_row + group.x;
+    if cluster >= listed_clusters[3] {
+        return;
+    }
+    let index = listed_clusters[4u + 2u * cluster] * cluster_size + own;
     if index >= faces.triangles {
         return;
     }
@@ -159,9 +194,10 @@ fn cull(@builtin(global_invocation_id) id: vec3u) {
         return;
     }
     let masked = u32(index >= faces.opaque);
-    for (var i = 0u; i < faces.count; i++) {
+    for (var left = listed_clusters[5u + 2u * cluster]; left != 0u; left &= left - 1u) {
+        let i = firstTrailingBit(left);
         let draw = (2u * i + masked) * 5u;
-        if atomicLoad(&draws[draw + 1u]) == 0u || (drawing.culling > culling_none && !touches_face(i, p, q, r)) {
+        if drawing.culling > culling_none && !touches_face(i, p, q, r) {
             continue;
         }
         let at = 3u * (i * faces.triangles + masked * faces.opaque) + atomicAdd(&draws[draw], 3u);

@@ -1,7 +1,3 @@
 //!include map/warp/around.wgsl
-//!include map/warp/rtw.wgsl
-// Rectilinear texture warping of a cube's faces and a paraboloid's sides, each by the importance of its own view samples.
-
-fn edges_at_pixels() -> bool {
-    return true;
-}
+//!include map/warp/forward.wgsl
+// Rectilinear texture warping of a cube's faces and a paraboloid's sides, each by an importance of its own.

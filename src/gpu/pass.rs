@@ -392,6 +392,11 @@ impl<'a> Recorder<'a> {
         }
     }
 
+    /// Workgroups of 8 × 8 threads that cover the picture.
+    pub fn pixel_groups(&self) -> [u32; 2] {
+        self.pixels.map(|side| side.div_ceil(8))
+    }
+
     /// Passes recorded so far.
     pub fn recorded(&self) -> u32 {
         self.recorded
@@ -506,12 +511,21 @@ impl Run<'_, '_> {
 
     /// Runs a compute pass with a thread per pixel, in workgroups of 8 × 8.
     pub fn per_pixel(self) {
-        let [w, h] = self.recorder.pixels;
-        self.dispatch(w.div_ceil(8), h.div_ceil(8), 1);
+        let [w, h] = self.recorder.pixel_groups();
+        self.dispatch(w, h, 1);
     }
 
     /// Runs a compute pass of that many workgroups.
     pub fn dispatch(self, x: u32, y: u32, z: u32) {
+        self.compute(|p| p.dispatch_workgroups(x, y, z));
+    }
+
+    /// Runs a compute pass of as many workgroups as the buffer says from the byte `at` on: x, y and z.
+    pub fn dispatch_indirect(self, arguments: &wgpu::Buffer, at: u64) {
+        self.compute(|p| p.dispatch_workgroups_indirect(arguments, at));
+    }
+
+    fn compute(self, dispatch: impl FnOnce(&mut wgpu::ComputePass)) {
         self.record(None, |encoder, pass, group, first| {
             let Pipeline::Compute(pipeline) = &pass.pipeline else { return };
             let mut p = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
@@ -524,7 +538,7 @@ impl Run<'_, '_> {
             });
             p.set_pipeline(pipeline);
             p.set_bind_group(0, group, &[]);
-            p.dispatch_workgroups(x, y, z);
+            dispatch(&mut p);
         });
     }
 

@@ -2,6 +2,7 @@
 //! of them are drawn, and which triangles into each, is decided on the GPU (`shaders/map/faces.wgsl`).
 
 use super::casters::{Casters, DRAW, Drawing, Target, Triangles};
+use super::clusters::Clusters;
 use super::filter::Reach;
 use super::fit::Scope;
 use super::fit::faces::{Around, Face};
@@ -109,13 +110,16 @@ pub struct FacesUniform {
 
 /// Largest buffer for the triangles of all faces, bytes; above it every face draws every triangle.
 const INDEX_BYTES: u64 = 1 << 30;
-/// Threads of a row of `cull`, as in WGSL.
-const ROW: u32 = 2_097_152;
 /// Bytes of the draws of all faces: see `draws` in `shaders/map/faces.wgsl`.
-const DRAWS: usize = MOST * 40 + MOST * 32;
+pub const DRAWS: usize = MOST * 40 + MOST * 32;
 /// Where draws begin that pull their vertices, and the bytes of one.
 const PULLED: u64 = MOST as u64 * 40;
 const PULLED_DRAW: u64 = 16;
+
+/// Where the draws of a side's opaque and masked triangles begin that pull their vertices.
+pub fn pulled(side: usize) -> [u64; 2] {
+    [0, 1].map(|masked| PULLED + (2 * side as u64 + masked) * PULLED_DRAW)
+}
 
 /// The maps, and what they are drawn and looked up with.
 pub struct Faces {
@@ -131,6 +135,7 @@ pub struct Faces {
     mark: Pass,
     begin: Pass,
     cull: Pass,
+    clusters: Clusters,
     finish: Pass,
     casters: Casters,
     paraboloid: Paraboloid,
@@ -199,9 +204,10 @@ impl Faces {
             mark: pass("fit: samples", "mark")?,
             begin: pass("fit: faces", "begin")?,
             cull: pass("caster culling", "cull")?,
+            clusters: Clusters::new(gpu)?,
             finish: pass("caster culling", "finish")?,
             casters: Casters::named(["shadow maps", "shadow maps (masked)"]),
-            paraboloid: Paraboloid::default(),
+            paraboloid: Paraboloid::named("shadow maps"),
             written: None,
         })
     }
@@ -275,12 +281,13 @@ impl Faces {
         f.run(&self.begin).bind_all(&bound).dispatch(1, 1, 1);
         let indices = self.indices.as_ref().unwrap_or(&scene.indices);
         if self.indices.is_some() {
-            let groups = [scene.triangle_count.min(ROW).div_ceil(64), scene.triangle_count.div_ceil(ROW)];
+            let listed = self.clusters.list(f, &bound);
             f.run(&self.cull)
                 .bind_all(&bound)
                 .bind("corners_of", &scene.indices)
+                .bind("listed_clusters", &listed)
                 .bind("indices", indices)
-                .dispatch(groups[0], groups[1], 1);
+                .dispatch_indirect(&listed, 0);
         }
         let curved = faces.iter().any(|face| face.view.perspective == LightView::PARABOLOID);
         if curved {
@@ -294,8 +301,9 @@ impl Faces {
             let layer = face.layer as usize;
             let first = !std::mem::replace(&mut begun[layer], true);
             if curved {
-                let at = [0, 1].map(|which| PULLED + (2 * i as u64 + which) * PULLED_DRAW);
-                let side = Side { light_view: view, indices, draws: &self.draws, at, number };
+                let raster = &CurvedParams::read(f.values).raster;
+                let side =
+                    Side { raster, light_view: view, indices, draws: &self.draws, at: pulled(i), number: Some(number) };
                 self.paraboloid.draw(f, (&depths, layer), side)?;
                 continue;
             }

@@ -4,8 +4,10 @@
 //! in `shaders/map/place/` need to find a surface's texel. A [`filter::Filter`] looks layers up, whoever drew them: see
 //! [`filter::LookUp`]. A single map is one layer.
 
+pub mod busy;
 pub mod cascades;
 pub mod casters;
+mod clusters;
 pub mod faces;
 pub mod filter;
 pub mod fit;

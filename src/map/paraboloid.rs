@@ -24,8 +24,8 @@ crate::params! {
 type State = (String, wgpu::TextureFormat, bool);
 
 /// The passes that draw into a side.
-#[derive(Default)]
 pub struct Paraboloid {
+    name: &'static str,
     passes: Option<(State, Passes)>,
     /// Pieces of a side's split triangles, for a number of triangles; and the draw of them.
     pieces: Option<(u32, [Buffer; 2])>,
@@ -45,6 +45,8 @@ const PIECE: u64 = 8;
 /// What a side is drawn from, all on the GPU.
 #[derive(Clone, Copy)]
 pub struct Side<'a> {
+    /// As [`CurvedParams::raster`].
+    pub raster: &'a str,
     pub light_view: &'a Buffer,
     /// Corners of the listed triangles.
     pub indices: &'a Buffer,
@@ -52,11 +54,16 @@ pub struct Side<'a> {
     pub draws: &'a Buffer,
     /// Where the draws of opaque and masked triangles begin, bytes.
     pub at: [u64; 2],
-    /// The side's number, a word.
-    pub number: &'a Buffer,
+    /// The side's number, a word, by which `subdivide` finds its draws; nothing else needs it.
+    pub number: Option<&'a Buffer>,
 }
 
 impl Paraboloid {
+    /// The draws of the nearest surfaces are timed under this name.
+    pub fn named(name: &'static str) -> Paraboloid {
+        Paraboloid { name, passes: None, pieces: None }
+    }
+
     /// Vertices that a triangle is drawn with.
     pub fn vertices(raster: &str) -> u32 {
         if raster == "exact" { 6 } else { 3 }
@@ -67,8 +74,7 @@ impl Paraboloid {
     /// # Errors
     /// Passes that cannot be made.
     pub fn draw(&mut self, f: &mut Frame, (depths, i): (&Depths, usize), side: Side) -> Result<()> {
-        let raster = CurvedParams::read(f.values).raster;
-        let state = (raster, depths.nearest.texture.format(), depths.peeled.is_some());
+        let state = (side.raster.to_string(), depths.nearest.texture.format(), depths.peeled.is_some());
         let passes = hold(&mut self.passes, state, |state| Passes::new(f.gpu, state))?;
         let scene = f.scene;
         let mut bound: Vec<(&'static str, Resource)> =
@@ -84,12 +90,9 @@ impl Paraboloid {
                         f.gpu.room("draw of the pieces", 32, Use::STORAGE | Use::INDIRECT | Use::COPY_DST),
                     ])
                 })?;
-                let own = [
-                    ("pieces", (&*pieces).into()),
-                    ("piece_draw", (&*draw).into()),
-                    ("draws", side.draws.into()),
-                    ("side", side.number.into()),
-                ];
+                let mut own =
+                    vec![("pieces", (&*pieces).into()), ("piece_draw", (&*draw).into()), ("draws", side.draws.into())];
+                own.extend(side.number.map(|number| ("side", number.into())));
                 f.clear(draw);
                 f.run(split).bind_all(&bound).bind_all(&own).dispatch(256, 1, 1);
                 f.run(finish).bind_all(&own).dispatch(1, 1, 1);
@@ -103,7 +106,7 @@ impl Paraboloid {
             at.iter().for_each(|at| p.draw_indirect(arguments, *at));
         };
         let nearest = &depths.nearest.each[i];
-        f.run(&passes.nearest).bind_all(&bound).draw(&[], Some((nearest, 0.0)), true, issue);
+        f.run(&passes.nearest).named(self.name).bind_all(&bound).draw(&[], Some((nearest, 0.0)), true, issue);
         if let (Some([alone, second]), Some(peeled)) = (&passes.peel, &depths.peeled) {
             bound.push(("nearest_depth", nearest.into()));
             let depth = Some((&peeled.each[i], 0.0));

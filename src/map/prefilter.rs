@@ -1,5 +1,6 @@
 //! Moments of depth, averaged over texels before they are looked up (`shaders/map/prefilter.wgsl`).
 
+use super::busy::Dispatches;
 use super::filter::Reach;
 use super::{MOST, Maps, uniform_of};
 use crate::frame::Frame;
@@ -103,6 +104,7 @@ pub struct Prefilter {
     uniforms: Vec<(Prefiltered, Buffer)>,
     /// The light view of each layer alone.
     single: Vec<Buffer>,
+    dispatches: Dispatches,
 }
 
 struct Textures {
@@ -131,6 +133,7 @@ impl Prefilter {
             sampler: None,
             uniforms: Vec::new(),
             single: (0..MOST).map(view).collect(),
+            dispatches: Dispatches::default(),
         })
     }
 
@@ -153,7 +156,9 @@ impl Prefilter {
         })?;
         let scratch = &textures.scratch;
         let view_size = size_of::<LightView>() as u64;
-        let groups = |size: u32| size.div_ceil(8);
+        let groups = |level: u32| [(side >> level).max(1).div_ceil(8); 2];
+        let sizes: Vec<[u32; 2]> = (0..levels).map(groups).collect();
+        self.dispatches.plan(f, &maps.bound, &sizes)?;
         for (layer, (depth, map_side)) in maps.layers.each.iter().zip(&maps.sides).enumerate() {
             f.copy(&maps.light_views, layer as u64 * view_size, &self.single[layer], view_size);
             for plane in 0..of.planes {
@@ -161,22 +166,23 @@ impl Prefilter {
                 let uniform = |down| Prefiltered { side: *map_side, planes: of.planes, plane, down };
                 let [across, down] =
                     [0, 1].map(|down| uniform_of(&mut self.uniforms, gpu, "prefiltered map", uniform(down)));
-                f.run(&self.make)
+                let run = f
+                    .run(&self.make)
                     .bind("layer_depth", depth)
                     .bind("light_view", &self.single[layer])
                     .bind("prefiltered", &across)
-                    .bind("moments_out", &level[0])
-                    .dispatch(groups(side), groups(side), 1);
+                    .bind("moments_out", &level[0]);
+                self.dispatches.run(run, layer, sizes[0]);
                 if p.blur_radius > 0 {
                     for (uniform, from, to) in [(&across, &level[0], scratch), (&down, scratch, &level[0])] {
                         let run = f.run(&self.blur).bind("prefiltered", uniform);
-                        run.bind("unfiltered", from).bind("moments_out", to).dispatch(groups(side), groups(side), 1);
+                        let run = run.bind("unfiltered", from).bind("moments_out", to);
+                        self.dispatches.run(run, layer, sizes[0]);
                     }
                 }
-                for (i, pair) in level.windows(2).enumerate() {
-                    let size = groups(side >> (i + 1));
-                    let run = f.run(&self.halve).bind("unfiltered", &pair[0]);
-                    run.bind("moments_out", &pair[1]).dispatch(size, size, 1);
+                for (pair, size) in level.windows(2).zip(&sizes[1..]) {
+                    let run = f.run(&self.halve).bind("unfiltered", &pair[0]).bind("moments_out", &pair[1]);
+                    self.dispatches.run(run, layer, *size);
                 }
             }
         }

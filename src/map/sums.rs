@@ -1,5 +1,6 @@
 //! Summed-area tables of moments of depth (`shaders/map/sums.wgsl`).
 
+use super::busy::Dispatches;
 use super::prefilter::Moments;
 use super::{Maps, uniform_of};
 use crate::frame::Frame;
@@ -25,6 +26,7 @@ pub struct Sums {
     sum: Pass,
     textures: Option<([u32; 2], Textures)>,
     uniforms: Vec<(Summed, Buffer)>,
+    dispatches: Dispatches,
 }
 
 struct Textures {
@@ -47,6 +49,7 @@ impl Sums {
             sum: Pass::compute(gpu, "summed-area table", file, "sum_up", groups)?,
             textures: None,
             uniforms: Vec::new(),
+            dispatches: Dispatches::default(),
         })
     }
 
@@ -78,21 +81,24 @@ impl Sums {
             })
         })?;
         let scratch = &textures.scratch;
+        let sizes: Vec<[u32; 2]> = maps.sides.iter().flat_map(|side| [[side.div_ceil(8); 2], [*side, 1]]).collect();
+        self.dispatches.plan(f, &maps.bound, &sizes)?;
         for (layer, (depth, side)) in maps.layers.each.iter().zip(&maps.sides).enumerate() {
-            let (table, groups) = (&textures.each[layer], side.div_ceil(8));
+            let table = &textures.each[layer];
             let [across, down] = [0, 1].map(|down| {
                 let words = Summed { layer: layer as u32, side: *side, down, padding: 0 };
                 uniform_of(&mut self.uniforms, gpu, "summed map", words)
             });
-            f.run(&self.fix)
+            let run = f
+                .run(&self.fix)
                 .bind("summed", &across)
                 .bind("light_views", &maps.light_views)
                 .bind("layer_depth", depth)
-                .bind("moments_out", table)
-                .dispatch(groups, groups, 1);
+                .bind("moments_out", table);
+            self.dispatches.run(run, layer, [side.div_ceil(8); 2]);
             for (uniform, from, to) in [(&across, table, scratch), (&down, scratch, table)] {
-                let run = f.run(&self.sum).bind("summed", uniform).bind("unsummed", from);
-                run.bind("moments_out", to).dispatch(*side, 1, 1);
+                let run = f.run(&self.sum).bind("summed", uniform).bind("unsummed", from).bind("moments_out", to);
+                self.dispatches.run(run, layer, [*side, 1]);
             }
         }
         Ok(vec![("sums_map", (&textures.all).into())])

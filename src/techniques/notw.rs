@@ -6,10 +6,12 @@ use super::{Info, MAPS, NEAREST, Technique};
 use crate::frame::Frame;
 use crate::gpu::{Buffer, Gpu, Pass, Resource, hold};
 use crate::light::LightView;
+use crate::map::busy::Dispatches;
 use crate::map::cascades::ANALYSED;
 use crate::map::faces;
 use crate::map::filter::{Reach, alone};
-use crate::map::fit::{Kept, msf};
+use crate::map::fit::faces::{Around, Face};
+use crate::map::fit::{Kept, msf, part};
 use crate::map::single::scope;
 use crate::map::warp::around::{NearParams, Views};
 use crate::map::warp::{self, RasterParams, Warped, storage};
@@ -32,8 +34,8 @@ crate::params! {
     /// The same of maps around a light.
     pub struct FaceCropParams {
         "Warp" {
-            /// What each map covers before the warp. None: its whole face or side. Dv (desired view): the view samples in it that face the light.
-            crop: choice("dv", ["none", "dv"]),
+            /// What each map covers before the warp. None: its whole face or side. Dv (desired view): the view samples in it that face the light. Msf: where in it the camera can see something of the scene's convex hull.
+            crop: choice("dv", ["none", "dv", "msf"]),
         }
     }
 }
@@ -104,7 +106,7 @@ pub static CUBE: Info = Info {
     ],
     main: &[("resolution", "128..2048*2"), ("window", "0.01,0.03125,0.125"), ("crop", "none,dv")],
     maps: &[&faces::MAPS, ANALYSED, &warp::MAPS, &OWN],
-    make: |gpu, info| Ok(Box::new(Notw::new(gpu, info, AROUND, Some(cube()))?)),
+    make: |gpu, info| Ok(Box::new(Notw::new(gpu, info, AROUND, Some(cropped_cube()))?)),
 };
 
 pub static PARABOLOID: Info = Info {
@@ -128,7 +130,7 @@ pub static PARABOLOID: Info = Info {
     ],
     main: &[("resolution", "128..4096*2"), ("window", "0.01,0.03125,0.125"), ("crop", "none,dv")],
     maps: &[&faces::MAPS, ANALYSED, &warp::MAPS, &OWN],
-    make: |gpu, info| Ok(Box::new(Notw::new(gpu, info, AROUND, Some(sides()))?)),
+    make: |gpu, info| Ok(Box::new(Notw::new(gpu, info, AROUND, Some(cropped_sides()))?)),
 };
 
 /// The shader of warps around a light.
@@ -141,6 +143,22 @@ pub fn cube() -> Views {
 
 pub fn sides() -> Views {
     Views { side: |f| SideParams::read(f.values).resolution, faces: dual_paraboloid::sides }
+}
+
+/// The same, narrowed to what the camera can see if `crop` asks for that.
+fn cropped_cube() -> Views {
+    Views { faces: |around, f| cropped(around, f, around.cube()), ..cube() }
+}
+
+fn cropped_sides() -> Views {
+    Views { faces: |around, f| cropped(around, f, dual_paraboloid::sides(around, f)), ..sides() }
+}
+
+fn cropped(around: &Around, f: &Frame, faces: Vec<Face>) -> Vec<Face> {
+    match FaceCropParams::read(f.values).crop.as_str() {
+        "msf" => part::narrowed(&scope(f, Reach::default()), around, f.geometry.hull(), faces),
+        _ => faces,
+    }
 }
 
 /// The views that need what each layer's warp is made of.
@@ -208,6 +226,7 @@ struct Passes {
     sum: Pass,
     smooth: [Pass; 3],
     smooth_along: Pass,
+    dispatches: Dispatches,
 }
 
 /// Bytes of a histogram.
@@ -250,6 +269,7 @@ impl Notw {
                     pass("smoothing", "smooth_tent_second")?,
                 ],
                 smooth_along: pass("smoothing", "smooth_along")?,
+                dispatches: Dispatches::default(),
             },
             count_after: pass("view samples", "count_after")?,
             occupy: pass("occupancy", "occupy")?,
@@ -291,7 +311,11 @@ impl Technique for Notw {
                 if f.wants_outlines() {
                     f.outline_body(scope(f, Reach::default()).seen_of(f.geometry.hull().clone()));
                 }
-                *self.least.get(f, scope(f, Reach::default()), |s| msf::view(s, f.geometry.hull()))
+                // Faces around a light are narrowed each: see `cropped`.
+                match self.around {
+                    true => None,
+                    false => *self.least.get(f, scope(f, Reach::default()), |s| msf::view(s, f.geometry.hull())),
+                }
             }
             _ => None,
         };
@@ -325,12 +349,14 @@ impl Technique for Notw {
             for axis in &lines.axes {
                 f.clear(&axis.counts);
             }
+            let sizes = Passes::sizes(f, resolution);
+            self.passes.dispatches.plan(f, &base.faces, &sizes)?;
             for (i, own) in each.iter().enumerate() {
                 // What the layer before left.
                 if i > 0 && kept == 1 {
                     lines.axes.iter().for_each(|axis| f.clear(&axis.counts));
                 }
-                self.passes.make(f, lines, resolution, own);
+                self.passes.make(f, lines, resolution, (i, own));
             }
         }
         if f.view == "occupancy" {
@@ -356,54 +382,67 @@ impl Technique for Notw {
 }
 
 impl Passes {
+    /// Workgroups of passes with a thread a pixel, of those with one for each line, and of those with one for each edge that take
+    /// lines one by one or in runs.
+    fn sizes(f: &Frame, resolution: u32) -> [[u32; 2]; 4] {
+        let edges = (resolution + 1).div_ceil(64);
+        [f.pixel_groups(), [resolution, 1], [edges, resolution], [edges, resolution.div_ceil(16)]]
+    }
+
     /// Makes a layer's warps of its view samples. `bound`: what its passes need.
-    fn make(&self, f: &mut Frame, lines: &Lines, resolution: u32, bound: &[(&'static str, Resource)]) {
+    fn make(
+        &self,
+        f: &mut Frame,
+        lines: &Lines,
+        resolution: u32,
+        (layer, bound): (usize, &[(&'static str, Resource)]),
+    ) {
         let p = NotwParams::read(f.values);
-        let groups = (resolution + 1).div_ceil(64);
+        let [pixels, each_line, each_edge, edges_of_runs] = Passes::sizes(f, resolution);
+        let dispatches = &self.dispatches;
         for (i, axis) in lines.axes.iter().enumerate() {
             f.clear(&axis.total);
-            if i == 0 {
-                f.run(&self.count).bind_all(bound).bind("before", &axis.counts).per_pixel();
-            } else {
-                f.run(&self.count_moved).bind_all(bound).bind("moved", &axis.counts).per_pixel();
-            }
-            f.run(&self.sum)
+            let (count, counts) = [(&self.count, "before"), (&self.count_moved, "moved")][i];
+            dispatches.run(f.run(count).bind_all(bound).bind(counts, &axis.counts), layer, pixels);
+            let sum = f
+                .run(&self.sum)
                 .bind_all(bound)
                 .bind("samples", &axis.counts)
                 .bind("sums", &axis.sums)
                 .bind("weights", &axis.weights)
-                .bind("total", &axis.total)
-                .dispatch(resolution, 1, 1);
+                .bind("total", &axis.total);
+            dispatches.run(sum, layer, each_line);
             let along = (p.window_along * resolution as f32).round() > 0.0;
             let weights = |last: bool| if last { &lines.no_weights } else { &lines.halfway_weights };
-            let mut smooth = |pass: &Pass, from: [&Buffer; 2], to: &Buffer, lines_a_group: u32| {
-                f.run(pass)
+            let mut smooth = |pass: &Pass, from: [&Buffer; 2], to: &Buffer, size: [u32; 2]| {
+                let run = f
+                    .run(pass)
                     .bind_all(bound)
                     .bind("line_sums", from[0])
                     .bind("line_weights", from[1])
                     .bind("samples_total", &axis.total)
                     .bind("smoothed", to)
-                    .bind("smoothed_weights", weights(std::ptr::eq(from[1], &lines.halfway_weights)))
-                    .dispatch(groups, resolution.div_ceil(lines_a_group), 1);
+                    .bind("smoothed_weights", weights(std::ptr::eq(from[1], &lines.halfway_weights)));
+                dispatches.run(run, layer, size);
             };
             let own = [&axis.sums, &axis.weights];
             let halfway = [&lines.halfway, &lines.halfway_weights];
             match (p.kernel.as_str(), along) {
                 ("tent", false) => {
-                    smooth(&self.smooth[1], own, &lines.halfway, 16);
-                    smooth(&self.smooth[2], halfway, &axis.warp, 16);
+                    smooth(&self.smooth[1], own, &lines.halfway, edges_of_runs);
+                    smooth(&self.smooth[2], halfway, &axis.warp, edges_of_runs);
                 }
                 ("tent", true) => {
                     // By way of the warp's own buffer, which is written again at the end.
-                    smooth(&self.smooth[1], own, &axis.warp, 16);
-                    smooth(&self.smooth[2], [&axis.warp, &lines.halfway_weights], &lines.halfway, 16);
-                    smooth(&self.smooth_along, halfway, &axis.warp, 1);
+                    smooth(&self.smooth[1], own, &axis.warp, edges_of_runs);
+                    smooth(&self.smooth[2], [&axis.warp, &lines.halfway_weights], &lines.halfway, edges_of_runs);
+                    smooth(&self.smooth_along, halfway, &axis.warp, each_edge);
                 }
                 (_, true) => {
-                    smooth(&self.smooth[0], own, &lines.halfway, 16);
-                    smooth(&self.smooth_along, halfway, &axis.warp, 1);
+                    smooth(&self.smooth[0], own, &lines.halfway, edges_of_runs);
+                    smooth(&self.smooth_along, halfway, &axis.warp, each_edge);
                 }
-                _ => smooth(&self.smooth[0], own, &axis.warp, 16),
+                _ => smooth(&self.smooth[0], own, &axis.warp, edges_of_runs),
             }
         }
     }

@@ -6,11 +6,14 @@ use super::{Info, MAPS, NEAREST, Technique, notw};
 use crate::frame::Frame;
 use crate::gpu::{Buffer, Gpu, Pass, Resource, hold};
 use crate::map::Layers;
+use crate::map::busy::Dispatches;
 use crate::map::cascades::ANALYSED;
-use crate::map::casters::{Casters, Target, Triangles};
-use crate::map::faces;
+use crate::map::casters::{Casters, DRAW, Target, Triangles};
+use crate::map::faces::{self, pulled};
 use crate::map::filter::alone;
-use crate::map::warp::around::{NearParams, Views};
+use crate::map::paraboloid::{Paraboloid, Side};
+use crate::map::peel::Depths;
+use crate::map::warp::around::{NearParams, PLAIN_RASTER, Plain, Views};
 use crate::map::warp::{self, RasterParams, Warped, storage};
 use crate::map::{BiasParams, CasterParams, MapParams};
 use crate::params::Params;
@@ -18,7 +21,7 @@ use crate::view::{self, BEFORE_AFTER, Class, Drawn, Legend, View};
 use anyhow::{Result, ensure};
 
 crate::params! {
-    /// From where a single map's importance is found.
+    /// From where importance is found.
     pub struct AnalysisParams {
         "Importance" {
             /// Where importance is found. Backward: at the pixels that the camera sees. Forward: at the texels of a plain map seen from the light, hidden ones too. Hybrid: the camera's terms at pixels, shadow edges in the light's map.
@@ -97,6 +100,7 @@ pub static CUBE: Info = Info {
     lights: faces::LIGHTS,
     filter: Some(NEAREST),
     params: &[
+        AnalysisParams::GROUP,
         RtwParams::GROUP,
         RasterParams::GROUP,
         CubeParams::GROUP,
@@ -120,6 +124,7 @@ pub static PARABOLOID: Info = Info {
     lights: faces::LIGHTS,
     filter: Some(NEAREST),
     params: &[
+        AnalysisParams::GROUP,
         RtwParams::GROUP,
         RasterParams::GROUP,
         SideParams::GROUP,
@@ -177,17 +182,18 @@ struct Rtw {
     /// For a number of bins and of layers.
     tables: Option<([u32; 2], Tables)>,
     samples: Pass,
-    /// None: importance is found backward only.
-    forward: Option<Forward>,
+    forward: Forward,
     collapse: Pass,
     blur: Pass,
     sum: Pass,
+    dispatches: Dispatches,
 }
 
 /// What finds importance in the light's own map.
 struct Forward {
     light_depth: Option<Layers>,
     casters: Casters,
+    paraboloid: Paraboloid,
     texels: Pass,
 }
 
@@ -202,22 +208,51 @@ struct Tables {
 impl Rtw {
     fn new(gpu: &Gpu, info: &'static Info, file: &'static str, views: Option<Views>) -> Result<Rtw> {
         let pass = |name, entry| Pass::compute(gpu, name, &alone(file), entry, info.params);
-        let forward = || -> Result<Forward> {
-            Ok(Forward {
-                light_depth: None,
-                casters: Casters::named(["light's depth", "light's depth (masked)"]),
-                texels: pass("importance of texels", "importance_of_texels")?,
-            })
-        };
         Ok(Rtw {
             warped: Warped::around(gpu, file, info.params, views)?,
             tables: None,
             samples: pass("importance of view samples", "importance_of_samples")?,
-            forward: if views.is_none() { Some(forward()?) } else { None },
+            forward: Forward {
+                light_depth: None,
+                casters: Casters::named(["light's depth", "light's depth (masked)"]),
+                paraboloid: Paraboloid::named("light's depth"),
+                texels: pass("importance of texels", "importance_of_texels")?,
+            },
             collapse: pass("collapse", "collapse")?,
             blur: pass("blur", "blur")?,
             sum: pass("prefix sums", "sum_up")?,
+            dispatches: Dispatches::default(),
         })
+    }
+}
+
+impl Forward {
+    /// Draws a layer's casters as its view has them before the warp, a texel a bin; `plain`: of layers around a light.
+    fn draw(
+        &mut self,
+        f: &mut Frame,
+        bins: u32,
+        (layer, view): (usize, &Buffer),
+        plain: Option<&Plain>,
+    ) -> Result<wgpu::TextureView> {
+        let layers = Layers::hold(&mut self.light_depth, f.gpu, &[bins], wgpu::TextureFormat::Depth32Float)?;
+        let (depth, indices) = (layers.each[0].clone(), &f.scene.indices);
+        match plain {
+            Some(Plain { draws, curved: true }) => {
+                let side =
+                    Side { raster: PLAIN_RASTER, light_view: view, indices, draws, at: pulled(layer), number: None };
+                self.paraboloid.draw(f, (&Depths { nearest: layers, peeled: None }, 0), side)?;
+            }
+            _ => {
+                let triangles = match plain {
+                    Some(Plain { draws, .. }) => Triangles::Listed { indices, draws, at: 2 * layer as u64 * DRAW },
+                    None => Triangles::All,
+                };
+                // A view whose depth is linear, as the base of every warp.
+                self.casters.draw(f, &depth, Target::whole(bins, view, true), &triangles)?;
+            }
+        }
+        Ok(depth)
     }
 }
 
@@ -255,37 +290,31 @@ impl Technique for Rtw {
             ("smooth_profiles", (&tables.blurred).into()),
             ("importance_map", (&tables.importance).into()),
         ];
-        if let Some(forward) = self.forward.as_mut().filter(|_| analysis == "backward") {
-            forward.light_depth = None;
+        if analysis == "backward" {
+            self.forward.light_depth = None;
         }
         if base.changed {
             f.clear(&tables.importance);
             f.clear(&tables.profiles);
+            let (pixels, texels) = (f.pixel_groups(), [bins.div_ceil(8); 2]);
+            let (collapsed, blurred, axes) = ([bins.div_ceil(64); 2], [bins.div_ceil(64), 2], [2, 1]);
+            self.dispatches.plan(f, &base.faces, &[pixels, texels, collapsed, blurred, axes])?;
+            let dispatches = &self.dispatches;
             for (i, view) in base.each.iter().enumerate() {
                 let own = base.layer(i, &bound);
                 if analysis != "forward" {
-                    f.run(&self.samples).bind_all(&own).bind("importance", &tables.importance).per_pixel();
+                    let run = f.run(&self.samples).bind_all(&own).bind("importance", &tables.importance);
+                    dispatches.run(run, i, pixels);
                 }
-                if let Some(forward) = self.forward.as_mut().filter(|_| analysis != "backward") {
-                    let format = wgpu::TextureFormat::Depth32Float;
-                    let depth = Layers::hold(&mut forward.light_depth, f.gpu, &[bins], format)?.each[0].clone();
-                    // A view whose depth is linear, as the base of every warp.
-                    forward.casters.draw(f, &depth, Target::whole(bins, view, true), &Triangles::All)?;
-                    let groups = bins.div_ceil(8);
-                    f.run(&forward.texels)
-                        .bind_all(&own)
-                        .bind("importance", &tables.importance)
-                        .bind("light_depth", &depth)
-                        .dispatch(groups, groups, 1);
+                if analysis != "backward" {
+                    let depth = self.forward.draw(f, bins, (i, view), base.plain.as_ref())?;
+                    let run = f.run(&self.forward.texels).bind_all(&own).bind("importance", &tables.importance);
+                    dispatches.run(run.bind("light_depth", &depth), i, texels);
                 }
-                let groups = bins.div_ceil(64);
-                f.run(&self.collapse)
-                    .bind_all(&own)
-                    .bind("importance", &tables.importance)
-                    .bind("profiles", &tables.profiles)
-                    .dispatch(groups, groups, 1);
-                f.run(&self.blur).bind_all(&own).bind("blurred", &tables.blurred).dispatch(groups, 2, 1);
-                f.run(&self.sum).bind_all(&own).bind("edges", &tables.warps).dispatch(2, 1, 1);
+                let run = f.run(&self.collapse).bind_all(&own).bind("importance", &tables.importance);
+                dispatches.run(run.bind("profiles", &tables.profiles), i, collapsed);
+                dispatches.run(f.run(&self.blur).bind_all(&own).bind("blurred", &tables.blurred), i, blurred);
+                dispatches.run(f.run(&self.sum).bind_all(&own).bind("edges", &tables.warps), i, axes);
             }
         }
         self.warped.draw(f, &base, &bound)

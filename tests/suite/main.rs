@@ -13,6 +13,7 @@ mod filters_pcf;
 mod flatland;
 mod gltf;
 mod hulls;
+mod idle;
 mod imperfect_sm;
 mod laws;
 mod light_size;

@@ -46,5 +46,5 @@ fn tell() {
         told[k] += atomicLoad(&state.counters[k]);
     }
     told_draws[10u * light_view.layer] = 3u * atomicLoad(&state.counters[kept_count]);
-    told_draws[10u * light_view.layer + 1u] = 1u - light_view.idle;
+    told_draws[10u * light_view.layer + 5u] = 0u;
 }

@@ -10,6 +10,7 @@ pub mod hull;
 pub mod lispsm;
 pub mod logpsm;
 pub mod msf;
+pub mod part;
 pub mod psm;
 pub mod quickhull;
 pub mod tsm;

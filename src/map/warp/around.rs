@@ -4,9 +4,10 @@
 use crate::frame::Frame;
 use crate::gpu::{Buffer, Gpu, Pass, Resource};
 use crate::light::LightView;
-use crate::map::faces::{FacesUniform, around};
+use crate::map::faces::{DRAWS, FacesUniform, around};
 use crate::map::filter::{Reach, alone};
 use crate::map::fit::faces::{Around, Face};
+use crate::map::paraboloid::Paraboloid;
 use crate::map::{MOST, light_views};
 use crate::params::Group;
 use anyhow::Result;
@@ -30,9 +31,20 @@ pub struct Views {
     pub faces: fn(&Around, &Frame) -> Vec<Face>,
 }
 
-/// Bytes of what `extents` holds, and of the draws of all faces as `shaders/map/faces.wgsl` writes them.
+/// Bytes of what `extents` holds.
 const EXTENTS: u64 = MOST as u64 * 20;
-const DRAWS: u64 = MOST as u64 * 40;
+
+/// What draws all casters into the faces as they are before the warp.
+#[derive(Clone)]
+pub struct Plain {
+    /// As `shaders/map/faces.wgsl` writes them; of no instance into a face that nothing looks up. They hold until the warped maps are drawn.
+    pub draws: Buffer,
+    /// The faces are a paraboloid's sides.
+    pub curved: bool,
+}
+
+/// How a paraboloid's sides are drawn before the warp.
+pub const PLAIN_RASTER: &str = "exact";
 
 /// What is known of the faces on the GPU.
 pub struct Layers {
@@ -43,6 +55,7 @@ pub struct Layers {
     samples: Buffer,
     extents: Buffer,
     draws: Buffer,
+    curved: bool,
     told: Buffer,
     /// Whether views are narrowed.
     cropping: [Buffer; 2],
@@ -64,7 +77,8 @@ impl Layers {
             fitted: light_views(gpu, "light views"),
             samples: counted("faces' samples", MOST as u64 * 4),
             extents: counted("extents of samples", EXTENTS),
-            draws: counted("faces' triangles", DRAWS),
+            draws: gpu.room("faces' draws", DRAWS as u64, Use::STORAGE | Use::INDIRECT | Use::COPY_SRC | Use::COPY_DST),
+            curved: false,
             told: counted("triangles of all layers", super::TRIANGLES_MET + 4),
             cropping: [0u32, 1].map(|x| gpu.buffer("cropping", bytemuck::bytes_of(&[x, 0, 0, 0]), Use::UNIFORM)),
             each: (0..MOST).map(|_| zero("light view", size_of::<LightView>(), Use::UNIFORM)).collect(),
@@ -90,6 +104,7 @@ impl Layers {
             count: faces.len() as u32,
             triangles: f.scene.triangle_count,
             opaque: f.scene.opaque_count,
+            vertices: Paraboloid::vertices(PLAIN_RASTER),
             ..FacesUniform::zeroed()
         };
         for (axis, face) in uniform.axes.iter_mut().zip(&faces) {
@@ -101,6 +116,7 @@ impl Layers {
             let perspective = if matrix { LightView::WARPED } else { face.view.perspective };
             LightView { perspective, ..face.view }
         };
+        self.curved = faces.iter().any(|face| face.view.perspective == LightView::PARABOLOID);
         let views: Vec<LightView> = faces.iter().map(view).collect();
         f.gpu.queue.write_buffer(&self.uniform, 0, bytemuck::bytes_of(&uniform));
         f.gpu.queue.write_buffer(&self.whole, 0, bytemuck::cast_slice(&views));
@@ -108,13 +124,14 @@ impl Layers {
         f.clear(&self.extents);
         f.clear(&self.draws);
         f.clear(&self.told);
-        let bound: [(&'static str, Resource); 6] = [
+        let bound: [(&'static str, Resource); 7] = [
             ("faces", (&self.uniform).into()),
             ("light_views", (&self.whole).into()),
             ("samples", (&self.samples).into()),
             ("extents", (&self.extents).into()),
             ("cropping", (&self.cropping[narrow as usize]).into()),
             ("fitted", (&self.fitted).into()),
+            ("told_draws", (&self.draws).into()),
         ];
         let [w, h] = f.size.map(|side| side.div_ceil(64));
         f.run(&self.look).bind_all(&bound).dispatch(w, h, 1);
@@ -138,6 +155,11 @@ impl Layers {
             ("face_samples", (&self.samples).into()),
             ("face_draws", (&self.draws).into()),
         ]
+    }
+
+    /// What draws the faces as they are before the warp.
+    pub fn plain(&self) -> Plain {
+        Plain { draws: self.draws.clone(), curved: self.curved }
     }
 
     /// What the layers' passes count together, as `State` in `shaders/map/warp/warped.wgsl`.

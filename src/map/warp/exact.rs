@@ -1,6 +1,6 @@
 //! Casters met by the rays of the texels that view samples need (`shaders/map/warp/exact.wgsl`).
 
-use super::{Casters, RAY_ARGUMENTS, Way, shown, storage};
+use super::{Casters, Dispatches, RAY_ARGUMENTS, Way, shown, storage};
 use crate::frame::Frame;
 use crate::gpu::{Buffer, Gpu, Pass, Raster, Resource, Slot, hold};
 use crate::map::filter::alone;
@@ -16,6 +16,9 @@ const BOX: u64 = 16;
 const MOST_RAYS: u64 = 1 << 24;
 /// The format of the picture that triangles are drawn into, a pixel a cell; nothing is written there.
 const CELLS: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
+
+/// Workgroups of passes whose threads share rays or triangles: see `stride` in WGSL.
+const THREADS: [u32; 2] = [256, 1];
 
 /// As `RayBand` in WGSL.
 #[repr(C)]
@@ -38,6 +41,7 @@ pub struct Exact {
     meet: Pass,
     draw: Pass,
     picture: Slot,
+    dispatches: Dispatches,
     held: Option<(Size, Held)>,
 }
 
@@ -87,6 +91,7 @@ impl Exact {
             meet: Pass::render(gpu, "rays meet casters", &alone(file), boxes, groups)?,
             draw: Pass::render(gpu, "shadow map", &alone(file), points, groups)?,
             picture: Slot::default(),
+            dispatches: Dispatches::default(),
             held: None,
         })
     }
@@ -98,7 +103,7 @@ impl Casters for Exact {
         f: &mut Frame,
         changed: bool,
         bound: &[(&'static str, Resource)],
-        map: &wgpu::TextureView,
+        (layer, map): (usize, &wgpu::TextureView),
         [arguments, state]: [&Buffer; 2],
     ) -> Result<()> {
         let resolution = map.texture().width();
@@ -128,17 +133,18 @@ impl Casters for Exact {
                 ("boxes", (&held.boxes).into()),
                 ("drawn_boxes", (&held.boxes).into()),
             ]);
-            f.clear(&held.needed);
-            if whole {
-                f.run(&self.all).bind_all(&all).dispatch(resolution.div_ceil(8), resolution.div_ceil(8), 1);
-            } else {
-                f.run(&self.need).bind_all(&all).per_pixel();
+            let (texels, pixels) = ([resolution.div_ceil(8); 2], f.pixel_groups());
+            if layer == 0 {
+                self.dispatches.plan(f, bound, &[texels, pixels, THREADS])?;
             }
+            f.clear(&held.needed);
+            let (pass, size) = if whole { (&self.all, texels) } else { (&self.need, pixels) };
+            self.dispatches.run(f.run(pass).bind_all(&all), layer, size);
             for (i, band) in held.bands.iter().enumerate() {
                 f.clear(&held.cells);
                 f.clear_range(state, RAY_ARGUMENTS, 32);
                 for pass in [&self.make, &self.trace, &self.sort, &self.list] {
-                    f.run(pass).bind_all(&all).bind("ray_band", band).dispatch(256, 1, 1);
+                    self.dispatches.run(f.run(pass).bind_all(&all).bind("ray_band", band), layer, THREADS);
                 }
                 f.run(&self.finish).bind_all(&all).bind("ray_band", band).dispatch(1, 1, 1);
                 f.run(&self.meet)

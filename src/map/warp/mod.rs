@@ -9,6 +9,7 @@ mod exact;
 pub mod node_grid;
 mod subdivide;
 
+use super::busy::Dispatches;
 use super::casters::format;
 use super::filter::{LookUp, Reach, alone};
 use super::fit::Scope;
@@ -91,8 +92,8 @@ const LOOK_UP: [&str; 6] = ["epsilon", "toward_light", "bias", "slope_bias", "sl
 
 /// A way to draw casters.
 trait Casters {
-    /// Draws them into the map, if anything `changed`. `bound`: what shaders need, by name; `arguments_and_state`: where the passes
-    /// put the draw's arguments, and what they tell each other.
+    /// Draws them into the map of a layer, if anything `changed`. `bound`: what shaders need, by name; `layer_and_map`: its number
+    /// and its depth; `arguments_and_state`: where the passes put the draw's arguments, and what they tell each other.
     ///
     /// # Errors
     /// More than the adapter binds at once.
@@ -101,7 +102,7 @@ trait Casters {
         f: &mut Frame,
         changed: bool,
         bound: &[(&'static str, Resource)],
-        map: &wgpu::TextureView,
+        layer_and_map: (usize, &wgpu::TextureView),
         arguments_and_state: [&Buffer; 2],
     ) -> Result<()>;
 }
@@ -150,6 +151,8 @@ pub struct Base {
     pub changed: bool,
     /// Of all layers, if they lie around a light: what their passes bind.
     pub faces: Vec<(&'static str, Resource)>,
+    /// Of them, what draws casters before the warp.
+    pub plain: Option<around::Plain>,
 }
 
 impl Base {
@@ -234,7 +237,8 @@ impl Warped {
         };
         self.views = Some((light_view.clone(), each.clone()));
         let faces = self.around.iter().flat_map(|around| around.bound()).collect();
-        Ok(Base { light_view, each, side, changed, faces })
+        let plain = self.around.as_ref().map(|around| around.plain());
+        Ok(Base { light_view, each, side, changed, faces, plain })
     }
 
     /// Draws the casters through the warp, fills the frame's visibility and shows the maps. `bound`: what the technique's
@@ -285,7 +289,7 @@ impl Warped {
                 f.clear(state);
             }
             let bound = of_layer(i);
-            casters.draw(f, base.changed, &bound, &layers.each[i], [&self.arguments, state])?;
+            casters.draw(f, base.changed, &bound, (i, &layers.each[i]), [&self.arguments, state])?;
             if let Some(around) = self.around.as_ref().filter(|_| base.changed) {
                 around.drawn(f, &bound);
             }

@@ -1,6 +1,6 @@
 //! Casters split where the warp bends their edges (`shaders/map/warp/subdivide.wgsl`), or with their corners moved only.
 
-use super::{Casters, Way, storage};
+use super::{Casters, Dispatches, Way, storage};
 use crate::frame::Frame;
 use crate::gpu::{Buffer, Gpu, Pass, Raster, Resource, hold};
 use crate::light::Light;
@@ -32,6 +32,7 @@ pub struct Subdivide {
     split: Pass,
     finish: Pass,
     draw: Pass,
+    dispatches: Dispatches,
     /// For a number of triangles, and texels per side.
     held: Option<([u32; 2], Held)>,
 }
@@ -62,6 +63,7 @@ impl Subdivide {
             split: pass("subdivision", "split")?,
             finish: pass("subdivision", "finish")?,
             draw: Pass::render(gpu, "shadow map", &alone(file), raster, groups)?,
+            dispatches: Dispatches::default(),
             held: None,
         })
     }
@@ -73,7 +75,7 @@ impl Casters for Subdivide {
         f: &mut Frame,
         changed: bool,
         bound: &[(&'static str, Resource)],
-        map: &wgpu::TextureView,
+        (layer, map): (usize, &wgpu::TextureView),
         [arguments, _]: [&Buffer; 2],
     ) -> Result<()> {
         let resolution = map.texture().width();
@@ -101,13 +103,18 @@ impl Casters for Subdivide {
             ("pieces", (&held.pieces).into()),
             ("drawn_pieces", (&held.pieces).into()),
         ]);
-        f.run(&self.need).bind_all(&all).per_pixel();
+        let (pixels, texels) = (f.pixel_groups(), [resolution.div_ceil(64), resolution]);
+        let (tiles, threads) = ([64, 1], [256, 1]);
+        if layer == 0 {
+            self.dispatches.plan(f, bound, &[pixels, texels, tiles, threads])?;
+        }
+        self.dispatches.run(f.run(&self.need).bind_all(&all), layer, pixels);
         if !self.linear {
-            f.run(&self.spread).bind_all(&all).dispatch(64, 1, 1);
-            f.run(&self.trace).bind_all(&all).dispatch(resolution.div_ceil(64), resolution, 1);
+            self.dispatches.run(f.run(&self.spread).bind_all(&all), layer, tiles);
+            self.dispatches.run(f.run(&self.trace).bind_all(&all), layer, texels);
         }
         for level in &held.levels {
-            f.run(&self.split).bind_all(&all).bind("level", level).dispatch(256, 1, 1);
+            self.dispatches.run(f.run(&self.split).bind_all(&all).bind("level", level), layer, threads);
         }
         f.run(&self.finish).bind_all(&all).bind("level", &held.levels[0]).dispatch(1, 1, 1);
         f.run(&self.draw).bind_all(&all).draw(&[], Some((map, 0.0)), true, |p| p.draw_indirect(arguments, 0));
