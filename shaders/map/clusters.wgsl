@@ -28,10 +28,11 @@ fn box_beyond(plane: vec4f, c: Cluster) -> bool {
 
 // Whether a triangle in the box may cast a shadow into the camera's frustum: as `shadows_view` asks each.
 fn cluster_shadows_view(c: Cluster) -> bool {
+    let apart = vec4f(0.0, 0.0, 0.0, faces.angle * (distance(c.middle, frame.light_position) + length(c.half)) + faces.metres);
     for (var i = 0u; i < 6u; i++) {
-        let plane = faces.frustum[i];
+        let plane = faces.frustum[i] + apart;
         // Leading away from a side: beyond the plane through the light that is parallel to it.
-        if box_beyond(plane, c) && box_beyond(vec4f(plane.xyz, -dot(plane.xyz, frame.light_position)), c) {
+        if box_beyond(plane, c) && box_beyond(vec4f(plane.xyz, -dot(plane.xyz, frame.light_position)) + apart, c) {
             return false;
         }
     }
