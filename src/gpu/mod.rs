@@ -44,6 +44,7 @@ pub struct Gpu {
     pub shaders: Shaders,
     /// The shader that the last pass was made of.
     loaded: Mutex<Option<Arc<Loaded>>>,
+    pipelines: Mutex<pass::Pipelines>,
     error: Arc<Mutex<Option<String>>>,
     /// Frames recorded so far.
     frames: AtomicU64,
@@ -149,6 +150,7 @@ impl Gpu {
             features,
             shaders: Shaders::default(),
             loaded: Mutex::new(None),
+            pipelines: Mutex::default(),
             error,
             frames: AtomicU64::new(0),
             unwanted: Mutex::new(None),

@@ -1,14 +1,14 @@
 //! Passes: a pipeline whose resources are bound by their WGSL names, recorded and timed.
 
-use super::shader::{Binding, Loaded};
+use super::shader::{Binding, Key, Loaded};
 use super::timer::{DrawCount, MAX_DRAWS, Pending, Sent, Timer, TimerMode};
 use super::{GivenUp, Gpu};
 use crate::params::Group;
 use anyhow::{Context, Result};
 use std::cell::RefCell;
 use std::collections::HashMap;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, PoisonError};
 use std::time::Instant;
 
 /// Anything a shader can bind.
@@ -45,17 +45,35 @@ impl From<&wgpu::Sampler> for Resource {
     }
 }
 
+#[derive(Clone)]
 enum Pipeline {
     Compute(wgpu::ComputePipeline),
     Render(wgpu::RenderPipeline),
 }
 
+/// A pipeline and what it binds.
+#[derive(Clone)]
+struct Made {
+    pipeline: Pipeline,
+    layout: wgpu::BindGroupLayout,
+    bindings: Arc<[Binding]>,
+}
+
+/// Pipelines made so far, for passes that come again: another light's, another side's, those of a technique gone back to.
+#[derive(Default)]
+pub struct Pipelines {
+    /// By shader, and by entry points with all else that they depend on; each with when it was asked for last.
+    made: HashMap<(Key, String), (u64, Made)>,
+    asked: u64,
+}
+
+/// Most pipelines that are kept; beyond, the one that was not asked for longest goes. A technique has up to some thirty.
+const MOST_PIPELINES: usize = 512;
+
 /// A pipeline with what it binds. Bind groups are kept while their resources come back.
 pub struct Pass {
     name: &'static str,
-    pipeline: Pipeline,
-    layout: wgpu::BindGroupLayout,
-    bindings: Vec<Binding>,
+    made: Made,
     /// It looks maps up for the pixels of the picture, and so keeps out of [`Recorder::freeze`].
     looks_up: bool,
     bound: RefCell<Bound>,
@@ -79,7 +97,7 @@ struct Set {
 }
 
 /// What a render pipeline needs beside its shader.
-#[derive(Clone, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct Raster<'a> {
     pub vertex: &'a str,
     /// None: depth only.
@@ -134,58 +152,55 @@ impl Pass {
         groups: &[Group],
         constants: &[(&str, f64)],
     ) -> Result<Pass> {
-        let Prepared { shader, layout, pipeline_layout, bindings } = prepare(gpu, file, &[entry], groups)?;
-        let pipeline = gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-            label: Some(name),
-            layout: Some(&pipeline_layout),
-            module: &shader.on_device,
-            entry_point: Some(entry),
-            compilation_options: wgpu::PipelineCompilationOptions { constants, ..Default::default() },
-            cache: None,
-        });
-        let looks_up = LOOK_UPS.contains(&entry);
-        let pipeline = Pipeline::Compute(pipeline);
-        Ok(Pass { name, pipeline, layout, bindings, looks_up, bound: RefCell::default() })
+        let made = made(gpu, (file, groups), format!("{entry} {constants:?}"), &[entry], |shader, layout| {
+            Pipeline::Compute(gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+                label: Some(name),
+                layout: Some(layout),
+                module: &shader.on_device,
+                entry_point: Some(entry),
+                compilation_options: wgpu::PipelineCompilationOptions { constants, ..Default::default() },
+                cache: None,
+            }))
+        })?;
+        Ok(Pass { name, made, looks_up: LOOK_UPS.contains(&entry), bound: RefCell::default() })
     }
 
     /// A render pass.
     pub fn render(gpu: &Gpu, name: &'static str, file: &str, raster: Raster, groups: &[Group]) -> Result<Pass> {
         let entries: Vec<&str> = [Some(raster.vertex), raster.fragment].into_iter().flatten().collect();
-        let Prepared { shader, layout, pipeline_layout, bindings } = prepare(gpu, file, &entries, groups)?;
-        let buffers: Vec<_> = raster.vertices.into_iter().map(Some).collect();
-        let targets: Vec<_> = {
+        let made = made(gpu, (file, groups), format!("{raster:?}"), &entries, |shader, layout| {
+            let buffers: Vec<_> = raster.vertices.iter().cloned().map(Some).collect();
             let target =
                 |format| wgpu::ColorTargetState { blend: raster.blend, ..wgpu::ColorTargetState::from(format) };
-            raster.targets.iter().map(|f| Some(target(*f))).collect()
-        };
-        let pipeline = gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-            label: Some(name),
-            layout: Some(&pipeline_layout),
-            vertex: wgpu::VertexState {
-                module: &shader.on_device,
-                entry_point: Some(raster.vertex),
-                compilation_options: Default::default(),
-                buffers: &buffers,
-            },
-            primitive: wgpu::PrimitiveState {
-                topology: raster.topology,
-                cull_mode: raster.cull,
-                unclipped_depth: raster.unclipped_depth,
-                ..Default::default()
-            },
-            depth_stencil: raster.depth,
-            multisample: Default::default(),
-            fragment: raster.fragment.map(|entry| wgpu::FragmentState {
-                module: &shader.on_device,
-                entry_point: Some(entry),
-                compilation_options: Default::default(),
-                targets: &targets,
-            }),
-            multiview_mask: None,
-            cache: None,
-        });
-        let pipeline = Pipeline::Render(pipeline);
-        Ok(Pass { name, pipeline, layout, bindings, looks_up: false, bound: RefCell::default() })
+            let targets: Vec<_> = raster.targets.iter().map(|f| Some(target(*f))).collect();
+            Pipeline::Render(gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+                label: Some(name),
+                layout: Some(layout),
+                vertex: wgpu::VertexState {
+                    module: &shader.on_device,
+                    entry_point: Some(raster.vertex),
+                    compilation_options: Default::default(),
+                    buffers: &buffers,
+                },
+                primitive: wgpu::PrimitiveState {
+                    topology: raster.topology,
+                    cull_mode: raster.cull,
+                    unclipped_depth: raster.unclipped_depth,
+                    ..Default::default()
+                },
+                depth_stencil: raster.depth.clone(),
+                multisample: Default::default(),
+                fragment: raster.fragment.map(|entry| wgpu::FragmentState {
+                    module: &shader.on_device,
+                    entry_point: Some(entry),
+                    compilation_options: Default::default(),
+                    targets: &targets,
+                }),
+                multiview_mask: None,
+                cache: None,
+            }))
+        })?;
+        Ok(Pass { name, made, looks_up: false, bound: RefCell::default() })
     }
 
     /// Lets go of all that it bound so far.
@@ -195,8 +210,8 @@ impl Pass {
 
     /// Makes the bind group, or takes that of a call before with the same resources.
     fn bind(&self, gpu: &Gpu, frame: u64, find: impl Fn(&Binding) -> Option<Resource>) -> Result<wgpu::BindGroup> {
-        let mut resources = Vec::with_capacity(self.bindings.len());
-        for b in &self.bindings {
+        let mut resources = Vec::with_capacity(self.made.bindings.len());
+        for b in self.made.bindings.iter() {
             resources.push(find(b).with_context(|| format!("pass {}: nothing is bound to {}", self.name, b.name))?);
         }
         let mut bound = self.bound.borrow_mut();
@@ -209,10 +224,11 @@ impl Pass {
             return Ok(set.group.clone());
         }
         let entry = |(b, r): (&Binding, _)| wgpu::BindGroupEntry { binding: b.entry.binding, resource: r };
-        let entries: Vec<_> = self.bindings.iter().zip(resources.iter().map(Resource::as_binding)).map(entry).collect();
+        let entries: Vec<_> =
+            self.made.bindings.iter().zip(resources.iter().map(Resource::as_binding)).map(entry).collect();
         let group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some(self.name),
-            layout: &self.layout,
+            layout: &self.made.layout,
             entries: &entries,
         });
         bound.sets.push(Set { frame, resources, group: group.clone() });
@@ -220,15 +236,25 @@ impl Pass {
     }
 }
 
-/// What passes are made of: a shader, the layout of what these entry points bind, and that by name.
-struct Prepared {
-    shader: Arc<Loaded>,
-    layout: wgpu::BindGroupLayout,
-    pipeline_layout: wgpu::PipelineLayout,
-    bindings: Vec<Binding>,
-}
-
-fn prepare(gpu: &Gpu, file: &str, entries: &[&str], groups: &[Group]) -> Result<Prepared> {
+/// A pipeline as it was made before, or made by `make`. `what`: all that it depends on beside the shader.
+fn made(
+    gpu: &Gpu,
+    (file, groups): (&str, &[Group]),
+    what: String,
+    entries: &[&str],
+    make: impl FnOnce(&Loaded, &wgpu::PipelineLayout) -> Pipeline,
+) -> Result<Made> {
+    let key = (gpu.shader_key(file, groups), what);
+    {
+        // What it holds is whole, whoever panicked.
+        let mut held = gpu.pipelines.lock().unwrap_or_else(PoisonError::into_inner);
+        held.asked += 1;
+        let now = held.asked;
+        if let Some((asked, made)) = held.made.get_mut(&key) {
+            *asked = now;
+            return Ok(made.clone());
+        }
+    }
     let shader = gpu.shader(file, groups)?;
     let bindings = shader.program.bindings(entries).with_context(|| file.to_string())?;
     let all: Vec<_> = bindings.iter().map(|b| b.entry).collect();
@@ -239,7 +265,15 @@ fn prepare(gpu: &Gpu, file: &str, entries: &[&str], groups: &[Group]) -> Result<
         bind_group_layouts: &[Some(&layout)],
         immediate_size: 0,
     });
-    Ok(Prepared { shader, layout, pipeline_layout, bindings })
+    let made = Made { pipeline: make(&shader, &pipeline_layout), layout, bindings: bindings.into() };
+    let mut held = gpu.pipelines.lock().unwrap_or_else(PoisonError::into_inner);
+    if held.made.len() >= MOST_PIPELINES {
+        let oldest = held.made.iter().min_by_key(|(_, (asked, _))| *asked).map(|(key, _)| key.clone());
+        oldest.and_then(|key| held.made.remove(&key));
+    }
+    let now = held.asked;
+    held.made.insert(key, (now, made.clone()));
+    Ok(made)
 }
 
 /// What looks at the textures that a pass writes.
@@ -527,7 +561,7 @@ impl Run<'_, '_> {
 
     fn compute(self, dispatch: impl FnOnce(&mut wgpu::ComputePass)) {
         self.record(None, |encoder, pass, group, first| {
-            let Pipeline::Compute(pipeline) = &pass.pipeline else { return };
+            let Pipeline::Compute(pipeline) = &pass.made.pipeline else { return };
             let mut p = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
                 label: Some(pass.name),
                 timestamp_writes: first.map(|(query_set, i)| wgpu::ComputePassTimestampWrites {
@@ -567,7 +601,7 @@ impl Run<'_, '_> {
         let load = |value| if clear { wgpu::LoadOp::Clear(value) } else { wgpu::LoadOp::Load };
         let wrote = colors.first().copied().or(depth.map(|d| d.0)).cloned();
         self.record(wrote, |encoder, pass, group, first| {
-            let Pipeline::Render(pipeline) = &pass.pipeline else { return };
+            let Pipeline::Render(pipeline) = &pass.made.pipeline else { return };
             let attachments: Vec<_> = colors
                 .iter()
                 .map(|view| {
@@ -635,7 +669,7 @@ impl Run<'_, '_> {
             own.or(frozen).or(group).or_else(|| recorder.resources.get(b.name.as_str())).cloned()
         };
         let stores = |b: &&Binding| matches!(b.entry.ty, wgpu::BindingType::StorageTexture { .. });
-        let stored = pass.bindings.iter().rfind(stores).filter(|_| recorder.watched.is_some()).and_then(find);
+        let stored = pass.made.bindings.iter().rfind(stores).filter(|_| recorder.watched.is_some()).and_then(find);
         let wrote = wrote.or(stored.and_then(|r| if let Resource::Texture(t) = r { Some(t) } else { None }));
         let wrote = wrote.map(|view| view.texture().clone());
         let group = match pass.bind(recorder.gpu, recorder.frame, find) {

@@ -42,21 +42,27 @@ pub struct Binding {
     pub entry: wgpu::BindGroupLayoutEntry,
 }
 
+/// What a shader depends on: the files, the parameter structs, and the newest change of any file.
+pub type Key = (String, Vec<&'static str>, Option<SystemTime>);
+
 /// A shader that a device has taken in, for the passes that come of it one after the other.
 pub struct Loaded {
-    /// The files, the parameter structs, and the newest change of any file.
-    key: (String, Vec<&'static str>, Option<SystemTime>),
+    key: Key,
     pub program: Program,
     pub on_device: wgpu::ShaderModule,
 }
 
 impl Gpu {
+    pub(super) fn shader_key(&self, file: &str, groups: &[Group]) -> Key {
+        (file.to_string(), groups.iter().map(|g| g.name).collect(), self.shaders.changed())
+    }
+
     /// A shader with the parameter structs that it uses, parsed and checked once for all passes made of it in a row.
     ///
     /// # Errors
     /// As [`Shaders::load`].
     pub fn shader(&self, file: &str, groups: &[Group]) -> Result<Arc<Loaded>> {
-        let key = (file.to_string(), groups.iter().map(|g| g.name).collect(), self.shaders.changed());
+        let key = self.shader_key(file, groups);
         // What it holds is whole, whoever panicked.
         let mut last = self.loaded.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(held) = last.as_ref().filter(|held| held.key == key) {
