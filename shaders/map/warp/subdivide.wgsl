@@ -348,6 +348,19 @@ fn handle_triangles(thread: u32, again: bool) {
     }
 }
 
+// Workgroups of a level's pass, x, y and z: as many as its pieces need, up to `stride` threads.
+var<storage, read_write> level_dispatch: array<u32, 3>;
+
+// Before each level but the first.
+@compute @workgroup_size(1)
+fn plan_level() {
+    let source = level.number - u32(full(level.number));
+    let number = select(atomicLoad(&state.counters[of_level + source]), arrayLength(&triangles), source == 0u);
+    level_dispatch[0] = min((number + 63u) / 64u, stride / 64u);
+    level_dispatch[1] = 1u;
+    level_dispatch[2] = 1u;
+}
+
 // One level of splitting; or, if its pieces found no room, the level before it once more.
 @compute @workgroup_size(64)
 fn split(@builtin(global_invocation_id) id: vec3u) {

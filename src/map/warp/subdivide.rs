@@ -8,6 +8,7 @@ use crate::map::filter::alone;
 use crate::params::Group;
 use anyhow::{Result, ensure};
 use bytemuck::{Pod, Zeroable};
+use wgpu::BufferUsages as Use;
 
 /// How often a triangle is split: each time edges are halved.
 const LEVELS: u32 = 14;
@@ -29,6 +30,7 @@ pub struct Subdivide {
     need: Pass,
     spread: Pass,
     trace: Pass,
+    plan: Pass,
     split: Pass,
     finish: Pass,
     draw: Pass,
@@ -39,6 +41,8 @@ pub struct Subdivide {
 
 struct Held {
     levels: Vec<Buffer>,
+    /// The dispatch of a level.
+    dispatch: Buffer,
     work: Buffer,
     pieces: Buffer,
     rays: Buffer,
@@ -60,6 +64,7 @@ impl Subdivide {
             need: pass("needed texels", "need")?,
             spread: pass("needed texels", "spread")?,
             trace: pass("texels' rays", "trace_rays")?,
+            plan: pass("subdivision", "plan_level")?,
             split: pass("subdivision", "split")?,
             finish: pass("subdivision", "finish")?,
             draw: Pass::render(gpu, "shadow map", &alone(file), raster, groups)?,
@@ -79,7 +84,7 @@ impl Casters for Subdivide {
         [arguments, _]: [&Buffer; 2],
     ) -> Result<()> {
         let resolution = map.texture().width();
-        let passes = [&self.need, &self.spread, &self.trace, &self.split, &self.finish, &self.draw];
+        let passes = [&self.need, &self.spread, &self.trace, &self.plan, &self.split, &self.finish, &self.draw];
         // What lies behind a lamp is cut off: of a triangle two parts may be left.
         let parts = f.scene.triangle_count as u64 * if matches!(f.light, Light::Directional { .. }) { 1 } else { 2 };
         ensure!(
@@ -104,7 +109,7 @@ impl Casters for Subdivide {
             ("drawn_pieces", (&held.pieces).into()),
         ]);
         let (pixels, texels) = (f.pixel_groups(), [resolution.div_ceil(64), resolution]);
-        let (tiles, threads) = ([64, 1], [256, 1]);
+        let (tiles, threads) = ([64, 1], [f.scene.triangle_count.div_ceil(64).min(256), 1]);
         if layer == 0 {
             self.dispatches.plan(f, bound, &[pixels, texels, tiles, threads])?;
         }
@@ -113,8 +118,14 @@ impl Casters for Subdivide {
             self.dispatches.run(f.run(&self.spread).bind_all(&all), layer, tiles);
             self.dispatches.run(f.run(&self.trace).bind_all(&all), layer, texels);
         }
-        for level in &held.levels {
-            self.dispatches.run(f.run(&self.split).bind_all(&all).bind("level", level), layer, threads);
+        for (number, level) in held.levels.iter().enumerate() {
+            if number == 0 {
+                self.dispatches.run(f.run(&self.split).bind_all(&all).bind("level", level), layer, threads);
+                continue;
+            }
+            let plan = f.run(&self.plan).bind_all(&all).bind("level", level);
+            plan.bind("level_dispatch", &held.dispatch).dispatch(1, 1, 1);
+            f.run(&self.split).bind_all(&all).bind("level", level).dispatch_indirect(&held.dispatch, 0);
         }
         f.run(&self.finish).bind_all(&all).bind("level", &held.levels[0]).dispatch(1, 1, 1);
         f.run(&self.draw).bind_all(&all).draw(&[], Some((map, 0.0)), true, |p| p.draw_indirect(arguments, 0));
@@ -142,6 +153,7 @@ impl Held {
         };
         Ok(Held {
             levels: (0..=last).map(level).collect(),
+            dispatch: gpu.room("dispatch of a level", 12, Use::STORAGE | Use::INDIRECT),
             work: storage(gpu, "pieces to split", if linear { PIECE } else { 2 * most as u64 * PIECE }),
             pieces: storage(gpu, "pieces", most_drawn as u64 * PIECE),
             rays: storage(gpu, "texels' rays", rays),
