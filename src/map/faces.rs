@@ -208,8 +208,9 @@ impl Faces {
     pub fn prepare(&mut self, f: &mut Frame, around: &Around, faces: &[Face]) {
         let triangles = f.scene.triangle_count;
         let bytes = triangles as u64 * 12 * faces.len() as u64;
-        let listed = bytes <= INDEX_BYTES.min(f.gpu.most_bound());
         let culling = FaceParams::read(f.values).culling;
+        // Maps that draw everything need no lists of their own.
+        let listed = culling != "none" && bytes <= INDEX_BYTES.min(f.gpu.most_bound());
         if !listed {
             self.indices = None;
         } else if self.indices.as_ref().is_none_or(|b| b.size() != bytes.max(16)) {
@@ -278,8 +279,11 @@ impl Faces {
                 .dispatch(groups[0], groups[1], 1);
         }
         let curved = faces.iter().any(|face| face.view.perspective == LightView::PARABOLOID);
-        if curved {
+        let pulled = curved && CurvedParams::read(f.values).raster != "linear";
+        if pulled {
             f.run(&self.finish).bind_all(&bound).dispatch(1, 1, 1);
+        } else {
+            self.paraboloid = Paraboloid::default();
         }
         let size = size_of::<LightView>() as u64;
         let mut begun = vec![false; layers];
@@ -288,14 +292,18 @@ impl Faces {
             f.copy(&self.light_views, i as u64 * size, view, size);
             let layer = face.layer as usize;
             let first = !std::mem::replace(&mut begun[layer], true);
-            if curved {
+            if pulled {
                 let at = [0, 1].map(|which| PULLED + (2 * i as u64 + which) * PULLED_DRAW);
                 let side = Side { light_view: view, indices, draws: &self.draws, at, number };
                 self.paraboloid.draw(f, (&depths, layer), side)?;
                 continue;
             }
             let part = face.region[0] != Vec4::ZERO;
-            let drawing = if part { Drawing::Part } else { Drawing::Straight };
+            let drawing = match part {
+                _ if curved => Drawing::Moved,
+                true => Drawing::Part,
+                false => Drawing::Straight,
+            };
             let to = Target { side: sides[layer], light_view: view, drawing, region: part.then_some(region), first };
             let triangles = Triangles::Listed { indices, draws: &self.draws, at: 2 * i as u64 * DRAW };
             self.casters.draw_depths(f, (&depths, layer), to, &triangles)?;

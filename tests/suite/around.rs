@@ -1,7 +1,7 @@
 //! Maps of lights that shine in all directions: the faces' geometry on the CPU, and what the GPU makes of them.
 
 use crate::common::*;
-use glam::{DMat3, DVec2, DVec3, Vec3};
+use glam::{DMat3, DVec2, DVec3, Vec2, Vec3};
 use shadowscope::frame::{Ask, Renderer};
 use shadowscope::light::{Light, LightView};
 use shadowscope::map::faces::frame_of;
@@ -255,6 +255,44 @@ fn paraboloids_bend_what_is_not_split() {
         let cube = share("cube", &["resolution=1024"]);
         println!("{technique}: linear {linear:.4}, split {split:.4}, exact {exact:.4}; cube {cube:.4}");
         assert!(linear > 2.0 * exact && split < 1.3 * exact + 0.002, "{technique}: {linear} {split} {exact}");
+    }
+}
+
+/// Of triangles that face the light, or do not, all ways to draw them into a paraboloid leave out the same; also where a side's frame is
+/// mirrored, as the second of a skewed paraboloid is.
+#[test]
+fn paraboloids_leave_out_faces_alike() {
+    // Two sheets over a floor that lies in both sides: cut so finely that straight edges are good enough.
+    let tiles = |x: f32, up: bool| {
+        let at = move |i: usize| Vec2::new(x + 0.1 * (i % 20) as f32, -1.0 + 0.1 * (i / 20) as f32);
+        (0..400)
+            .flat_map(move |i| floor(at(i), at(i) + 0.1, 1.0))
+            .map(move |[a, b, c]| if up { [a, b, c] } else { [a, c, b] })
+    };
+    let ground = (0..1600).flat_map(|i| {
+        let at = Vec2::new(-4.0 + 0.2 * (i % 40) as f32, -4.0 + 0.2 * (i / 40) as f32);
+        floor(at, at + 0.2, 0.0)
+    });
+    let all: Vec<[Vec3; 3]> = tiles(-2.5, true).chain(tiles(0.5, false)).chain(ground).collect();
+    let view = camera(Vec3::new(0.0, 7.0, 4.0), Vec3::ZERO);
+    let lamp = lamp(Vec3::new(0.0, 2.2, 0.1));
+    let (mut r, mut s) = start(scene(vec![mesh(&all, 0)], vec![material(Vec3::ONE)], view, lamp), [96, 72]);
+    for technique in ["dual-paraboloid", "skewed-paraboloid"] {
+        let mut dark = Vec::new();
+        for cull in ["none", "front", "back"] {
+            let mut seen = |raster: &str| {
+                let sets = [format!("raster={raster}"), format!("cull={cull}"), "orientation=fixed".into()];
+                select(&mut s, technique, &sets.iter().map(String::as_str).collect::<Vec<_>>());
+                r.render(&s, ask(&s)).unwrap();
+                r.read_visibility().unwrap()
+            };
+            let [exact, linear] = ["exact", "linear"].map(&mut seen);
+            let apart = exact.iter().zip(&linear).filter(|(a, b)| a != b).count();
+            dark.push(exact.iter().filter(|v| **v < 0.5).count());
+            assert!(apart * 100 < exact.len(), "{technique} {cull}: {apart} pixels apart, {dark:?} dark");
+        }
+        println!("{technique}: {dark:?} pixels dark");
+        assert!(dark[1].abs_diff(dark[2]) * 3 < dark[0] && dark[1] * 10 > dark[0] * 3, "{technique}: {dark:?}");
     }
 }
 

@@ -7,8 +7,10 @@ mod kenzel;
 mod lamps;
 mod morais;
 mod navratil;
+mod paraboloids;
 mod pcf;
 mod trapezoid;
+mod warped_lamps;
 
 use crate::capture;
 use crate::chart::{self, Lines};
@@ -171,15 +173,27 @@ pub static ALL: &[Reproduction] = &[
         deviation: "He walks through a scene that he does not name, with the light still; in our hall and arches the camera stands still and the light goes round; it stays in view for nearly all of the way, so that few faces can be skipped. On a software adapter paraboloids, whose fragments write their own depth, cost more than a cube. He draws times without numbers.",
     },
     Reproduction {
+        id: "navratil-3.20",
+        title: "Navratil 2015, figure 3.20: the quality of cubes and paraboloids over resolutions",
+        run: paraboloids::resolutions,
+        deviation: "He shows pictures without numbers, of a scene that he does not name.",
+    },
+    Reproduction {
+        id: "navratil-3.21",
+        title: "Navratil 2015, figure 3.21: times of maps where all lies on one side of the light",
+        run: paraboloids::one_side,
+        deviation: "He draws 100 thousand and 3 million points and shows charts without numbers; ours are triangles.",
+    },
+    Reproduction {
         id: "navratil-4.1",
         title: "Navratil 2015, figure 4.1: a paraboloid magnified to what is seen",
-        run: lamps::improved,
+        run: paraboloids::improved,
         deviation: "He shows two pictures without numbers.",
     },
     Reproduction {
         id: "navratil-4.4-4.6",
         title: "Navratil 2015, figures 4.4 to 4.6: the skewed cut of a paraboloid",
-        run: lamps::skewed,
+        run: paraboloids::skewed,
         deviation: "He draws curves and grids without numbers.",
     },
     Reproduction {
@@ -231,6 +245,12 @@ pub static ALL: &[Reproduction] = &[
                     passes \"fit\", takes a few per cent: the reduction is as short as beside a plain map, but the rest of \
                     NoTW, the exact raster above all, takes far longer than his. His charts show three scenes; hall and arches \
                     stand in for two of them.",
+    },
+    Reproduction {
+        id: "navratil-5.7-5.9",
+        title: "Navratil 2015, table 5.2 and figures 5.7 to 5.9: cubes and paraboloids with warps",
+        run: warped_lamps::warped,
+        deviation: "His scene is not named.",
     },
     Reproduction {
         id: "navratil-5.10",
