@@ -12,7 +12,9 @@ struct Faces {
     met: u32,
     // Vertices that a triangle of a paraboloid's side is drawn with.
     vertices: u32,
-    padding: vec2u,
+    // 1: there only corners are moved, and edges stay straight.
+    straight: u32,
+    padding: u32,
     // Of each face the axis: a direction is looked up in the face whose axis lies nearest. w: its layer of the texture.
     axes: array<vec4f, most_layers>,
     // Of each face two half planes of the map, which it draws into: as `region` in map/casters.wgsl.

@@ -100,7 +100,8 @@ pub struct FacesUniform {
     pub listed: u32,
     pub met: u32,
     pub vertices: u32,
-    pub padding: [u32; 2],
+    pub straight: u32,
+    pub padding: u32,
     pub axes: [Vec4; MOST],
     pub regions: [Vec4; 2 * MOST],
     pub frustum: [Vec4; 6],
@@ -217,13 +218,15 @@ impl Faces {
             self.indices = Some(f.gpu.room("faces' triangles", bytes, Use::STORAGE | Use::INDEX));
         }
         let scope = Scope::of(f, around.side as u32, 0.0);
+        let raster = CurvedParams::read(f.values).raster;
         let mut uniform = FacesUniform {
             count: faces.len() as u32,
             triangles,
             opaque: f.scene.opaque_count,
             listed: listed as u32,
             met: if culling == "view" { met(&scope, faces, around) } else { 0 },
-            vertices: Paraboloid::vertices(&CurvedParams::read(f.values).raster),
+            vertices: Paraboloid::vertices(&raster),
+            straight: (raster == "linear") as u32,
             ..FacesUniform::zeroed()
         };
         for (i, face) in faces.iter().enumerate() {
