@@ -41,7 +41,7 @@ pub static INFO: Info = Info {
         FILTERING,
         &[BiasParams::GROUP, StoredParams::GROUP, HardwareParams::GROUP],
     ),
-    main: &[("resolution", "128..2048*2"), ("solid", "cube,octahedron,tetrahedron")],
+    main: &[("resolution", "128..2048*2"), ("solid", "cube,octahedron,tetrahedron"), ("culling", "none,samples")],
     maps: &[&faces::MAPS, ANALYSED],
     make: |gpu, info| Ok(Box::new(Solid { faces: Faces::new(gpu)?, look_up: look_up(gpu, info), side, views })),
 };

@@ -171,7 +171,7 @@ pub static ALL: &[Reproduction] = &[
         id: "navratil-3.16-3.18",
         title: "Navratil 2015, figures 3.16 to 3.19: a light wanders in and out of view",
         run: wandering::walk,
-        deviation: "He walks through a scene that he does not name, with the light still, and draws times without numbers; in our hall and arches the camera stands still and the light goes round. On a software adapter most of the time of our maps goes into culling, which looks at every triangle for each map that is drawn; only drawing itself falls with what is skipped as his does.",
+        deviation: "He walks through a scene that he does not name, with the light still, and draws times without numbers; in our hall and arches the camera stands still and the light goes round. On a software adapter most of the time of our maps goes into culling, which looks at every triangle however few maps are drawn; so a cube of one or two faces takes longer than paraboloids, where his is as quick.",
     },
     Reproduction {
         id: "navratil-3.20",
