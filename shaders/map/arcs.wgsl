@@ -18,9 +18,13 @@ fn edge_plane(a: vec3f, b: vec3f) -> vec3f {
 
 // Where a point of the light's frame lies on the map, not as a quotient: edges between such places are straight on it. Far behind the
 // side places run off to infinity; they are held off.
-fn place_of(q: vec3f) -> vec2f {
+fn place_in(v: LightView, q: vec3f) -> vec2f {
     let w = max(length(q) + q.z, 0.02 * length(q));
-    return (q.xy / max(w, 1e-30) - light_view.row_z.xy) * light_view.row_z.zw;
+    return (q.xy / max(w, 1e-30) - v.row_z.xy) * v.row_z.zw;
+}
+
+fn place_of(q: vec3f) -> vec2f {
+    return place_in(light_view, q);
 }
 
 // Cosine of the angle between a direction and the axis of the half space that the side holds.

@@ -3,6 +3,7 @@
 //!include map/faces_of.wgsl
 //!include map/clusters.wgsl
 //!include map/culling.wgsl
+//!include map/arcs.wgsl
 // Which faces are drawn, and which triangles into each. Nothing of it is read back: a face without view samples has draws of
 // no instance.
 
@@ -119,11 +120,25 @@ fn touches_face(i: u32, p: vec3f, q: vec3f, r: vec3f) -> bool {
     if dot(axis, a) < least * length(a) && dot(axis, b) < least * length(b) && dot(axis, c) < least * length(c) {
         return false;
     }
+    if faces.vertices == 0u {
+        return covers_moved(v, p, q, r);
+    }
     // A sphere around the triangle against the cone that the map holds.
     let middle = (a + b + c) / 3.0;
     let radius = max(max(distance(a, middle), distance(b, middle)), distance(c, middle));
     let far = length(middle);
     return radius >= far || acos(clamp(dot(axis, middle) / far, -1.0, 1.0)) - asin(radius / far) <= acos(v.ahead);
+}
+
+// Whether a triangle of which only the corners are moved may cover the centre of a texel.
+fn covers_moved(v: LightView, p: vec3f, q: vec3f, r: vec3f) -> bool {
+    let places = array<vec2f, 3>(place_in(v, light_frame(v, p)), place_in(v, light_frame(v, q)), place_in(v, light_frame(v, r)));
+    let farthest = max(max(abs(places[0]), abs(places[1])), abs(places[2]));
+    let size = max(farthest.x, farthest.y);
+    let half = 0.5 * v.resolution;
+    // The rasteriser's own grid, and rounding: far out it grows with the square of the distance from the map's middle.
+    let spare = 0.0625 + 2e-6 * half * (1.0 + size * size);
+    return covers_centre(half + half * places[0], half + half * places[1], half + half * places[2], v.resolution, spare);
 }
 
 // Whether a triangle may reach into the part of the map that a face draws into.

@@ -10,7 +10,7 @@ struct Faces {
     listed: u32,
     // Bit i: the camera's frustum meets face i.
     met: u32,
-    // Vertices that a triangle of a paraboloid's side is drawn with.
+    // Vertices that a triangle of a paraboloid's side is drawn with; 0: only its corners are moved, and edges stay straight.
     vertices: u32,
     // How far from a receiver what its filter looks up may lie: an angle at the light, and metres on top.
     angle: f32,

@@ -1,8 +1,8 @@
 //!include map/peel.wgsl
 //!include map/arcs.wgsl
-// Casters into a side of a paraboloid (`light_view`), where straight edges become arcs of circles. Three ways to draw: `straight`
-// moves corners only; pieces are parts of triangles so small that their edges follow the arcs; a `boxed` triangle is drawn as the
-// box around its image, and each texel's ray meets the triangle itself or not.
+// Casters into a side of a paraboloid (`light_view`), where straight edges become arcs of circles. Two ways to draw: pieces are
+// parts of triangles so small that their edges follow the arcs; a `boxed` triangle is drawn as the box around its image, and each
+// texel's ray meets the triangle itself or not. A third, map/moved.wgsl, leaves edges straight.
 
 var<uniform> curved: CurvedParams;
 // Three corners a triangle, as vertices' numbers.
@@ -48,10 +48,8 @@ struct Drawn {
     @location(6) @interpolate(flat) uv01: vec4f,
     @location(7) @interpolate(flat) uv2: vec2f,
     @location(8) @interpolate(flat) material: u32,
-    // As corners have them, for edges that stay straight.
-    @location(9) depth: f32,
-    @location(10) uv: vec2f,
-    @location(11) ahead: f32,
+    // Of a piece's corners: see `ahead_of`.
+    @location(9) ahead: f32,
 }
 
 fn described(t: Facet) -> Drawn {
@@ -68,37 +66,6 @@ fn described(t: Facet) -> Drawn {
     // Nothing, unless told otherwise.
     out.clip = vec4f(2.0, 2.0, 0.5, 1.0);
     return out;
-}
-
-@vertex
-fn moved_facet(@builtin(vertex_index) index: u32) -> Drawn {
-    let t = facet(index / 3u);
-    var out = described(t);
-    let k = index % 3u;
-    let q = t.corners[k];
-    if !t.culled {
-        out.clip = vec4f(place_of(q), 0.5, 1.0);
-    }
-    out.depth = stored_depth(light_view, length(q));
-    out.uv = vertices[t.vertices[k]].uv;
-    out.ahead = ahead_of(q);
-    return out;
-}
-
-@fragment
-fn straight_facet(in: Drawn) -> @builtin(frag_depth) f32 {
-    if in.ahead < light_view.ahead || masked_out(materials[in.material], in.uv) {
-        discard;
-    }
-    return saturate(in.depth);
-}
-
-@fragment
-fn peel_straight_facet(in: Drawn) -> @builtin(frag_depth) f32 {
-    if in.ahead < light_view.ahead || masked_out(materials[in.material], in.uv) {
-        discard;
-    }
-    return peeled(in.clip, saturate(in.depth));
 }
 
 // Places of `out` planes against a direction of the light's frame: all of one sign where the triangle is met.

@@ -175,18 +175,18 @@ fn text(advice: &Advice, budget: Budget) -> String {
     out
 }
 
-/// What a plain shadow map in place of the answer `r` would cost; None if it is one, or none was measured.
+/// What a plain shadow map (around a lamp, a cube) in place of the answer `r` would cost; None if it is one, or none was measured.
 fn plain(advice: &Advice, r: &Record) -> Option<String> {
+    let called = |cube: bool| if cube { "cube" } else { "shadow map" };
     if let (Some(factor), Some(map)) = (advice.plain_factor(), advice.plain) {
         let map = &advice.tried[map];
+        let what = called(map.technique == "cube");
         if Advice::as_fast(map, r) {
-            return Some(format!(
-                "a plain shadow map within that error is as fast, within the spread: {}\n",
-                name(map)
-            ));
+            return Some(format!("a plain {what} within that error is as fast, within the spread: {}\n", name(map)));
         }
-        return Some(format!("a plain shadow map within that error costs {factor:.2} times as much: {}\n", name(map)));
+        return Some(format!("a plain {what} within that error costs {factor:.2} times as much: {}\n", name(map)));
     }
-    let measured = r.technique != "shadow-map" && advice.tried.iter().any(|t| t.technique == "shadow-map");
-    measured.then(|| "no plain shadow map measured is within that error\n".into())
+    let tried = |id: &str| advice.tried.iter().any(|t| t.technique == id);
+    let plain = ["shadow-map", "cube"].into_iter().find(|id| tried(id)).filter(|id| r.technique != *id)?;
+    Some(format!("no plain {} measured is within that error\n", called(plain == "cube")))
 }

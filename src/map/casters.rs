@@ -1,10 +1,10 @@
 //! Drawing casters into layers.
 
-use super::peel::{Depths, Peel};
+use super::peel::{Depths, Peel, StoredParams};
 use super::{CasterParams, HardwareParams};
 use crate::frame::Frame;
 use crate::gpu::{Buffer, Gpu, Pass, Raster, Resource, hold};
-use crate::params::Params;
+use crate::params::{Group, Params};
 use crate::scene::geometry::{SceneGpu, Vertex};
 use anyhow::Result;
 
@@ -21,6 +21,25 @@ pub enum Drawing {
     Warped,
     /// As its matrix says, into a part of the map: `region` is bound.
     Part,
+    /// Its `perspective` is [`LightView::PARABOLOID`](crate::light::LightView::PARABOLOID): corners are moved, edges stay
+    /// straight.
+    Moved,
+}
+
+impl Drawing {
+    /// The shader file of what is drawn as this, where `other` holds the rest, and the parameters that it reads beside
+    /// the other's.
+    pub fn file(self, other: &'static str) -> (&'static str, &'static [Group]) {
+        match self {
+            Drawing::Moved => ("map/moved.wgsl", &[CasterParams::GROUP, StoredParams::GROUP]),
+            _ => (other, &[]),
+        }
+    }
+
+    /// The faces that the rasteriser leaves out. On a side that mirrors they would be the wrong ones: there shaders do.
+    pub fn culled(self, cull: &str) -> Option<wgpu::Face> {
+        if self == Drawing::Moved { None } else { Raster::culled(cull) }
+    }
 }
 
 /// Where a view's casters go.
@@ -145,19 +164,21 @@ impl Triangles<'_> {
 /// Vertex shaders for opaque and masked casters, and whether casters between the light and the near plane stay by themselves:
 /// they lie flat on it (pancaking).
 pub fn vertices(gpu: &Gpu, drawing: Drawing) -> ([&'static str; 2], bool) {
-    let warped = drawing == Drawing::Warped;
-    let unclipped_depth = !warped && gpu.features.contains(wgpu::Features::DEPTH_CLIP_CONTROL);
-    let names = match (warped, unclipped_depth) {
-        (true, _) => ["warped_caster", "warped_caster"],
-        (false, true) => ["caster", "masked_caster"],
+    let straight = matches!(drawing, Drawing::Straight | Drawing::Part);
+    let unclipped_depth = straight && gpu.features.contains(wgpu::Features::DEPTH_CLIP_CONTROL);
+    let names = match drawing {
+        Drawing::Warped => ["warped_caster", "warped_caster"],
+        Drawing::Moved => ["moved_corner", "masked_moved_corner"],
+        _ if unclipped_depth => ["caster", "masked_caster"],
         // Clamped by their corners where the rasteriser does not clamp.
-        (false, false) => ["clamped_caster", "clamped_masked_caster"],
+        _ => ["clamped_caster", "clamped_masked_caster"],
     };
     (names, unclipped_depth)
 }
 
 fn passes(gpu: &Gpu, names: [&'static str; 2], (cull, format, hardware, drawing): &State) -> Result<[Pass; 2]> {
     let ([opaque, masked], unclipped_depth) = vertices(gpu, *drawing);
+    let (file, groups) = drawing.file("map/casters.wgsl");
     let pass = |name, vertex, fragment: Option<&str>| {
         let raster = Raster {
             vertex,
@@ -172,16 +193,17 @@ fn passes(gpu: &Gpu, names: [&'static str; 2], (cull, format, hardware, drawing)
                 },
                 ..state
             }),
-            cull: Raster::culled(cull),
+            cull: drawing.culled(cull),
             vertices: Some(Vertex::LAYOUT),
             ..Raster::default()
         };
-        Pass::render(gpu, name, "map/casters.wgsl", raster, &[])
+        Pass::render(gpu, name, file, raster, groups)
     };
     let fragments = match drawing {
         Drawing::Straight => [None, Some("masked")],
         Drawing::Warped => [Some("warped"), Some("warped_masked")],
         Drawing::Part => [Some("part"), Some("part_masked")],
+        Drawing::Moved => [Some("keep_moved"), Some("keep_moved_masked")],
     };
     Ok([pass(names[0], opaque, fragments[0])?, pass(names[1], masked, fragments[1])?])
 }

@@ -110,6 +110,8 @@ pub struct FacesUniform {
 
 /// Largest buffer for the triangles of all faces, bytes; above it every face draws every triangle.
 const INDEX_BYTES: u64 = 1 << 30;
+/// The draws are timed under this name.
+const MAPS_PASS: &str = "shadow maps";
 /// Bytes of the draws of all faces: see `draws` in `shaders/map/faces.wgsl`.
 pub const DRAWS: usize = MOST * 40 + MOST * 32;
 /// Where draws begin that pull their vertices, and the bytes of one.
@@ -207,7 +209,7 @@ impl Faces {
             clusters: Clusters::new(gpu)?,
             finish: pass("caster culling", "finish")?,
             casters: Casters::named(["shadow maps", "shadow maps (masked)"]),
-            paraboloid: Paraboloid::named("shadow maps"),
+            paraboloid: Paraboloid::named(MAPS_PASS),
             written: None,
         })
     }
@@ -216,21 +218,23 @@ impl Faces {
     pub fn prepare(&mut self, f: &mut Frame, around: &Around, faces: &[Face]) {
         let triangles = f.scene.triangle_count;
         let bytes = triangles as u64 * 12 * faces.len() as u64;
-        let listed = bytes <= INDEX_BYTES.min(f.gpu.most_bound());
         let culling = FaceParams::read(f.values).culling;
+        // Maps that draw everything need no lists of their own.
+        let listed = culling != "none" && bytes <= INDEX_BYTES.min(f.gpu.most_bound());
         if !listed {
             self.indices = None;
         } else if self.indices.as_ref().is_none_or(|b| b.size() != bytes.max(16)) {
             self.indices = Some(f.gpu.room("faces' triangles", bytes, Use::STORAGE | Use::INDEX));
         }
         let scope = Scope::of(f, around.side as u32, 0.0);
+        let raster = CurvedParams::read(f.values).raster;
         let mut uniform = FacesUniform {
             count: faces.len() as u32,
             triangles,
             opaque: f.scene.opaque_count,
             listed: listed as u32,
             met: if culling == "view" { met(&scope, faces, around) } else { 0 },
-            vertices: Paraboloid::vertices(&CurvedParams::read(f.values).raster),
+            vertices: Paraboloid::vertices(&raster),
             // Along both sides of the map at once.
             angle: (faces.iter().map(Face::texel_angle).fold(0.0, f64::max) * 2f64.sqrt() * around.guard) as f32,
             metres: around.metres as f32,
@@ -290,8 +294,11 @@ impl Faces {
                 .dispatch_indirect(&listed, 0);
         }
         let curved = faces.iter().any(|face| face.view.perspective == LightView::PARABOLOID);
-        if curved {
+        let drawn_apart = curved && CurvedParams::read(f.values).raster != "linear";
+        if drawn_apart {
             f.run(&self.finish).bind_all(&bound).dispatch(1, 1, 1);
+        } else {
+            self.paraboloid = Paraboloid::named(MAPS_PASS);
         }
         let size = size_of::<LightView>() as u64;
         let mut begun = vec![false; layers];
@@ -300,7 +307,7 @@ impl Faces {
             f.copy(&self.light_views, i as u64 * size, view, size);
             let layer = face.layer as usize;
             let first = !std::mem::replace(&mut begun[layer], true);
-            if curved {
+            if drawn_apart {
                 let raster = &CurvedParams::read(f.values).raster;
                 let side =
                     Side { raster, light_view: view, indices, draws: &self.draws, at: pulled(i), number: Some(number) };
@@ -308,7 +315,11 @@ impl Faces {
                 continue;
             }
             let part = face.region[0] != Vec4::ZERO;
-            let drawing = if part { Drawing::Part } else { Drawing::Straight };
+            let drawing = match part {
+                _ if curved => Drawing::Moved,
+                true => Drawing::Part,
+                false => Drawing::Straight,
+            };
             let to = Target { side: sides[layer], light_view: view, drawing, region: part.then_some(region), first };
             let triangles = Triangles::Listed { indices, draws: &self.draws, at: 2 * i as u64 * DRAW };
             self.casters.draw_depths(f, (&depths, layer), to, &triangles)?;

@@ -1,4 +1,5 @@
-//! Drawing casters into a paraboloid's sides, where straight edges become arcs (`shaders/map/paraboloid.wgsl`).
+//! Drawing casters into a paraboloid's sides, where straight edges become arcs (`shaders/map/paraboloid.wgsl`). Those of which only
+//! corners are moved are drawn as into any other map ([`Drawing::Moved`](super::casters::Drawing::Moved)).
 
 use super::CasterParams;
 use super::peel::{Depths, StoredParams};
@@ -23,7 +24,7 @@ crate::params! {
 /// What the passes depend on: the raster, the layers' format, and whether two surfaces are looked at.
 type State = (String, wgpu::TextureFormat, bool);
 
-/// The passes that draw into a side.
+/// The passes that draw into a side, its triangles split or met exactly.
 pub struct Paraboloid {
     name: &'static str,
     passes: Option<(State, Passes)>,
@@ -64,9 +65,13 @@ impl Paraboloid {
         Paraboloid { name, passes: None, pieces: None }
     }
 
-    /// Vertices that a triangle is drawn with.
+    /// Vertices that a triangle is drawn with, of those that are not drawn like any other map's.
     pub fn vertices(raster: &str) -> u32 {
-        if raster == "exact" { 6 } else { 3 }
+        match raster {
+            "linear" => 0,
+            "exact" => 6,
+            _ => 3,
+        }
     }
 
     /// Draws the layer number `i`.
@@ -131,8 +136,7 @@ impl Passes {
         };
         let (vertex, first, second) = match raster.as_str() {
             "exact" => ("boxed_facet", "met_facet", "peel_met_facet"),
-            "subdivide" => ("piece_of_facet", "plane_facet", "peel_plane_facet"),
-            _ => ("moved_facet", "straight_facet", "peel_straight_facet"),
+            _ => ("piece_of_facet", "plane_facet", "peel_plane_facet"),
         };
         let compute = |entry| Pass::compute(gpu, "triangles split", FILE, entry, &groups);
         Ok(Passes {

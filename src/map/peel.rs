@@ -102,14 +102,15 @@ impl Peel {
 
 fn passes(gpu: &Gpu, (cull, format, drawing): &State) -> Result<[Pass; 3]> {
     let groups = [CasterParams::GROUP, StoredParams::GROUP];
-    let pass = |name, raster| Pass::render(gpu, name, "map/peel.wgsl", raster, &groups);
+    let (file, _) = drawing.file("map/peel.wgsl");
+    let pass = |name, raster| Pass::render(gpu, name, file, raster, &groups);
     let ([opaque, masked], unclipped_depth) = vertices(gpu, *drawing);
     let casters = |vertex, fragment| Raster {
         vertex,
         unclipped_depth,
         fragment: Some(fragment),
         depth: Raster::nearest(*format),
-        cull: Raster::culled(cull),
+        cull: drawing.culled(cull),
         vertices: Some(Vertex::LAYOUT),
         ..Raster::default()
     };
@@ -117,6 +118,7 @@ fn passes(gpu: &Gpu, (cull, format, drawing): &State) -> Result<[Pass; 3]> {
         Drawing::Straight => ["peel", "peel_masked"],
         Drawing::Warped => ["peel_warped", "peel_warped_masked"],
         Drawing::Part => ["peel_part", "peel_part_masked"],
+        Drawing::Moved => ["peel_moved", "peel_moved_masked"],
     };
     let alone = Raster {
         vertex: "whole_layer",

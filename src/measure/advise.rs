@@ -130,7 +130,8 @@ pub struct Advice {
     pub closest: Option<usize>,
     /// The cheapest found with at most half the answer's error, if any.
     pub halved: Option<usize>,
-    /// The cheapest `shadow-map` within the same error, at any cost, where the answer is another technique.
+    /// The cheapest `shadow-map` (around a lamp `cube`) within the same error, at any cost, where the answer is another
+    /// technique.
     pub plain: Option<usize>,
     /// What no other there beats, by ascending time; times whose quartiles overlap count as equal ([`chart::pareto`]).
     /// Indices into `tried`.
@@ -186,7 +187,7 @@ impl Advice {
         Some((cheapest, *winner))
     }
 
-    /// How many times as much as the answer the plain shadow map costs.
+    /// How many times as much as the answer the plain map costs.
     pub fn plain_factor(&self) -> Option<f64> {
         let [answer, plain] = [self.answer?, self.plain?].map(|i| self.tried.get(i));
         Some(Advice::cost(plain?) / Advice::cost(answer?))
@@ -198,8 +199,9 @@ const UNKNOWN: f64 = 1e9;
 /// At most this share of the configurations is measured (at least one of each technique, though, and what answers are
 /// compared with).
 const SHARE: usize = 3;
-/// What answers are compared with, and how many of it may be measured beyond the share.
-const PLAIN: &str = "shadow-map";
+/// What answers are compared with, the first that is asked about and serves the light, and how many of it may be measured beyond the
+/// share.
+const PLAIN: [&str; 2] = ["shadow-map", "cube"];
 const PLAIN_MORE: usize = 4;
 
 /// Searches the techniques and their main parameters, those that `axes` name over the values given there. `watch` is told
@@ -255,8 +257,10 @@ pub fn advise(
     let wanted = Wanted { error: budget.max_error, cost: budget.max_ratio.unwrap_or(f64::INFINITY) };
     let mut answer = search.cheapest(wanted, None, &mut measure)?;
     let within = |error: f64| Wanted { error, cost: f64::INFINITY };
-    let family = techniques.iter().position(|t| t == PLAIN);
-    if answer.is_some_and(|i| all[i].technique != PLAIN) && family.is_some() {
+    let family = PLAIN.iter().find_map(|plain| techniques.iter().position(|t| t == plain));
+    // Whether it is another technique than what answers are compared with.
+    let other = |i: usize| family.is_some_and(|family| all[i].technique != techniques[family]);
+    if answer.is_some_and(other) {
         most.set(most.get().max(search.measured() + PLAIN_MORE));
         search.limit = most.get();
         search.cheapest(within(budget.max_error), family, &mut measure)?;
@@ -273,7 +277,7 @@ pub fn advise(
         }
         halved = None;
     }
-    let plain = family.filter(|_| answer.is_some_and(|i| all[i].technique != PLAIN));
+    let plain = family.filter(|_| answer.is_some_and(other));
     let plain = plain.and_then(|family| search.best(within(budget.max_error), Some(family)));
     let place = |i: usize| tried.iter().position(|(n, _)| *n == i);
     let points: Vec<(f64, f64)> = tried.iter().map(|(_, r)| (Advice::cost(r), by.of(r).unwrap_or(UNKNOWN))).collect();

@@ -113,6 +113,26 @@ pub fn time(renderer: &mut Renderer, setups: &[Setup], tick: &mut dyn FnMut(f32)
     Ok(lanes.into_iter().map(|lane| lane.times(wall_clock)).collect())
 }
 
+/// As [`time`], but on a software adapter only so many rounds, the first of all left out: for places along a way, of which there are
+/// many.
+///
+/// # Errors
+/// What the device reports.
+pub fn briefly(renderer: &mut Renderer, setups: &[Setup], rounds: usize) -> Result<Vec<Times>> {
+    if !renderer.gpu.software() {
+        return time(renderer, setups, &mut |_| true);
+    }
+    let setups: Vec<Setup> = setups.iter().map(|s| s.measured()).collect();
+    let mut lanes: Vec<Lane> = setups.iter().map(Lane::new).collect();
+    for round in 0..=rounds {
+        for lane in &mut lanes {
+            lane.frame(renderer, round > 0)?;
+        }
+    }
+    let wall_clock = renderer.timer.mode() == TimerMode::Wall;
+    Ok(lanes.into_iter().map(|lane| lane.times(wall_clock)).collect())
+}
+
 /// What is said where work was told to stop.
 pub const STOPPED: &str = "measuring was cancelled";
 

@@ -37,7 +37,7 @@ pub static INFO: Info = Info {
         FILTERING,
         &[BiasParams::GROUP, StoredParams::GROUP, HardwareParams::GROUP],
     ),
-    main: &[("resolution", "128..2048*2"), ("culling", "none,casters,view,samples")],
+    main: &[("resolution", "128..2048*2"), ("culling", "none,samples")],
     maps: &[&faces::MAPS, ANALYSED],
     make: |gpu, info| {
         let side = |f: &Frame| CubeParams::read(f.values).resolution;

@@ -40,7 +40,7 @@ pub static INFO: Info = Info {
         FILTERING,
         &[BiasParams::GROUP, StoredParams::GROUP],
     ),
-    main: &[("resolution", "128..4096*2"), ("raster", "linear,subdivide,exact")],
+    main: &[("resolution", "128..4096*2"), ("raster", "linear,subdivide,exact"), ("culling", "none,samples")],
     maps: &[&faces::MAPS, ANALYSED],
     make: |gpu, info| {
         let side = |f: &Frame| SideParams::read(f.values).resolution;

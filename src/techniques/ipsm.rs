@@ -49,7 +49,7 @@ pub static INFO: Info = Info {
         FILTERING,
         &[BiasParams::GROUP, StoredParams::GROUP],
     ),
-    main: &[("resolution", "128..4096*2"), ("depths", "scene,samples")],
+    main: &[("resolution", "128..4096*2"), ("depths", "scene,samples"), ("raster", "linear,exact")],
     maps: &[&faces::MAPS, ANALYSED],
     make: |gpu, info| Ok(Box::new(Ipsm::new(gpu, info)?)),
 };

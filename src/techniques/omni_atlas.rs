@@ -71,7 +71,7 @@ pub static INFO: Info = Info {
         FILTERING,
         &[BiasParams::GROUP, StoredParams::GROUP, HardwareParams::GROUP],
     ),
-    main: &[("resolution", "128..2048*2"), ("solid", "cube,octahedron,tetrahedron")],
+    main: &[("resolution", "128..2048*2"), ("solid", "cube,octahedron,tetrahedron"), ("culling", "none,samples")],
     maps: &[&faces::MAPS, &SLOTS, ANALYSED],
     make: |gpu, info| {
         let slots = gpu.buffer("slots", &[0; size_of::<Slots>()], wgpu::BufferUsages::UNIFORM);

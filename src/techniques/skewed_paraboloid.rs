@@ -40,7 +40,7 @@ pub static INFO: Info = Info {
         FILTERING,
         &[BiasParams::GROUP, StoredParams::GROUP],
     ),
-    main: &[("resolution", "128..4096*2"), ("beta", "0,15,30,45,60")],
+    main: &[("resolution", "128..4096*2"), ("beta", "0,15,30,45,60"), ("raster", "linear,exact")],
     maps: &[&faces::MAPS, ANALYSED],
     make: |gpu, info| {
         let side = |f: &Frame| SideParams::read(f.values).resolution;

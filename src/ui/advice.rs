@@ -135,12 +135,13 @@ fn found(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
                     ui.label(format!("As fast, within the spread of the times: {}.", names.join("; ")));
                 }
                 if let (Some(factor), Some(map)) = (advice.plain_factor(), advice.plain) {
-                    let what = format!("shadow-map {}", main_values(&advice.tried[map]));
-                    let told = match Advice::as_fast(&advice.tried[i], &advice.tried[map]) {
+                    let map = &advice.tried[map];
+                    let what = format!("{} {}", map.technique, main_values(map));
+                    let told = match Advice::as_fast(&advice.tried[i], map) {
                         true => "as fast, within the spread".into(),
                         false => format!("{} × its time", short(factor)),
                     };
-                    ui.label(format!("A plain shadow map: {told}, with {}.", what.trim()));
+                    ui.label(format!("A plain map: {told}, with {}.", what.trim()));
                 }
                 if let Some(half) = advice.halved.and_then(|h| advice.tried.get(h)) {
                     ui.label(halved(by, &advice.tried[i], half));

@@ -265,6 +265,46 @@ fn paraboloids_bend_what_is_not_split() {
     }
 }
 
+/// Of triangles that face the light, or do not, all ways to draw them into a paraboloid leave out the same; also where a side's frame is
+/// mirrored, as the second of a skewed paraboloid is.
+#[test]
+fn paraboloids_leave_out_faces_alike() {
+    // Two sheets over a floor that lies in both sides: cut so finely that straight edges are good enough.
+    let tiles = |x: f32, up: bool| {
+        let at = move |i: usize| Vec2::new(x + 0.1 * (i % 20) as f32, -1.0 + 0.1 * (i / 20) as f32);
+        (0..400)
+            .flat_map(move |i| floor(at(i), at(i) + 0.1, 1.0))
+            .map(move |[a, b, c]| if up { [a, b, c] } else { [a, c, b] })
+    };
+    let ground = (0..1600).flat_map(|i| {
+        let at = Vec2::new(-4.0 + 0.2 * (i % 40) as f32, -4.0 + 0.2 * (i / 40) as f32);
+        floor(at, at + 0.2, 0.0)
+    });
+    let all: Vec<[Vec3; 3]> = tiles(-2.5, true).chain(tiles(0.5, false)).chain(ground).collect();
+    let view = camera(Vec3::new(0.0, 7.0, 4.0), Vec3::ZERO);
+    let lamp = lamp(Vec3::new(0.0, 2.2, 0.1));
+    let (mut r, mut s) = start(scene(vec![mesh(&all, 0)], vec![material(Vec3::ONE)], view, lamp), [96, 72]);
+    for technique in ["dual-paraboloid", "skewed-paraboloid"] {
+        let mut dark = Vec::new();
+        for cull in ["none", "front", "back"] {
+            let mut seen = |raster: &str| {
+                let sets = format!("resolution=256 orientation=fixed cull={cull} raster={raster}");
+                select(&mut s, technique, &sets.split(' ').collect::<Vec<_>>());
+                r.render(&s, ask(&s)).unwrap();
+                r.read_visibility().unwrap()
+            };
+            let [exact, linear] = ["exact", "linear"].map(&mut seen);
+            // Nor does it matter which triangles are not even drawn.
+            assert!(seen("linear culling=none") == linear, "{technique} {cull}: culling changes the picture");
+            let apart = exact.iter().zip(&linear).filter(|(a, b)| a != b).count();
+            dark.push(exact.iter().filter(|v| **v < 0.5).count());
+            assert!(apart * 100 < exact.len(), "{technique} {cull}: {apart} pixels apart, {dark:?} dark");
+        }
+        println!("{technique}: {dark:?} pixels dark");
+        assert!(dark[1].abs_diff(dark[2]) * 3 < dark[0] && dark[1] * 10 > dark[0] * 3, "{technique}: {dark:?}");
+    }
+}
+
 /// Lamps where no map can look well: inside a caster, on the floor, without a range, with an endless one.
 #[test]
 fn awkward_lamps() {

@@ -7,8 +7,11 @@ mod kenzel;
 mod lamps;
 mod morais;
 mod navratil;
+mod paraboloids;
 mod pcf;
 mod trapezoid;
+mod wandering;
+mod warped_lamps;
 
 use crate::capture;
 use crate::chart::{self, Lines};
@@ -162,24 +165,36 @@ pub static ALL: &[Reproduction] = &[
         id: "navratil-3.1-3.2",
         title: "Navratil 2015, tables 3.1 and 3.2: cube and dual-paraboloid maps, unoptimised and culled",
         run: lamps::rates,
-        deviation: "His scenes are not given; ours are halls of balls with as many vertices. He culls objects on the CPU, we cull triangles on the GPU, which spares more of what is drawn but looks at every triangle. His rates are of whole frames with shading. On a software adapter, which draws each fragment of a paraboloid by a program that writes its depth, six faces are faster than two sides, and next to nothing is gained by culling, as most of the frame is the look-up and the G-buffer.",
+        deviation: "His scenes are not given; ours are halls of balls with as many vertices, seen along an aisle, with the light once behind the camera and once in its view. He culls whole objects on the CPU; we cull triangles on the GPU, which leaves fewer to draw but looks at every one. On a software adapter that look takes longer than it saves: what is gained in drawing is lost in culling, and the G-buffer, which draws all triangles, takes longer than the maps. Drawing alone follows his order.",
     },
     Reproduction {
         id: "navratil-3.16-3.18",
         title: "Navratil 2015, figures 3.16 to 3.19: a light wanders in and out of view",
-        run: lamps::walk,
-        deviation: "He walks through a scene that he does not name, with the light still; in our hall and arches the camera stands still and the light goes round; it stays in view for nearly all of the way, so that few faces can be skipped. On a software adapter paraboloids, whose fragments write their own depth, cost more than a cube. He draws times without numbers.",
+        run: wandering::walk,
+        deviation: "He walks through a scene that he does not name, with the light still, and draws times without numbers; in our hall and arches the camera stands still and the light goes round. On a software adapter most of the time of our maps goes into culling, which looks at every triangle however few maps are drawn; so a cube of one or two faces takes longer than paraboloids, where his is as quick.",
+    },
+    Reproduction {
+        id: "navratil-3.20",
+        title: "Navratil 2015, figure 3.20: the quality of cubes and paraboloids over resolutions",
+        run: paraboloids::resolutions,
+        deviation: "He shows pictures without numbers, of a scene that he does not name. With corners moved a part of the error stays at any resolution, as the large triangles of walls and table tops bend; met exactly they do not, and paraboloids stay behind the cube by a factor that hardly changes: one side has to serve three times as many directions as a face.",
+    },
+    Reproduction {
+        id: "navratil-3.21",
+        title: "Navratil 2015, figure 3.21: times of maps where all lies on one side of the light",
+        run: paraboloids::one_side,
+        deviation: "He draws points, 100 thousand and 3 million, and shows charts without numbers; ours are triangles. Unculled, a cube draws three times as many of them as two paraboloids, but those outside a face's pyramid fall away before they are rastered; culled, it looks at each of them for six maps and not for two.",
     },
     Reproduction {
         id: "navratil-4.1",
         title: "Navratil 2015, figure 4.1: a paraboloid magnified to what is seen",
-        run: lamps::improved,
+        run: paraboloids::improved,
         deviation: "He shows two pictures without numbers.",
     },
     Reproduction {
         id: "navratil-4.4-4.6",
         title: "Navratil 2015, figures 4.4 to 4.6: the skewed cut of a paraboloid",
-        run: lamps::skewed,
+        run: paraboloids::skewed,
         deviation: "He draws curves and grids without numbers.",
     },
     Reproduction {
@@ -231,6 +246,12 @@ pub static ALL: &[Reproduction] = &[
                     passes \"fit\", takes a few per cent: the reduction is as short as beside a plain map, but the rest of \
                     NoTW, the exact raster above all, takes far longer than his. His charts show three scenes; hall and arches \
                     stand in for two of them.",
+    },
+    Reproduction {
+        id: "navratil-5.7-5.9",
+        title: "Navratil 2015, table 5.2 and figures 5.7 to 5.9: cubes and paraboloids with warps",
+        run: warped_lamps::warped,
+        deviation: "He names neither his scene nor the side of his maps. His row SV (4.8 ms, at worst 16) is missing, as shadow volumes are not there yet. On a software adapter warping costs more than his: view samples are counted, summed up and smoothed in storage buffers, which such an adapter reads one lane at a time, and the look-up reads its offsets there too. Corners alone go astray in warps where triangles are as large as in our hall; his way needs finer meshes than ours.",
     },
     Reproduction {
         id: "navratil-5.10",

@@ -29,7 +29,7 @@ pub fn build(vertices: usize) -> Scene {
         let center = vec3(at(place % columns), 1.0 + 2.6 * layer as f32, at(place / columns));
         b.icosphere(ball, center, 0.3 * pitch.min(2.0), 3);
     }
-    let eye = camera("aisle", vec3(-17.0, 4.4, -17.6), vec3(6.0, 2.5, 2.0), 60.0, 0.1, 80.0);
+    let eye = camera("aisle", vec3(-17.0, 4.9, 0.0), vec3(6.0, 3.6, 0.0), 60.0, 0.1, 80.0);
     let lamp = Light::Omni { position: vec3(0.0, 4.0, 0.0), range: 60.0, radius: 0.0, color: Vec3::splat(12.0) };
     let mut scene = b.finish(vec![eye], vec![light("lamp", lamp)]);
     for mesh in &mut scene.meshes {
