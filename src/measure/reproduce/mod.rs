@@ -183,7 +183,7 @@ pub static ALL: &[Reproduction] = &[
         id: "navratil-3.21",
         title: "Navratil 2015, figure 3.21: times of maps where all lies on one side of the light",
         run: paraboloids::one_side,
-        deviation: "He draws points, 100 thousand and 3 million, and shows charts without numbers; ours are triangles. Unculled, a cube draws three times as many of them as two paraboloids, but those outside a face's pyramid fall away before they are rastered; culled, it looks at each of them for six maps and not for two.",
+        deviation: "He draws points, 100 thousand and 3 million, and shows charts without numbers; ours are triangles. Unculled, a cube draws three times as many of them as two paraboloids, but those outside a face's pyramid fall away before they are rastered; culled, it looks at each of them for six maps and not for two. With few of them what does not depend on their number weighs most.",
     },
     Reproduction {
         id: "navratil-4.1",
