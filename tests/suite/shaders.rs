@@ -21,7 +21,7 @@ fn groups(file: &str) -> &'static [Group] {
     if ["map/peel.wgsl", "map/accumulate.wgsl"].contains(&file) {
         return techniques::find("pcf").map_or(&[], |i| i.params);
     }
-    if ["map/faces.wgsl", "map/paraboloid.wgsl"].contains(&file) {
+    if ["map/faces.wgsl", "map/paraboloid.wgsl", "map/moved.wgsl"].contains(&file) {
         return techniques::find("dual-paraboloid").map_or(&[], |i| i.params);
     }
     let file = file.split(' ').next().unwrap();
@@ -196,7 +196,7 @@ fn shared_structs_agree() {
         smoothing "smoothing", opaque "opaque", triangles "triangles", culled "culled", padding "padding", sides "sides");
     same!("map/faces.wgsl", "Faces", FacesUniform,
         count "count", triangles "triangles", opaque "opaque", listed "listed", met "met", vertices "vertices",
-        padding "padding", axes "axes", regions "regions", frustum "frustum");
+        straight "straight", padding "padding", axes "axes", regions "regions", frustum "frustum");
     same!("diagram.wgsl", "Stroke", Stroke, from "start", to "end", value "value", padding "padding");
     same!("gbuffer.wgsl", "Vertex", Vertex,
         position "position", normal "normal", uv "uv", material "material", padding "padding");
