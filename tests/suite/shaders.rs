@@ -21,7 +21,7 @@ fn groups(file: &str) -> &'static [Group] {
     if ["map/peel.wgsl", "map/accumulate.wgsl"].contains(&file) {
         return techniques::find("pcf").map_or(&[], |i| i.params);
     }
-    if ["map/faces.wgsl", "map/paraboloid.wgsl"].contains(&file) {
+    if ["map/faces.wgsl", "map/paraboloid.wgsl", "map/moved.wgsl"].contains(&file) {
         return techniques::find("dual-paraboloid").map_or(&[], |i| i.params);
     }
     let file = file.split(' ').next().unwrap();
