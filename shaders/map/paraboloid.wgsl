@@ -48,8 +48,8 @@ struct Drawn {
     @location(6) @interpolate(flat) uv01: vec4f,
     @location(7) @interpolate(flat) uv2: vec2f,
     @location(8) @interpolate(flat) material: u32,
-    // Of a piece's corners: see `ahead_of`.
-    @location(9) ahead: f32,
+    // 1: of a piece that is half a box, so that rays are asked whether they meet the triangle.
+    @location(9) @interpolate(flat) whole: u32,
 }
 
 fn described(t: Facet) -> Drawn {
@@ -273,11 +273,9 @@ fn piece_of_facet(@builtin(vertex_index) index: u32) -> Drawn {
     let piece = drawn_pieces[index / 3u];
     let t = facet(piece.x);
     var out = described(t);
-    // Only of what is met ray by ray.
-    out.depth = 0.0;
     if piece.y >= boxed {
         out = boxed_corner(t, 3u * (piece.y & 1u) + index % 3u);
-        out.depth = 1.0;
+        out.whole = 1u;
         return out;
     }
     let n = 1u << (piece.y & 7u);
@@ -309,7 +307,7 @@ fn piece_of_facet(@builtin(vertex_index) index: u32) -> Drawn {
 
 // Where a ray meets the triangle's plane, held within it: pieces end a little beside their triangle.
 fn plane_depth(in: Drawn) -> f32 {
-    if in.depth > 0.5 {
+    if in.whole == 1u {
         return met_depth(in);
     }
     let ray = ray_at(in.clip);
