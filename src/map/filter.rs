@@ -80,10 +80,11 @@ pub struct LookUp {
 
 struct Passes {
     resolve: Pass,
-    inspect: Pass,
-    /// Of filters that average first: the chart of their reconstruction.
-    curve: Option<Pass>,
-    analyse: Pass,
+    /// What few frames ask for, made when one does: views, of filters that average first the chart of their reconstruction, and
+    /// the analysis.
+    inspect: Option<((), Pass)>,
+    curve: Option<((), Pass)>,
+    analyse: Option<((), Pass)>,
     prefilter: Option<Prefilter>,
     sums: Option<Sums>,
     /// Of filters whose taps can be turned.
@@ -118,17 +119,17 @@ impl LookUp {
     ) -> Result<()> {
         let (file, groups, gpu) = (self.file, self.groups, f.gpu);
         let moments = filter.moments.map(|moments| moments(f.values));
+        let pass = |name, entry| Pass::compute(gpu, name, &shader(file, filter, moments), entry, groups);
         let passes = hold(&mut self.passes, (filter.id, moments), |_| {
             let file = shader(file, filter, moments);
-            let pass = |name, entry| Pass::compute(gpu, name, &file, entry, groups);
             let (summed, averaged) = (moments.filter(|m| m.summed()), moments.filter(|m| !m.summed()));
             Ok(Passes {
                 prefilter: averaged.map(|_| Prefilter::new(gpu, &file, groups)).transpose()?,
                 sums: summed.map(|_| Sums::new(gpu, &file, groups)).transpose()?,
                 resolve: pass("resolve", "resolve")?,
-                inspect: pass("inspect", "inspect")?,
-                curve: averaged.map(|_| pass("inspect", "draw_curve")).transpose()?,
-                analyse: pass(ANALYSIS, "analyse")?,
+                inspect: None,
+                curve: None,
+                analyse: None,
                 noise: filter.turns.map(|_| Noise::new(gpu)),
             })
         })?;
@@ -150,15 +151,21 @@ impl LookUp {
         }
         f.keep_table("light_views", &maps.light_views);
         f.offer_maps(&maps.layers.each, &maps.light_views, &maps.sides);
-        f.analyse(&passes.analyse, MapSizes::of(&maps.sides), &all);
+        if f.wants_analysis() {
+            let analyse = hold(&mut passes.analyse, (), |()| pass(ANALYSIS, "analyse"))?;
+            f.analyse(analyse, MapSizes::of(&maps.sides), &all);
+        }
         let resolve = |f: &mut Frame| f.run(&passes.resolve).bind_all(&all).per_pixel();
         match (&mut passes.noise, filter.turns) {
             (Some(noise), Some(turns)) => noise.accumulate(f, turns(f.values), resolve)?,
             _ => resolve(f),
         }
         if f.wants_any_map() {
-            let curve = passes.curve.as_ref().filter(|_| f.view == CURVE.id);
-            f.run(curve.unwrap_or(&passes.inspect)).bind_all(&all).per_pixel();
+            let shown = match f.view == CURVE.id {
+                true => hold(&mut passes.curve, (), |()| pass("inspect", "draw_curve"))?,
+                false => hold(&mut passes.inspect, (), |()| pass("inspect", "inspect"))?,
+            };
+            f.run(shown).bind_all(&all).per_pixel();
         }
         Ok(())
     }

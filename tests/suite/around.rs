@@ -426,7 +426,7 @@ fn lamps_in_the_plane_of_a_ceiling() {
             let raster = if warped { "raster=exact" } else { raster };
             let raster = info.specs().any(|s| s.name == "raster").then_some(raster);
             let fixed = info.specs().any(|s| s.name == "orientation").then_some("orientation=fixed");
-            let sets: Vec<&str> = ["resolution=512"].into_iter().chain(raster).chain(fixed).collect();
+            let sets: Vec<&str> = ["resolution=256"].into_iter().chain(raster).chain(fixed).collect();
             let e = errors(&mut r, &mut s, info.id, &sets);
             println!("{} {raster:?}: {e:?}", info.id);
             assert!(e.lit_correct > 400, "{}: {e:?}", info.id);

@@ -124,14 +124,17 @@ fn clusters_leave_the_picture() {
             let visibility = r.read_visibility().unwrap();
             assert!(seen.as_ref().is_none_or(|seen| *seen == visibility), "{id} {solid} {culling}");
             seen = Some(visibility);
-            let list: Vec<u32> =
-                bytemuck::pod_collect_to_vec(&r.analysis().table(&r.gpu, "listed_clusters").unwrap().unwrap());
+            // Where nothing is culled nothing is listed: each face asks for all.
+            let Some(list) = r.analysis().table(&r.gpu, "listed_clusters").unwrap() else {
+                let clusters = r.geometry().triangles.len().div_ceil(64) as u32;
+                asked.push(clusters * r.known().unwrap().faces.len() as u32);
+                continue;
+            };
+            let list: Vec<u32> = bytemuck::pod_collect_to_vec(&list);
             // Of each cluster that is listed the faces, a bit each.
             asked.push((0..list[3] as usize).map(|k| list[5 + 2 * k].count_ones()).sum::<u32>());
         }
         println!("{id} {solid}: {asked:?} clusters asked by faces");
-        let clusters = r.geometry().triangles.len().div_ceil(64) as u32;
-        assert_eq!(asked[0], clusters * r.known().unwrap().faces.len() as u32, "{id} {solid}");
         assert!(4 * asked[1] < 3 * asked[0] && asked[3] <= asked[1], "{id} {solid}: {asked:?}");
     }
 }
