@@ -264,7 +264,7 @@ pub const VIEWS: &[View] = &[
         Source::Truth,
         Legend::Scale(
             crate::palette::DIVERGING,
-            Values { what: "visibility, first minus second", unit: "", range: [-1.0, 1.0] },
+            Values { what: "visibility, first minus second or truth", unit: "", range: [-1.0, 1.0] },
         ),
     ),
     common(

@@ -141,9 +141,14 @@ fn text(advice: &Advice, budget: Budget) -> String {
     out += &format!("\nmeasured {} of {} configurations (at most {})", advice.tried.len(), advice.space, advice.limit);
     out += "; those marked * are beaten by no other (times whose quartiles overlap count as equal):\n";
     let heads = ["configuration", "", by.title, "× set-up's shadow-map", "GPU ms", "shadow-map, ms", "MiB"];
-    let mut lines = vec![heads.map(String::from).to_vec()];
+    // Around a lamp there is no shadow-map to compare with.
+    let compared = advice.tried.iter().any(|r| r.cost.is_some());
+    let kept = |line: [String; 7]| -> Vec<String> {
+        line.into_iter().enumerate().filter(|(i, _)| compared || ![3, 5].contains(i)).map(|(_, cell)| cell).collect()
+    };
+    let mut lines = vec![kept(heads.map(String::from))];
     for (i, r) in advice.tried.iter().enumerate() {
-        lines.push(vec![
+        lines.push(kept([
             name(r),
             if advice.frontier.contains(&i) { "*" } else { "" }.into(),
             error(r),
@@ -151,7 +156,7 @@ fn text(advice: &Advice, budget: Budget) -> String {
             format!("{:.3}", r.gpu_ms),
             r.cost_base_ms().map_or("-".into(), |ms| format!("{ms:.3}")),
             format!("{:.2}", r.gpu_bytes as f64 / 1048576.0),
-        ]);
+        ]));
     }
     out += &table::aligned(&lines);
     if let (Some(base), Some([least, most])) = (&advice.base, advice.base_ms()) {

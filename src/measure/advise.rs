@@ -100,7 +100,7 @@ impl Figure {
         ensure!(
             (0.0..=most).contains(&value),
             match self.unit {
-                Unit::Share => format!("--max-error {text}: it takes 0 to 100 %"),
+                Unit::Share => format!("--max-error {text}: it takes 0 to 100 %; two per cent are 2% or 0.02"),
                 Unit::Plain => format!("--max-error {text}: {title} takes 0 to 1"),
                 Unit::Pixels => format!("--max-error {text}: it takes a number of pixels from 0 on"),
             }
@@ -197,8 +197,9 @@ impl Advice {
 /// What a row without the error asked for counts as: as more than any.
 const UNKNOWN: f64 = 1e9;
 /// At most this share of the configurations is measured (at least one of each technique, though, and what answers are
-/// compared with).
+/// compared with; and all, where there are so few).
 const SHARE: usize = 3;
+const FEW: usize = 12;
 /// What answers are compared with, the first that is asked about and serves the light, and how many of it may be measured beyond the
 /// share.
 const PLAIN: [&str; 2] = ["shadow-map", "cube"];
@@ -228,7 +229,7 @@ pub fn advise(
     let (all, lines) = lines(setup, techniques, axes)?;
     let mut tried: Vec<(usize, Record)> = Vec::new();
     // Read while it is measured, and raised before the comparison.
-    let most = std::cell::Cell::new((all.len() / SHARE).max(techniques.len()));
+    let most = std::cell::Cell::new((all.len() / SHARE).max(techniques.len()).max(all.len().min(FEW)));
     let mut search = Search::new(lines, most.get());
     let mut measure = |i: usize| -> Result<Sample> {
         let setup = &all[i];

@@ -330,7 +330,11 @@ fn awaited(ui: &Ui, m: &Model, info: &Info, row: Rect) {
     if let Some(seconds) = m.facts.seconds.get(info.id) {
         let at = center - vec2(12.0, 0.0);
         let text = format!("{seconds:.1} s last time");
-        ui.painter().text(at, Align2::RIGHT_CENTER, text, FontId::proportional(11.5), TEXT);
+        let text = ui.painter().layout_no_wrap(text, FontId::proportional(11.5), TEXT);
+        let place = Align2::RIGHT_CENTER.anchor_size(at, text.size());
+        // A long title ends under it.
+        ui.painter().rect_filled(place.expand2(vec2(6.0, 2.0)), 2.0, ui.visuals().panel_fill);
+        ui.painter().galley(place.min, text, TEXT);
     }
 }
 
