@@ -34,6 +34,13 @@ fn ahead_of(q: vec3f) -> f32 {
     return dot(axis, q) / max(length(q), 1e-30);
 }
 
+// Whether the light stands in a triangle's plane, as far as rounding can tell: seen edge-on the triangle has no image, and only rounding
+// would say where. `a`, `b`, `c`: its corners from the light; `away`: how far the light is from the origin.
+fn edge_on(a: vec3f, b: vec3f, c: vec3f, away: f32) -> bool {
+    let normal = cross(b - a, c - a);
+    return abs(dot(a, normal)) <= 1e-6 * (max(max(length(a), length(b)), length(c)) + away) * length(normal);
+}
+
 // The box of what lies in a side's map of a triangle: low and high corners in clip space over w.
 struct Box {
     low: vec2f,

@@ -205,7 +205,8 @@ fn cull(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) ow
     let p = vertices[t.x].position;
     let q = vertices[t.y].position;
     let r = vertices[t.z].position;
-    if drawing.culling >= culling_view && !shadows_view(p, q, r) {
+    let light = frame.light_position;
+    if edge_on(p - light, q - light, r - light, length(light)) || (drawing.culling >= culling_view && !shadows_view(p, q, r)) {
         return;
     }
     let masked = u32(index >= faces.opaque);

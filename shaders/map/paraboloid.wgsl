@@ -60,6 +60,12 @@ fn described(t: Facet) -> Drawn {
     out.e0 = edge_plane(out.b, out.c);
     out.e1 = edge_plane(out.c, out.a);
     out.e2 = edge_plane(out.a, out.b);
+    if edge_on(out.a, out.b, out.c, length(vec3f(light_view.row_x.w, light_view.row_y.w, light_view.axis.w))) {
+        // Met by no ray.
+        out.e0 = vec3f(0.0);
+        out.e1 = vec3f(0.0);
+        out.e2 = vec3f(0.0);
+    }
     out.uv01 = vec4f(vertices[t.vertices[0]].uv, vertices[t.vertices[1]].uv);
     out.uv2 = vertices[t.vertices[2]].uv;
     out.material = vertices[t.vertices[0]].material;
@@ -112,9 +118,7 @@ fn ray_at(clip: vec4f) -> vec3f {
 fn met(in: Drawn, ray: vec3f) -> vec3f {
     let e = sides_of(in, ray);
     let sum = e.x + e.y + e.z;
-    // Seen edge-on it has no image: only rounding would say where.
-    let edge_on = abs(dot(in.a, in.e0)) <= 1e-6 * length(in.a) * length(in.b) * length(in.c);
-    if sum == 0.0 || edge_on || !inside(e) {
+    if sum == 0.0 || !inside(e) {
         return vec3f(0.0);
     }
     let share = e / sum;

@@ -412,12 +412,16 @@ fn lamps_in_the_plane_of_a_ceiling() {
     let view = camera(Vec3::new(0.0, 1.5, 8.0), Vec3::new(0.0, 0.6, 0.0));
     let mut room = floor(Vec2::splat(-6.0), Vec2::splat(6.0), 0.0);
     room.extend(floor(Vec2::splat(-6.0), Vec2::splat(6.0), 3.0));
+    room.push([Vec3::new(-6.1, -1.0, -7.0), Vec3::new(-6.1, -1.0, 7.0), Vec3::new(-6.1, 9.0, 0.3)]);
     // Straight over the lamp's axis, from half a metre below it to a metre above.
     let lid = [Vec3::new(5.0, 1.5, 0.0), Vec3::new(-5.0, 3.0, 0.0), Vec3::new(0.0, 4.0, 6.0)];
     let under = [floor(Vec2::splat(-6.0), Vec2::splat(6.0), 0.0), vec![lid]].concat();
-    for (triangles, position, raster) in
-        [(under, Vec3::new(0.0, 2.0, 0.0), "raster=subdivide"), (room, Vec3::new(0.3, 3.0, -0.4), "raster=exact")]
-    {
+    for (triangles, position, raster) in [
+        (under, Vec3::new(0.0, 2.0, 0.0), "raster=subdivide"),
+        (room.clone(), Vec3::new(0.3, 3.0, -0.4), "raster=exact"),
+        // On a wall, in coordinates that rounding moves.
+        (room, Vec3::new(-6.1, 1.3, 0.7), "raster=exact"),
+    ] {
         let (mut r, mut s) =
             start(scene(vec![mesh(&triangles, 0)], vec![material(Vec3::ONE)], view, lamp(position)), [96, 72]);
         for info in serving() {

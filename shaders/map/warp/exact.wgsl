@@ -237,8 +237,9 @@ fn meet(c: Caster, cell: vec2u, first: u32) {
     }
     // Where some corners lie behind the light, so does a part of what is within the edges.
     let facing = select(0.0, dot(a, e0), curved() || min(min(a.z, b.z), d.z) <= 0.0);
-    // Seen edge-on from a light that shines all around, it has no image: only rounding would say where.
-    if curved() && abs(facing) <= 1e-6 * length(a) * length(b) * length(d) {
+    let light = frame.light_position;
+    if frame.light_kind != directional
+        && edge_on(c.positions[0] - light, c.positions[1] - light, c.positions[2] - light, length(light)) {
         return;
     }
     // A light's frame may be mirrored, and then clip space is not.
