@@ -165,13 +165,13 @@ pub static ALL: &[Reproduction] = &[
         id: "navratil-3.1-3.2",
         title: "Navratil 2015, tables 3.1 and 3.2: cube and dual-paraboloid maps, unoptimised and culled",
         run: lamps::rates,
-        deviation: "His scenes are not given; ours are halls of balls with as many vertices, seen along an aisle, with the light once behind the camera and once in its view. He culls whole objects on the CPU; we cull triangles on the GPU, which leaves fewer to draw but looks at every one. On a software adapter that look takes longer than it saves: what is gained in drawing is lost in culling, and the G-buffer, which draws all triangles, takes longer than the maps. Drawing alone follows his order.",
+        deviation: "His scenes are not given; ours are halls of balls with as many vertices, seen along an aisle, with the light once behind the camera and once in its view. He culls whole objects on the CPU; we cull boxes of 64 triangles on the GPU, and the triangles of those that are left. On a software adapter culling takes back about half of what it saves, and the G-buffer, which draws all triangles, takes as long as six maps: what is gained is smaller than his, in the same order.",
     },
     Reproduction {
         id: "navratil-3.16-3.18",
         title: "Navratil 2015, figures 3.16 to 3.19: a light wanders in and out of view",
         run: wandering::walk,
-        deviation: "He walks through a scene that he does not name, with the light still, and draws times without numbers; in our hall and arches the camera stands still and the light goes round. On a software adapter most of the time of our maps goes into culling, which looks at every triangle however few maps are drawn; so a cube of one or two faces takes longer than paraboloids, where his is as quick.",
+        deviation: "He walks through a scene that he does not name, with the light still, and draws times without numbers; in our hall and arches the camera stands still and the light goes round. On a software adapter about half of the time of our maps goes into culling, however few of them are drawn. Where he says that a cube of one or two faces is as quick as paraboloids, ours takes longer to draw.",
     },
     Reproduction {
         id: "navratil-3.20",
