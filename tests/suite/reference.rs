@@ -527,9 +527,9 @@ fn scenes() {
     for name in ["bench", "blocks", "arches", "hall", "observatory", "pavilion", "cubes"] {
         let scene = builtin::build(name).unwrap();
         let view = scene.cameras[0].camera;
-        check(name, scene, (view.target, view.position.distance(view.target) / 2.0), [192, 108], 2e-5);
+        check(name, scene, (view.target, view.position.distance(view.target) / 2.0), [128, 72], 2e-5);
     }
     let view = camera(Vec3::new(3.0, 4.0, 8.0), Vec3::ZERO);
     let yard = scene(vec![mesh(&yard(), 0)], vec![material(Vec3::splat(0.7))], view, sun(Vec3::Y));
-    check("yard", yard, (Vec3::ZERO, 4.0), [192, 108], 2e-5);
+    check("yard", yard, (Vec3::ZERO, 4.0), [128, 72], 2e-5);
 }
