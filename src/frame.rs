@@ -804,7 +804,10 @@ impl Renderer {
             eye: setup.camera,
             light: setup.light,
             lamp: setup.at_work(),
-            lamps: setup.lit_or_at_work(),
+            lamps: (lamps.iter().enumerate())
+                .filter(|(i, lamp)| lamp.on || *i == setup.at_work())
+                .map(|(i, lamp)| (i, lamp.light))
+                .collect(),
             view: &setup.view,
             values,
             scene,

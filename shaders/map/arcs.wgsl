@@ -27,11 +27,15 @@ fn place_of(q: vec3f) -> vec2f {
     return place_in(light_view, q);
 }
 
-// Cosine of the angle between a direction and the axis of the half space that the side holds.
-fn ahead_of(q: vec3f) -> f32 {
+// The axis of the half space that the side holds, in the light's frame.
+fn side_axis() -> vec3f {
     let v = light_view;
-    let axis = vec3f(dot(v.row_x.xyz, v.row_w.xyz), dot(v.row_y.xyz, v.row_w.xyz), dot(v.axis.xyz, v.row_w.xyz));
-    return dot(axis, q) / max(length(q), 1e-30);
+    return vec3f(dot(v.row_x.xyz, v.row_w.xyz), dot(v.row_y.xyz, v.row_w.xyz), dot(v.axis.xyz, v.row_w.xyz));
+}
+
+// Cosine of the angle between a direction and that axis.
+fn ahead_of(q: vec3f) -> f32 {
+    return dot(side_axis(), q) / max(length(q), 1e-30);
 }
 
 // Whether the light stands in a triangle's plane, as far as rounding can tell: seen edge-on the triangle has no image, and only rounding

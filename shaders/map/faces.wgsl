@@ -177,8 +177,7 @@ fn list_clusters(@builtin(global_invocation_id) id: vec3u) {
     let c = clusters[id.x];
     var met = 0u;
     for (var i = 0u; i < faces.count; i++) {
-        let touched = drawing.culling == culling_none || cluster_touches_face(i, c);
-        met |= u32(touched && atomicLoad(&draws[10u * i + 1u]) > 0u) << i;
+        met |= u32(cluster_touches_face(i, c) && atomicLoad(&draws[10u * i + 1u]) > 0u) << i;
     }
     if met == 0u || (drawing.culling >= culling_view && !cluster_shadows_view(c)) {
         return;
@@ -213,7 +212,7 @@ fn cull(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) ow
     for (var left = listed_clusters[5u + 2u * cluster]; left != 0u; left &= left - 1u) {
         let i = firstTrailingBit(left);
         let draw = (2u * i + masked) * 5u;
-        if drawing.culling > culling_none && !touches_face(i, p, q, r) {
+        if !touches_face(i, p, q, r) {
             continue;
         }
         let at = 3u * (i * faces.triangles + masked * faces.opaque) + atomicAdd(&draws[draw], 3u);

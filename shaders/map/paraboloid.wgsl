@@ -186,17 +186,16 @@ const boxed = 0x80000000u;
 // Whether an edge leaves the cone that the map holds: at an end, or between them, at the point of its great circle that lies
 // farthest behind.
 fn edge_behind(a: vec3f, b: vec3f) -> bool {
-    let v = light_view;
-    let axis = vec3f(dot(v.row_x.xyz, v.row_w.xyz), dot(v.row_y.xyz, v.row_w.xyz), dot(v.axis.xyz, v.row_w.xyz));
+    let axis = side_axis();
     let from_a = normalize(a);
     let from_b = normalize(b);
-    if min(dot(axis, from_a), dot(axis, from_b)) < v.ahead {
+    if min(dot(axis, from_a), dot(axis, from_b)) < light_view.ahead {
         return true;
     }
     let m = normalize(cross(a, b));
     let most = dot(axis, m) * m - axis;
     let middle = from_a + from_b;
-    return -length(most) < v.ahead && dot(most, middle) > length(most) * dot(from_a, middle);
+    return -length(most) < light_view.ahead && dot(most, middle) > length(most) * dot(from_a, middle);
 }
 
 // Whether a triangle leaves that cone. What does may run off to infinity in the image, where the bound above says nothing: its texels'

@@ -169,17 +169,7 @@ pub fn around(f: &Frame, side: u32, reach: Reach) -> Result<Around> {
 /// Bit i: what is looked up from the camera's frustum meets face i (King, Newhall 2005: two frusta are cut with each other).
 fn met(scope: &Scope, faces: &[Face], around: &Around) -> u32 {
     let seen = scope.seen_of(scope.cuboid());
-    let meets = |i: usize| {
-        let mut body = seen.clone();
-        for other in faces {
-            let normal = faces[i].axis - other.axis;
-            if normal.length_squared() > 0.0 {
-                let apart = around.metres * normal.length();
-                body.clip(normal.extend(apart - normal.dot(around.light)), scope.eps());
-            }
-        }
-        !body.corners().is_empty()
-    };
+    let meets = |i: usize| !faces[i].part_of(&seen, faces, around, (around.metres, scope.eps())).corners().is_empty();
     (0..faces.len()).filter(|i| meets(*i)).map(|i| 1 << i).sum()
 }
 
@@ -294,7 +284,8 @@ impl Faces {
                 .dispatch_indirect(&listed, 0);
         }
         let curved = faces.iter().any(|face| face.view.perspective == LightView::PARABOLOID);
-        let drawn_apart = curved && CurvedParams::read(f.values).raster != "linear";
+        let raster = CurvedParams::read(f.values).raster;
+        let drawn_apart = curved && raster != "linear";
         if drawn_apart {
             f.run(&self.finish).bind_all(&bound).dispatch(1, 1, 1);
         } else {
@@ -308,9 +299,14 @@ impl Faces {
             let layer = face.layer as usize;
             let first = !std::mem::replace(&mut begun[layer], true);
             if drawn_apart {
-                let raster = &CurvedParams::read(f.values).raster;
-                let side =
-                    Side { raster, light_view: view, indices, draws: &self.draws, at: pulled(i), number: Some(number) };
+                let side = Side {
+                    raster: &raster,
+                    light_view: view,
+                    indices,
+                    draws: &self.draws,
+                    at: pulled(i),
+                    number: Some(number),
+                };
                 self.paraboloid.draw(f, (&depths, layer), side)?;
                 continue;
             }

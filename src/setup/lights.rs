@@ -120,13 +120,6 @@ impl Setup {
         all.filter(|(_, lamp)| lamp.on).map(|(i, lamp)| (i, lamp.light)).collect()
     }
 
-    /// These and the one at work, on or off.
-    pub fn lit_or_at_work(&self) -> Vec<(usize, Light)> {
-        let at_work = self.at_work();
-        let all = self.lamps().into_iter().enumerate();
-        all.filter(|(i, lamp)| lamp.on || *i == at_work).map(|(i, lamp)| (i, lamp.light)).collect()
-    }
-
     /// The lights that are on and not at work.
     pub fn lit_beside(&self) -> Vec<(usize, Light)> {
         if self.more_lights.is_empty() {

@@ -105,12 +105,12 @@ impl Technique for OmniAtlas {
         let filter = chosen(f.values);
         let reach = (filter.reach)(f);
         // A map must hold its guard bands and something beside them, whatever the light's importance.
-        let least = (32..=p.resolution).find(|side| side.is_power_of_two() && around(f, *side, reach).is_ok());
+        let powers = (5..).map(|bits| 1 << bits).take_while(|side| *side <= p.resolution);
+        let least = powers.into_iter().find(|side| around(f, *side, reach).is_ok()).unwrap_or(32);
         let lamps: Vec<(usize, Light)> = f.lamps.iter().filter(|(_, l)| INFO.refuses(l).is_none()).copied().collect();
         let own = lamps.iter().position(|(i, _)| *i == f.lamp).unwrap_or(0);
-        let sides: Vec<u32> =
-            lamps.iter().map(|(_, light)| side(&p, light, &f.eye, f.size[1], least.unwrap_or(32))).collect();
-        let sides = if p.sizing == "atlas" { shared(sides, &p, least.unwrap_or(32))? } else { sides };
+        let sides: Vec<u32> = lamps.iter().map(|(_, light)| side(&p, light, &f.eye, f.size[1], least)).collect();
+        let sides = if p.sizing == "atlas" { shared(sides, &p, least)? } else { sides };
         let around = around(f, sides[own], reach)?;
         let views = match p.solid.as_str() {
             "cube" => around.cube(),

@@ -14,9 +14,14 @@ fn texture_layer(layer: u32) -> u32 {
     return u32(faces.axes[layer].w);
 }
 
+// A place of a map in the light's image before any warp, as clip positions over w have it.
+fn image_of(v: LightView, texel: vec2f) -> vec2f {
+    return vec2f(2.0, -2.0) * before_place(v, texel) / v.resolution + vec2f(-1.0, 1.0);
+}
+
 // Where a view sees the light's ray of a place in its map, at a depth of 1 (a paraboloid's: 1 m from the light). From the light.
 fn ray_of(v: LightView, texel: vec2f) -> vec3f {
-    let ndc = vec2f(2.0, -2.0) * before_place(v, texel) / v.resolution + vec2f(-1.0, 1.0);
+    let ndc = image_of(v, texel);
     if v.perspective == 3u {
         let q = normalize(paraboloid_ray(v, ndc));
         return q.x * v.row_x.xyz + q.y * v.row_y.xyz + q.z * v.axis.xyz;
@@ -32,7 +37,7 @@ fn ray_of(v: LightView, texel: vec2f) -> vec3f {
 fn holds(layer: u32, texel: vec2f) -> bool {
     let v = light_views[layer];
     if v.perspective == 3u {
-        let ray = paraboloid_ray(v, vec2f(2.0, -2.0) * before_place(v, texel) / v.resolution + vec2f(-1.0, 1.0));
+        let ray = paraboloid_ray(v, image_of(v, texel));
         return ray.z >= v.ahead * length(ray);
     }
     let at = vec3f(texel, 1.0);

@@ -4,6 +4,7 @@
 //! A face's map goes beyond the face by a guard band, so that a filter's taps stay in one map. Directions belong to the face
 //! whose axis lies nearest.
 
+use super::hull::Polyhedron;
 use crate::light::LightView;
 use bytemuck::Zeroable;
 use glam::{DMat3, DVec3, DVec4, Vec4};
@@ -22,6 +23,19 @@ pub struct Face {
 }
 
 impl Face {
+    /// The part of a body that this of all faces holds, and what lies no more metres than `apart` beside it. `eps`: metres that
+    /// count as nothing.
+    pub fn part_of(&self, body: &Polyhedron, faces: &[Face], around: &Around, (apart, eps): (f64, f64)) -> Polyhedron {
+        let mut body = body.clone();
+        for other in faces {
+            let normal = self.axis - other.axis;
+            if normal.length_squared() > 0.0 {
+                body.clip(normal.extend(apart * normal.length() - normal.dot(around.light)), eps);
+            }
+        }
+        body
+    }
+
     /// The largest angle that the side of a texel is seen under, radians, or a little more.
     pub fn texel_angle(&self) -> f64 {
         let v = &self.view;

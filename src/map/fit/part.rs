@@ -12,13 +12,7 @@ use glam::{DVec2, DVec3};
 pub fn narrowed(scope: &Scope, around: &Around, scene: &Polyhedron, faces: Vec<Face>) -> Vec<Face> {
     let seen = scope.seen_of(scene.clone());
     let narrow = |face: &Face| {
-        let mut body = seen.clone();
-        for other in &faces {
-            let normal = face.axis - other.axis;
-            if normal.length_squared() > 0.0 {
-                body.clip(normal.extend(-normal.dot(around.light)), scope.eps());
-            }
-        }
+        let body = face.part_of(&seen, &faces, around, (0.0, scope.eps()));
         let sides = body.faces().iter().flat_map(|f| (0..f.len()).map(|i| [f[i], f[(i + 1) % f.len()]]));
         let view = &face.view;
         let (places, depths): (Vec<[DVec2; 2]>, Vec<f64>) =
