@@ -114,10 +114,14 @@ fn fragment(in: Fragment) -> Targets {
     // From the first corner: however the weights are rounded, this lies on the triangle.
     let position = in.corner + (w.y * in.second + w.z * in.third);
     let normal = select(-in.normal, in.normal, front);
+    // The projection has no far plane: the camera's is here.
+    let depth = max(dot(position - frame.eye, frame.forward), 1e-3 * frame.near);
+    if depth > frame.far {
+        discard;
+    }
     let n = in.shading_normals;
     var shading = w.x * octahedral_decode(n.x) + w.y * octahedral_decode(n.y) + w.z * octahedral_decode(n.z);
     shading = normalize(select(shading, in.normal, dot(shading, shading) < 1e-12));
     shading = select(-shading, shading, dot(shading, normal) >= 0.0);
-    let depth = max(dot(position - frame.eye, frame.forward), 1e-3 * frame.near);
     return Targets(vec4f(position, depth), surface_words(normal, shading, albedo, in.triangle));
 }

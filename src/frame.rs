@@ -81,7 +81,7 @@ impl FrameUniform {
     fn new(setup: &Setup, size: [u32; 2], bounds: [Vec3; 2]) -> FrameUniform {
         let camera = setup.camera;
         let aspect = size[0] as f32 / size[1] as f32;
-        let projection = camera.projection(aspect);
+        let projection = camera.unbounded_projection(aspect);
         let frozen = setup.frozen();
         let shadow = frozen.unwrap_or(camera);
         let uniform = FrameUniform {
@@ -193,6 +193,9 @@ pub struct Frame<'a> {
     pub geometry: &'a Geometry,
     /// Width and height, pixels.
     pub size: [u32; 2],
+    /// The picture's depth buffer with its stencil ([`Gpu::depth_stencil`]): near over the depth along the camera's axis, 0 where
+    /// nothing is. Passes that count in the stencil draw into it; no pass may write its depth.
+    pub depth: wgpu::TextureView,
     /// Of all that is random.
     pub seed: u32,
     /// Counts the changes of the scene's geometry.
@@ -203,6 +206,7 @@ pub struct Frame<'a> {
     pub whole_maps: bool,
     pub history: History,
     frames: [u32; 2],
+    notes: Vec<String>,
     offered: Option<Offered>,
     indirect: Option<Indirect>,
     splits: Option<(Buffer, u32)>,
@@ -235,6 +239,12 @@ impl Frame<'_> {
     /// Tells of how many frames the light is averaged, and of how many it is to be.
     pub fn tell_frames(&mut self, averaged: u32, wanted: u32) {
         self.frames = [averaged, wanted];
+    }
+
+    /// Tells what must be known of the picture: what the scene has that the technique cannot do right, and how much of it was
+    /// skipped. A sentence or two.
+    pub fn tell_note(&mut self, note: String) {
+        self.notes.push(note);
     }
 
     /// Tells how many faces the light's maps have, and where the GPU keeps the samples and draws of each
@@ -588,6 +598,8 @@ pub struct Renderer {
     frames: u32,
     /// It draws penumbras, and its light has no size.
     sizeless: bool,
+    /// What the technique told of the last frame.
+    technique_notes: Vec<String>,
     /// The last frame's depth maps.
     offered: Option<Offered>,
     read_map: Option<Pass>,
@@ -650,7 +662,7 @@ impl Renderer {
             vertex: "vertex",
             fragment: Some("fragment"),
             targets: &[Format::Rgba32Float, Format::Rgba32Uint],
-            depth: Raster::nearest(Format::Depth32Float),
+            depth: Raster::nearest(gpu.depth_stencil()),
             ..Raster::default()
         };
         let made = Renderer {
@@ -669,6 +681,7 @@ impl Renderer {
             seen: None,
             frames: 1,
             sizeless: false,
+            technique_notes: Vec::new(),
             offered: None,
             whole_maps: false,
             read_map: None,
@@ -735,7 +748,7 @@ impl Renderer {
         let t = &mut self.targets;
         let position = t.position.get(gpu, "position", ask.size, Format::Rgba32Float, DRAWN);
         let surface = t.surface.get(gpu, "surface", ask.size, Format::Rgba32Uint, DRAWN);
-        let depth = t.depth.get(gpu, "depth", ask.size, Format::Depth32Float, DRAWN);
+        let depth = t.depth.get(gpu, "depth", ask.size, gpu.depth_stencil(), DRAWN);
         let visibility = t.visibility.get(gpu, "visibility", ask.size, Format::R32Float, STORED);
         let written = STORED.union(wgpu::TextureUsages::COPY_DST);
         let map = t.map.get(gpu, "technique's map", ask.size, Format::R32Float, written);
@@ -813,6 +826,7 @@ impl Renderer {
             scene,
             geometry: &self.geometry,
             size: ask.size,
+            depth,
             seed: setup.seed,
             revision: self.revision,
             // What is analysed counts what is drawn.
@@ -820,6 +834,7 @@ impl Renderer {
             whole_maps: self.whole_maps,
             history: if broken && ask.history == History::Goes { History::Starts } else { ask.history },
             frames: [1, 1],
+            notes: Vec::new(),
             offered: None,
             indirect: None,
             splits: None,
@@ -845,6 +860,7 @@ impl Renderer {
         f.of_light(None);
         f.freeze(Vec::new());
         let (offered, indirect) = (f.offered.take(), f.indirect.take());
+        self.technique_notes = std::mem::take(&mut f.notes);
         let (splits, faces, pieces, outlines) = (f.splits.take(), f.faces.take(), f.pieces.take(), f.outlines.take());
         let mut aliasing = None;
         if let Some(analysis) = f.analysis.take() {

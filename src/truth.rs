@@ -273,7 +273,7 @@ impl Tracing {
             let counts = a.counts.get(gpu, "samples", now.uniform.size, Format::R32Uint, STORED);
             let position = a.position.get(gpu, "position", now.uniform.size, Format::Rgba32Float, DRAWN);
             let surface = a.surface.get(gpu, "surface", now.uniform.size, Format::Rgba32Uint, DRAWN);
-            let depth = a.depth.get(gpu, "depth", now.uniform.size, Format::Depth32Float, DRAWN);
+            let depth = a.depth.get(gpu, "depth", now.uniform.size, gpu.depth_stencil(), DRAWN);
             // What is written below holds for what follows; what is recorded was of the sample before.
             recorder.submit();
             // Another number of samples may have used the buffers since.

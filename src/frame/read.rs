@@ -67,6 +67,7 @@ impl Renderer {
         if self.sizeless {
             notes.push("No penumbras: the light has no (angular) radius.".into());
         }
+        notes.extend(self.technique_notes.iter().cloned());
         if let Some(pieces) = self.analysis.pieces(&self.gpu)?.filter(|p| p.unserved > 0) {
             notes.push(format!(
                 "{} parts of triangles were not split as far as they should be: shadows are wrong there.",

@@ -67,6 +67,7 @@ impl std::error::Error for GivenUp {}
 /// What we use where an adapter has it; nothing of it is required.
 const WANTED: wgpu::Features = wgpu::Features::TIMESTAMP_QUERY
     .union(wgpu::Features::DEPTH_CLIP_CONTROL)
+    .union(wgpu::Features::DEPTH32FLOAT_STENCIL8)
     .union(wgpu::Features::PIPELINE_STATISTICS_QUERY)
     .union(wgpu::Features::FLOAT32_FILTERABLE)
     .union(wgpu::Features::TEXTURE_FORMAT_16BIT_NORM)
@@ -174,6 +175,14 @@ impl Gpu {
     pub fn most_bound(&self) -> u64 {
         let limits = self.device.limits();
         limits.max_storage_buffer_binding_size.min(limits.max_buffer_size)
+    }
+
+    /// The format of a picture's depth, with a stencil for techniques that count.
+    pub fn depth_stencil(&self) -> wgpu::TextureFormat {
+        match self.features.contains(wgpu::Features::DEPTH32FLOAT_STENCIL8) {
+            true => wgpu::TextureFormat::Depth32FloatStencil8,
+            false => wgpu::TextureFormat::Depth24PlusStencil8,
+        }
     }
 
     /// Whether the adapter is a program on the CPU, whose timings say nothing of a GPU's.
@@ -353,7 +362,8 @@ pub fn texture(
 /// Bytes that a texture takes, all mips and layers (24-bit depth counted as 32).
 fn bytes(texture: &wgpu::Texture) -> u64 {
     let texel = match texture.format() {
-        wgpu::TextureFormat::Depth24Plus => 4,
+        wgpu::TextureFormat::Depth24Plus | wgpu::TextureFormat::Depth24PlusStencil8 => 4,
+        wgpu::TextureFormat::Depth32FloatStencil8 => 8,
         other => other.block_copy_size(None).unwrap_or(4) as u64,
     };
     let level = |i: u32| (texture.width() >> i).max(1) as u64 * (texture.height() >> i).max(1) as u64;

@@ -377,7 +377,16 @@ impl<'a> Recorder<'a> {
 
     /// Starts a pass.
     pub fn run<'r>(&'r mut self, pass: &'r Pass) -> Run<'r, 'a> {
-        Run { recorder: self, pass, name: pass.name, extra: Vec::new(), counted: Some(Sent::Triangles), layer: None }
+        Run {
+            recorder: self,
+            pass,
+            name: pass.name,
+            extra: Vec::new(),
+            counted: Some(Sent::Triangles),
+            layer: None,
+            of_picture: pass.looks_up,
+            stencil: false,
+        }
     }
 
     /// Submits what is recorded so far: what is written into buffers from here on holds for what follows.
@@ -504,6 +513,10 @@ pub struct Run<'r, 'a> {
     counted: Option<Sent>,
     /// The layer that a draw counts for; None: the one that it draws into.
     layer: Option<wgpu::TextureView>,
+    /// It works on the picture, wherever the shadow camera is.
+    of_picture: bool,
+    /// The stencil starts at 0 and is kept.
+    stencil: bool,
 }
 
 impl Run<'_, '_> {
@@ -522,6 +535,19 @@ impl Run<'_, '_> {
     /// Counts a draw for another layer than its own: it adds to what that one holds.
     pub fn for_layer(mut self, layer: &wgpu::TextureView) -> Self {
         self.layer = Some(layer.clone());
+        self
+    }
+
+    /// Hands it the picture's G-buffer and camera, also where maps are fitted to another one ([`Recorder::freeze`]). The depth
+    /// that it draws into is then no layer of a map.
+    pub fn of_picture(mut self) -> Self {
+        self.of_picture = true;
+        self
+    }
+
+    /// Clears the depth view's stencil to 0 and keeps what the draws leave there.
+    pub fn counting_in_stencil(mut self) -> Self {
+        self.stencil = true;
         self
     }
 
@@ -585,7 +611,8 @@ impl Run<'_, '_> {
         clear: bool,
         draw: impl FnOnce(&mut wgpu::RenderPass),
     ) {
-        let layer = self.layer.as_ref().or(depth.map(|d| d.0));
+        let layer = self.layer.as_ref().or(depth.map(|d| d.0).filter(|_| !self.of_picture));
+        let stencil = self.stencil;
         let query = self.recorder.draws.as_mut().zip(self.counted).and_then(|(counting, sent)| {
             let layers = &mut counting.layers;
             let layer = layer.map(|view| {
@@ -626,7 +653,8 @@ impl Run<'_, '_> {
                 depth_stencil_attachment: depth.map(|(view, value)| wgpu::RenderPassDepthStencilAttachment {
                     view,
                     depth_ops: Some(wgpu::Operations { load: load(value), store: wgpu::StoreOp::Store }),
-                    stencil_ops: None,
+                    stencil_ops: stencil
+                        .then_some(wgpu::Operations { load: wgpu::LoadOp::Clear(0), store: wgpu::StoreOp::Store }),
                 }),
                 timestamp_writes: first.map(|(query_set, i)| wgpu::RenderPassTimestampWrites {
                     query_set,
@@ -654,7 +682,7 @@ impl Run<'_, '_> {
         wrote: Option<wgpu::TextureView>,
         write: impl FnOnce(&mut wgpu::CommandEncoder, &Pass, &wgpu::BindGroup, Option<(&wgpu::QuerySet, u32)>),
     ) {
-        let Run { recorder, pass, name, extra, .. } = self;
+        let Run { recorder, pass, name, extra, of_picture, .. } = self;
         if recorder.error.is_none() && recorder.gpu.unwanted() {
             recorder.error = Some(GivenUp.into());
         }
@@ -665,7 +693,7 @@ impl Run<'_, '_> {
             let own = extra.iter().rev().find(|(n, _)| *n == b.name).map(|(_, r)| r);
             // A parameter group is known by its type, whatever the shader calls it.
             let group = recorder.resources.get(b.type_name.as_str());
-            let frozen = recorder.frozen.iter().find(|(n, _)| *n == b.name && !pass.looks_up).map(|(_, r)| r);
+            let frozen = recorder.frozen.iter().find(|(n, _)| *n == b.name && !of_picture).map(|(_, r)| r);
             own.or(frozen).or(group).or_else(|| recorder.resources.get(b.name.as_str())).cloned()
         };
         let stores = |b: &&Binding| matches!(b.entry.ty, wgpu::BindingType::StorageTexture { .. });

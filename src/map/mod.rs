@@ -16,6 +16,7 @@ pub mod noise;
 pub mod paraboloid;
 pub mod peel;
 pub mod prefilter;
+pub mod silhouettes;
 pub mod single;
 pub mod sums;
 pub mod warp;

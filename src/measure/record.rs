@@ -110,7 +110,8 @@ pub struct Record {
     /// Maps, faces, cascades or light samples rendered, and those that some view sample needs.
     pub views_rendered: Option<u64>,
     pub views_needed: Option<u64>,
-    /// Triangles sent to the light's views, and at most how many of them have a part inside.
+    /// Triangles that the technique sent to the rasteriser, into the light's views or as silhouettes and volumes, and at most how
+    /// many of them have a part inside.
     pub triangles_submitted: Option<u64>,
     pub triangles_drawn: Option<u64>,
     /// Fragments of those draws.

@@ -1,6 +1,7 @@
 //! A scene flattened to triangles in scene space with a BVH: what raster and rays work on.
 
 use super::bvh::Bvh;
+use super::edges::Edges;
 use super::{Interpolation, Local, Property, Scene, Wrap};
 use crate::gpu::{Buffer, Gpu, Table};
 use crate::map::fit::hull::Polyhedron;
@@ -79,6 +80,7 @@ pub struct Geometry {
     pub bvh: Bvh,
     hull: OnceLock<Polyhedron>,
     casters: OnceLock<Vec<u32>>,
+    edges: OnceLock<Edges>,
 }
 
 impl Geometry {
@@ -124,6 +126,7 @@ impl Geometry {
             bvh,
             hull: OnceLock::new(),
             casters: OnceLock::new(),
+            edges: OnceLock::new(),
         })
     }
 
@@ -143,14 +146,24 @@ impl Geometry {
         })
     }
 
+    /// For each vertex the first one at the same place, whatever mesh it belongs to.
+    pub fn welded(&self) -> Vec<u32> {
+        let mut places = HashMap::new();
+        (self.vertices.iter().zip(0..))
+            .map(|(v, i)| *places.entry(v.position.to_array().map(|x| (x + 0.0).to_bits())).or_insert(i))
+            .collect()
+    }
+
+    /// The triangles' edges, found when they are first asked for.
+    pub fn edges(&self) -> &Edges {
+        self.edges.get_or_init(|| Edges::new(self))
+    }
+
     /// For each triangle a number that those which hang together share, corner by corner; made when it is first asked for.
     pub fn casters(&self) -> &[u32] {
         self.casters.get_or_init(|| {
-            // The first vertex at each place, and of each such vertex one that hangs together with it.
-            let mut places = HashMap::new();
-            let first: Vec<u32> = (self.vertices.iter().zip(0..))
-                .map(|(v, i)| *places.entry(v.position.to_array().map(|x| (x + 0.0).to_bits())).or_insert(i))
-                .collect();
+            let first = self.welded();
+            // Of each vertex one that hangs together with it.
             let mut parent: Vec<u32> = (0..self.vertices.len() as u32).collect();
             let root = |parent: &mut [u32], mut i: u32| {
                 while parent[i as usize] != i {

@@ -2,6 +2,7 @@
 
 pub mod builtin;
 pub mod bvh;
+pub mod edges;
 pub mod geometry;
 pub mod gltf;
 mod textures;
@@ -187,6 +188,14 @@ impl Camera {
     /// View space to clip space with reversed depth: 1 at `near`, 0 at `far`.
     pub fn projection(&self, aspect: f32) -> Mat4 {
         glam::camera::rh::proj::directx::perspective(self.fov.to_radians(), aspect, self.far, self.near)
+    }
+
+    /// The same without a far plane: depth is `near` over that along the camera's axis, and points at infinity (w = 0) have depth 0.
+    /// Positions in the picture are the same bit for bit.
+    pub fn unbounded_projection(&self, aspect: f32) -> Mat4 {
+        let mut projection = self.projection(aspect);
+        (projection.z_axis.z, projection.w_axis.z) = (0.0, self.near);
+        projection
     }
 
     /// The rays of a picture of `size` pixels, each 1 long along the camera's axis: how they change from a pixel to the next

@@ -8,6 +8,7 @@ mod chart;
 mod cli;
 mod common;
 mod culling;
+mod edges;
 mod figures;
 mod filters_pcf;
 mod flatland;

@@ -8,6 +8,7 @@ use shadowscope::map::faces::FacesUniform;
 use shadowscope::map::filter::{Filter, shader};
 use shadowscope::map::fit::diagram::Stroke;
 use shadowscope::params::{Group, Values};
+use shadowscope::scene::edges::Edge;
 use shadowscope::scene::geometry::{GpuMaterial, Vertex};
 use shadowscope::{techniques, view};
 use std::mem::{offset_of, size_of};
@@ -198,6 +199,7 @@ fn shared_structs_agree() {
     same!("map/faces.wgsl", "Faces", FacesUniform,
         count "count", triangles "triangles", opaque "opaque", listed "listed", met "met", vertices "vertices",
         angle "angle", metres "metres", axes "axes", regions "regions", frustum "frustum");
+    same!("map/silhouettes.wgsl", "Edge", Edge, ends "ends", first "first", count "count");
     same!("diagram.wgsl", "Stroke", Stroke, from "start", to "end", value "value", padding "padding");
     same!("gbuffer.wgsl", "Vertex", Vertex,
         position "position", normal "normal", uv "uv", material "material", padding "padding");

@@ -1,0 +1,93 @@
+//! The silhouette as the light sees it (`shaders/map/silhouettes.wgsl`): found on the GPU whenever it is drawn.
+
+use crate::frame::Frame;
+use crate::gpu::{Buffer, Gpu, Pass};
+use crate::scene::edges::{EdgeBuffers, Found};
+use anyhow::Result;
+use wgpu::BufferUsages as Use;
+
+/// Edges that a thread looks through, `run_length` in WGSL.
+const RUN: u32 = 32;
+/// Most workgroups along x.
+const ROW: u32 = 32768;
+
+/// Finds silhouette edges.
+pub struct Silhouettes {
+    pub edges: EdgeBuffers,
+    face: Pass,
+    count: Pass,
+    scan: Pass,
+    list: Pass,
+    draw: Buffer,
+    /// For so many triangles and edges.
+    held: Option<([u32; 2], Held)>,
+}
+
+struct Held {
+    facing: Buffer,
+    runs: Buffer,
+    list: Buffer,
+}
+
+/// Workgroups of 64 threads for so many, in rows.
+pub fn groups(threads: u32) -> [u32; 2] {
+    let groups = threads.div_ceil(64);
+    [groups.min(ROW), groups.div_ceil(ROW)]
+}
+
+impl Silhouettes {
+    /// `vertices`: how many each silhouette edge is drawn by. `both_sides`: triangles that are turned away from the light count
+    /// too, so that open meshes have silhouettes where they end.
+    ///
+    /// # Errors
+    /// Passes that cannot be made.
+    pub fn new(gpu: &Gpu, vertices: u32, both_sides: bool) -> Result<Silhouettes> {
+        let constants = [("vertices_each", vertices as f64), ("both_sides", both_sides as u32 as f64)];
+        let pass = |entry, constants: &[(&str, f64)]| {
+            Pass::specialised(gpu, "silhouette", "map/silhouettes.wgsl", entry, &[], constants)
+        };
+        Ok(Silhouettes {
+            edges: EdgeBuffers::default(),
+            face: pass("face", &[])?,
+            count: pass("count", &constants[1..])?,
+            scan: pass("scan", &constants[..1])?,
+            list: pass("list", &constants[1..])?,
+            draw: gpu.room("draw of silhouettes", 16, Use::STORAGE | Use::INDIRECT | Use::COPY_SRC),
+            held: None,
+        })
+    }
+
+    /// Lists the silhouette edges for the frame's light. Passes that follow find them as `silhouettes`
+    /// (`shaders/lib/silhouette.wgsl`), what faces the light as `facing`, and the edges themselves; the buffer holds the arguments of
+    /// an indirect draw of all.
+    ///
+    /// # Errors
+    /// More edges than the adapter can bind at once.
+    pub fn find(&mut self, f: &mut Frame) -> Result<(Buffer, Found)> {
+        let (edges, found) = {
+            let held = self.edges.get(f)?;
+            (held.count, held.found)
+        };
+        let sizes = [f.scene.triangle_count, edges];
+        if self.held.as_ref().is_none_or(|(of, _)| *of != sizes) {
+            let room =
+                |label, count: u32, bytes| f.gpu.room(label, u64::from(count) * bytes, Use::STORAGE | Use::COPY_SRC);
+            self.held = None;
+            let held = Held {
+                facing: room("facing", sizes[0], 4),
+                runs: room("runs of edges", edges.div_ceil(RUN), 4),
+                list: room("silhouettes", edges, 16),
+            };
+            self.held = Some((sizes, held));
+        }
+        let Some((_, held)) = &self.held else { unreachable!("made above") };
+        f.set("facing", &held.facing);
+        f.set("silhouettes", &held.list);
+        let [triangles, runs] = [groups(sizes[0]), groups(edges.div_ceil(RUN))];
+        f.run(&self.face).dispatch(triangles[0], triangles[1], 1);
+        f.run(&self.count).bind("runs", &held.runs).dispatch(runs[0], runs[1], 1);
+        f.run(&self.scan).bind("runs", &held.runs).bind("draw", &self.draw).dispatch(1, 1, 1);
+        f.run(&self.list).bind("runs", &held.runs).dispatch(runs[0], runs[1], 1);
+        Ok((self.draw.clone(), found))
+    }
+}
