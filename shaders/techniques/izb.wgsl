@@ -1,0 +1,480 @@
+//!include lib/frame.wgsl
+//!include lib/gbuffer.wgsl
+//!include lib/shadow_ray.wgsl
+//!include map/light_view.wgsl
+//!include map/ray_cells.wgsl
+// The irregular z-buffer: each view sample is kept in the cell of the light's image that it lies in, and each triangle is brought to
+// the samples of all cells that it touches. There the sample's own shadow ray meets it, as the truth's does. In which order
+// threads fill the lists changes nothing: bits are or'ed.
+//
+// With 32 samples a pixel they lie on its micro-quad, what the pixel covers of the receiver's plane (frustum-traced shadows: Wyman,
+// Hoetzlein, Lefohn 2015). Samples of a pixel that lie in one cell share an entry of its list.
+
+var<uniform> params: IzbParams;
+
+struct Plan {
+    // Triangles, in the order of the BVH.
+    triangles: u32,
+    // Images: one, or the six faces of a cube around the light.
+    images: u32,
+    padding: vec2u,
+    // Where samples lie in their pixel, from its centre, two in each.
+    places: array<vec4f, 16>,
+}
+
+var<uniform> plan: Plan;
+
+struct Entry {
+    pixel: u32,
+    // The pixel's samples that it stands for, a bit each.
+    samples: u32,
+    // The next entry of the cell, from 1 on; 0: none.
+    next: u32,
+}
+
+struct State {
+    // Of each image the largest 1 - u, 1 - v, u and v of a sample, as bits.
+    bounds: array<atomic<u32>, 24>,
+    boxes: atomic<u32>,
+    entries: atomic<u32>,
+}
+
+var<storage, read_write> state: State;
+var<storage, read_write> entries: array<Entry>;
+// Of each pixel the samples that are in shadow, then those that no list has room for, a bit each.
+var<storage, read_write> verdicts: array<atomic<u32>>;
+// The arguments of a draw: vertices, instances, first vertex, first instance.
+var<storage, read_write> arguments: array<u32, 4>;
+var visibility_out: texture_storage_2d<r32float, write>;
+var map_out: texture_storage_2d<r32float, write>;
+
+fn cells_side() -> u32 {
+    return params.resolution;
+}
+
+// Cells of all images. Behind their first entries `cells` has the length of each one's list, and then how many triangles were brought
+// to it (for the view of that alone).
+fn cell_count() -> u32 {
+    return plan.images * cells_side() * cells_side();
+}
+
+fn cell_number(image: u32, cell: vec2u) -> u32 {
+    return (image * cells_side() + cell.y) * cells_side() + cell.x;
+}
+
+// The image that a position lies in: the face of a cube, in the order +x, -x, +y, -y, +z, -z.
+fn image_of(position: vec3f) -> u32 {
+    if plan.images == 1u {
+        return 0u;
+    }
+    let q = position - frame.light_position;
+    let size = abs(q);
+    if size.x >= size.y && size.x >= size.z {
+        return select(0u, 1u, q.x < 0.0);
+    }
+    if size.y >= size.z {
+        return select(2u, 3u, q.y < 0.0);
+    }
+    return select(4u, 5u, q.z < 0.0);
+}
+
+// Where an image sees a position: x, y, w of clip space. Around a lamp it is reckoned from there, so that places near it keep their digits.
+fn seen(v: LightView, position: vec3f) -> vec3f {
+    if frame.light_kind == directional {
+        return light_clip(v, position).xyw;
+    }
+    let q = position - frame.light_position;
+    return vec3f(dot(v.row_x.xyz, q), dot(v.row_y.xyz, q), dot(v.row_w.xyz, q));
+}
+
+fn place_of(clip: vec3f) -> vec2f {
+    return vec2f(0.5, -0.5) * clip.xy / clip.z + 0.5;
+}
+
+// By how much rounding may move what a shadow ray passes, in x and y of clip space: the ray starts off the surface by 8 units of the
+// largest coordinate, and runs parallel to the one to the light.
+fn slack(v: LightView) -> vec2f {
+    let light = select(largest(frame.light_position), 0.0, frame.light_kind == directional);
+    let size = max(max(largest(frame.bounds_min), largest(frame.bounds_max)), light);
+    return 24.0 * unit * size * vec2f(length(v.row_x.xyz), length(v.row_y.xyz)) + 4.0 * unit;
+}
+
+// By how much a sample's own place may be off, shares of the image. Cells are at least twice as wide.
+fn spare(v: LightView) -> vec2f {
+    return select(vec2f(1e-6), 0.5 * slack(v), frame.light_kind == directional);
+}
+
+fn bounds_of(image: u32) -> Bounds {
+    var found: vec4f;
+    for (var k = 0u; k < 4u; k++) {
+        found[k] = bitcast<f32>(atomicLoad(&state.bounds[4u * image + k]));
+    }
+    let bounds = bounds_from(found);
+    return Bounds(bounds.low, max(bounds.size, 2.0 * f32(cells_side()) * spare(light_views[image])));
+}
+
+fn place_in_pixel(k: u32) -> vec2f {
+    let two = plan.places[k / 2u];
+    return select(two.xy, two.zw, (k & 1u) == 1u);
+}
+
+// The surface at a sample of the pixel: the plane there, seen through that place of the pixel. At a grazing angle it does not
+// run off to infinity.
+fn at_sample(s: Surface, k: u32) -> Surface {
+    if params.samples == samples_1 {
+        return s;
+    }
+    let middle = pixel_ray(vec2f(s.pixel) + 0.5);
+    let ray = pixel_ray(vec2f(s.pixel) + 0.5 + place_in_pixel(k));
+    let slope = dot(s.normal, middle) / dot(s.normal, ray);
+    let far = s.depth * select(2.0, clamp(slope, 0.5, 2.0), slope > 0.0);
+    var moved = s;
+    moved.position += far * ray - s.depth * middle;
+    return moved;
+}
+
+// Samples of a surface that the light reaches, a bit each.
+fn reached_samples(s: Surface) -> u32 {
+    if params.samples == samples_1 {
+        return 1u;
+    }
+    if frame.light_kind == directional {
+        return 0xffffffffu;
+    }
+    var reached = 0u;
+    for (var k = 0u; k < 32u; k++) {
+        reached |= u32(light_at(at_sample(s, k).position).reached) << k;
+    }
+    return reached;
+}
+
+// Whether a pixel has a surface that the light can reach.
+fn is_listed(pixel: vec2u) -> bool {
+    return lit_sample(pixel).w > 0.0;
+}
+
+var<workgroup> group_bounds: array<atomic<u32>, 24>;
+
+fn stretch(image: u32, most: vec4f) {
+    for (var k = 0u; k < 4u; k++) {
+        // + 0.0 turns a negative zero, whose bits are the largest of all, into zero.
+        atomicMax(&group_bounds[4u * image + k], bitcast<u32>(max(most[k], 0.0) + 0.0));
+    }
+}
+
+// Finds the box of the samples in each image. A workgroup takes 64 × 64 pixels.
+@compute @workgroup_size(8, 8)
+fn bound(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) local: vec3u,
+         @builtin(local_invocation_index) index: u32) {
+    var image = 0u;
+    var most = vec4f(0.0);
+    for (var i = 0u; i < 64u; i++) {
+        let pixel = group.xy * 64u + vec2u(i % 8u, i / 8u) * 8u + local.xy;
+        if !is_listed(pixel) {
+            continue;
+        }
+        let s = load_surface(pixel);
+        var left = reached_samples(s);
+        while left != 0u {
+            let position = at_sample(s, firstTrailingBit(left)).position;
+            left &= left - 1u;
+            let own = image_of(position);
+            if own != image {
+                stretch(image, most);
+                most = vec4f(0.0);
+                image = own;
+            }
+            let u = saturate(place_of(seen(light_views[own], position)));
+            most = max(most, vec4f(1.0 - u, u));
+        }
+    }
+    stretch(image, most);
+    workgroupBarrier();
+    if index < 24u {
+        let found = atomicLoad(&group_bounds[index]);
+        if found != 0u {
+            atomicMax(&state.bounds[index], found);
+        }
+    }
+}
+
+// The cell of a sample, by its number.
+fn cell_of_sample(position: vec3f) -> u32 {
+    let image = image_of(position);
+    let u = place_of(seen(light_views[image], position));
+    return cell_number(image, cell_at(share_of(bounds_of(image), u)));
+}
+
+// Puts samples of a pixel into a cell's list. False: there is no room.
+fn put(pixel: u32, cell: u32, samples: u32) -> bool {
+    if atomicAdd(&cells[cell_count() + cell], 1u) >= params.longest {
+        return false;
+    }
+    // One sample a pixel: its entry has the pixel's number.
+    var i = pixel;
+    if params.samples != samples_1 {
+        i = atomicAdd(&state.entries, 1u);
+        if i >= arrayLength(&entries) {
+            return false;
+        }
+    }
+    entries[i] = Entry(pixel, samples, atomicExchange(&cells[cell], i + 1u));
+    return true;
+}
+
+// Lists the samples. What finds no room is left to rays.
+@compute @workgroup_size(8, 8)
+fn list(@builtin(global_invocation_id) id: vec3u) {
+    if any(id.xy >= frame.size) || !is_listed(id.xy) {
+        return;
+    }
+    let s = load_surface(id.xy);
+    let pixel = id.y * frame.size.x + id.x;
+    var left = reached_samples(s);
+    var rest = 0u;
+    if params.samples == samples_1 {
+        rest = select(1u, 0u, put(pixel, cell_of_sample(s.position), 1u));
+        left = 0u;
+    }
+    var own: array<u32, 32>;
+    for (var k = 0u; k < 32u && left != 0u; k++) {
+        own[k] = cell_of_sample(at_sample(s, k).position);
+    }
+    while left != 0u {
+        let cell = own[firstTrailingBit(left)];
+        var together = 0u;
+        for (var k = 0u; k < 32u; k++) {
+            together |= u32(own[k] == cell) << k;
+        }
+        together &= left;
+        left &= ~together;
+        if !put(pixel, cell, together) {
+            rest |= together;
+        }
+    }
+    if rest != 0u {
+        atomicStore(&verdicts[2u * pixel + 1u], rest);
+    }
+}
+
+// Samples of a surface that the triangle blocks, of those given.
+fn blocked(s: Surface, samples: u32, triangle: u32) -> u32 {
+    var hit = 0u;
+    var left = samples;
+    while left != 0u {
+        let k = firstTrailingBit(left);
+        left &= left - 1u;
+        let moved = at_sample(s, k);
+        let ray = shadow_ray(moved, light_at(moved.position));
+        let candidate = meets(ray, shear_of(ray.direction), triangle);
+        if candidate.found && !passes(candidate) {
+            hit |= 1u << k;
+        }
+    }
+    return hit;
+}
+
+struct Caster {
+    triangle: u32,
+    clips: array<vec3f, 3>,
+}
+
+fn corner_of(triangle: u32, k: u32) -> vec3f {
+    return bitcast<vec3f>(corner_texel(3u * triangle + k).xyz);
+}
+
+fn caster_of(image: u32, triangle: u32) -> Caster {
+    let v = light_views[image];
+    return Caster(triangle, array<vec3f, 3>(
+        seen(v, corner_of(triangle, 0u)), seen(v, corner_of(triangle, 1u)), seen(v, corner_of(triangle, 2u))));
+}
+
+// Brings a triangle to the samples of a cell.
+fn bring(c: Caster, image: u32, cell: vec2u) {
+    let number = cell_number(image, cell);
+    var i = atomicLoad(&cells[number]);
+    if i == 0u {
+        return;
+    }
+    // The cell's middle is the origin, so that places near by keep their digits.
+    let v = light_views[image];
+    let bounds = bounds_of(image);
+    let size = bounds.size / f32(cells_side());
+    let origin = bounds.low + (vec2f(cell) + 0.5) * size;
+    let ndc = vec2f(2.0 * origin.x - 1.0, 1.0 - 2.0 * origin.y);
+    let a = vec3f(c.clips[0].xy - ndc * c.clips[0].z, c.clips[0].z);
+    let b = vec3f(c.clips[1].xy - ndc * c.clips[1].z, c.clips[1].z);
+    let d = vec3f(c.clips[2].xy - ndc * c.clips[2].z, c.clips[2].z);
+    let off = slack(v);
+    let each = max(off.x, off.y);
+    let far = vec3f(largest(a), largest(b), largest(d));
+    // What the corners' slack changes of a cross product, at any place of the cell; and its own rounding.
+    let rounding = 4.0 * (each * (far.yzx + far.zxy) + 4.0 * unit * far.yzx * far.zxy);
+    if passes_by(cross(b, d), cross(d, a), cross(a, b), size + 2.0 * spare(v), rounding) {
+        return;
+    }
+    if frame.map == shows_tests {
+        atomicAdd(&cells[2u * cell_count() + number], 1u);
+    }
+    while i != 0u {
+        let entry = entries[i - 1u];
+        let left = entry.samples & ~atomicLoad(&verdicts[2u * entry.pixel]);
+        if left != 0u {
+            let s = load_surface(vec2u(entry.pixel % frame.size.x, entry.pixel / frame.size.x));
+            let hit = blocked(s, left, c.triangle);
+            if hit != 0u {
+                atomicOr(&verdicts[2u * entry.pixel], hit);
+            }
+        }
+        i = entry.next;
+    }
+}
+
+struct ImageBox {
+    low: vec2f,
+    high: vec2f,
+}
+
+// The box of a triangle in an image, of what of it lies ahead of the light.
+fn image_box(v: LightView, c: Caster) -> ImageBox {
+    let off = slack(v);
+    let far = max(largest(c.clips[0]), max(largest(c.clips[1]), largest(c.clips[2])));
+    // Nearer to a lamp no ray goes: the truth's ends 64 units of the largest coordinate before it.
+    let least = select(16.0 * unit * max(largest(frame.light_position), 1e-6), 0.0, frame.light_kind == directional);
+    var box = ImageBox(vec2f(1e9), vec2f(-1e9));
+    for (var k = 0u; k < 3u; k++) {
+        let p = c.clips[k];
+        let q = c.clips[(k + 1u) % 3u];
+        if p.z > least {
+            let u = place_of(p);
+            let around = (off + 4.0 * unit * abs(p.xy)) / p.z;
+            box.low = min(box.low, u - around);
+            box.high = max(box.high, u + around);
+        }
+        if (p.z > least) != (q.z > least) {
+            let cut = mix(p, q, (least - p.z) / (q.z - p.z));
+            let u = place_of(vec3f(cut.xy, least));
+            let around = (off + 8.0 * unit * far) / least;
+            box.low = min(box.low, u - around);
+            box.high = max(box.high, u + around);
+        }
+    }
+    return box;
+}
+
+// Brings each triangle to the cells that it may touch.
+@compute @workgroup_size(64)
+fn bring_triangles(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
+    let triangle = id.y * groups.x * 64u + id.x;
+    if triangle >= plan.triangles {
+        return;
+    }
+    for (var image = 0u; image < plan.images; image++) {
+        // No sample lies there.
+        if atomicLoad(&state.bounds[4u * image]) == 0u && atomicLoad(&state.bounds[4u * image + 2u]) == 0u {
+            continue;
+        }
+        let v = light_views[image];
+        let caster = caster_of(image, triangle);
+        let box = image_box(v, caster);
+        let bounds = bounds_of(image);
+        let low = (box.low - bounds.low - spare(v)) / bounds.size - 1e-5;
+        let high = (box.high - bounds.low + spare(v)) / bounds.size + 1e-5;
+        if any(low > vec2f(1.0)) || any(high < vec2f(0.0)) || any(low > high) {
+            continue;
+        }
+        let first = cell_at(low);
+        let last = cell_at(high);
+        let size = last - first + 1u;
+        if size.x * size.y > few {
+            let at = atomicAdd(&state.boxes, 1u);
+            if at < arrayLength(&boxes) {
+                boxes[at] = boxed(triangle, first, last, image);
+                continue;
+            }
+        }
+        for (var k = 0u; k < size.x * size.y; k++) {
+            bring(caster, image, first + vec2u(k % size.x, k / size.x));
+        }
+    }
+}
+
+// Writes the draw of the large boxes.
+@compute @workgroup_size(1)
+fn finish() {
+    arguments[0] = 6u * min(atomicLoad(&state.boxes), arrayLength(&drawn_boxes));
+    arguments[1] = 1u;
+}
+
+@fragment
+fn bring_box(in: BoxCaster) {
+    bring(caster_of(in.image, in.triangle), in.image, vec2u(in.clip.xy));
+}
+
+// Samples in shadow of those that no list had room for.
+fn traced(s: Surface, samples: u32) -> u32 {
+    var hit = 0u;
+    var left = samples;
+    while left != 0u {
+        let k = firstTrailingBit(left);
+        left &= left - 1u;
+        let moved = at_sample(s, k);
+        let found = trace(shadow_ray(moved, light_at(moved.position)));
+        tally_ray(found);
+        hit |= u32(found.blocked) << k;
+    }
+    return hit;
+}
+
+@compute @workgroup_size(8, 8)
+fn resolve(@builtin(global_invocation_id) id: vec3u) {
+    if any(id.xy >= frame.size) {
+        return;
+    }
+    let s = load_surface(id.xy);
+    var lit = select(1.0, 0.0, s.valid);
+    if is_listed(id.xy) {
+        let pixel = 2u * (id.y * frame.size.x + id.x);
+        let reached = reached_samples(s);
+        let shadowed = atomicLoad(&verdicts[pixel]) | traced(s, atomicLoad(&verdicts[pixel + 1u]));
+        lit = 1.0 - f32(countOneBits(shadowed & reached)) / f32(max(countOneBits(reached), 1u));
+    }
+    textureStore(visibility_out, id.xy, vec4f(lit));
+}
+
+// The lists of all images beside each other, fitted into the picture: how many entries each has.
+fn lists_laid_out(pixel: vec2u) -> f32 {
+    let tiles = select(vec2u(3u, 2u), vec2u(1u), plan.images == 1u);
+    let size = vec2f(frame.size);
+    let side = min(size.x / f32(tiles.x), size.y / f32(tiles.y));
+    let at = (vec2f(pixel) + 0.5 - 0.5 * size) / side + 0.5 * vec2f(tiles);
+    if any(at < vec2f(0.0)) || any(at >= vec2f(tiles)) {
+        return 0.0;
+    }
+    let tile = vec2u(at);
+    let first = cell_at(fract(at) - vec2f(0.5 / side));
+    let last = cell_at(fract(at) + vec2f(0.5 / side));
+    // The longest of the lists that the pixel covers.
+    var most = 0u;
+    for (var y = first.y; y <= last.y; y++) {
+        for (var x = first.x; x <= last.x; x++) {
+            most = max(most, atomicLoad(&cells[cell_count() + cell_number(tile.y * 3u + tile.x, vec2u(x, y))]));
+        }
+    }
+    return f32(most);
+}
+
+@compute @workgroup_size(8, 8)
+fn inspect(@builtin(global_invocation_id) id: vec3u) {
+    if any(id.xy >= frame.size) {
+        return;
+    }
+    var value = -1.0;
+    if frame.map == shows_lists {
+        value = lists_laid_out(id.xy);
+    } else if is_listed(id.xy) {
+        let cell = cell_of_sample(load_surface(id.xy).position);
+        value = f32(atomicLoad(&cells[select(1u, 2u, frame.map == shows_tests) * cell_count() + cell]));
+    }
+    textureStore(map_out, id.xy, vec4f(value));
+}
