@@ -20,6 +20,7 @@ mod pcss;
 mod prefiltered_soft;
 mod psm;
 pub mod pssm;
+mod psv;
 mod rt_hard;
 mod rtw;
 mod sdsm;
@@ -188,6 +189,7 @@ pub static ALL: &[&Info] = &[
     &rtw::CUBE,
     &rtw::PARABOLOID,
     &imperfect_sm::INFO,
+    &psv::INFO,
     &izb::INFO,
     &rt_hard::INFO,
 ];
