@@ -112,9 +112,10 @@ struct Candidate {
 
 // Meets triangle `i` in BVH order.
 fn meets(ray: Ray, h: Shear, i: u32) -> Candidate {
-    let ta = corner_texel(3u * i);
-    let tb = corner_texel(3u * i + 1u);
-    let tc = corner_texel(3u * i + 2u);
+    return meets_corners(ray, h, corner_texel(3u * i), corner_texel(3u * i + 1u), corner_texel(3u * i + 2u));
+}
+
+fn meets_corners(ray: Ray, h: Shear, ta: vec4u, tb: vec4u, tc: vec4u) -> Candidate {
     let pa = bitcast<vec3f>(ta.xyz);
     let pb = bitcast<vec3f>(tb.xyz);
     let pc = bitcast<vec3f>(tc.xyz);

@@ -17,7 +17,9 @@ struct Plan {
     triangles: u32,
     // Images: one, or the six faces of a cube around the light.
     images: u32,
-    padding: vec2u,
+    // Cells along each side of an image.
+    side: u32,
+    padding: u32,
     // Where samples lie in their pixel, from its centre, two in each.
     places: array<vec4f, 16>,
 }
@@ -49,17 +51,28 @@ var visibility_out: texture_storage_2d<r32float, write>;
 var map_out: texture_storage_2d<r32float, write>;
 
 fn cells_side() -> u32 {
-    return params.resolution;
+    return plan.side;
 }
 
-// Cells of all images. Behind their first entries `cells` has the length of each one's list, and then how many triangles were brought
-// to it (for the view of that alone).
+// Large triangles are drawn into a picture with a pixel a tile.
+const tile = 8u;
+
+fn boxes_side() -> u32 {
+    return (cells_side() + tile - 1u) / tile;
+}
+
+// Cells of all images. Behind their first entries `cells` has the length of each one's list, then how many triangles were brought to
+// it (for the view of that alone), then two words a tile: its cells with a list, a bit each.
 fn cell_count() -> u32 {
     return plan.images * cells_side() * cells_side();
 }
 
 fn cell_number(image: u32, cell: vec2u) -> u32 {
     return (image * cells_side() + cell.y) * cells_side() + cell.x;
+}
+
+fn tile_word(image: u32, at: vec2u) -> u32 {
+    return 3u * cell_count() + 2u * ((image * boxes_side() + at.y) * boxes_side() + at.x);
 }
 
 // The image that a position lies in: the face of a cube, in the order +x, -x, +y, -y, +z, -z.
@@ -198,16 +211,22 @@ fn bound(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) loca
     }
 }
 
-// The cell of a sample, by its number.
-fn cell_of_sample(position: vec3f) -> u32 {
+// Where a sample is kept.
+struct Cell {
+    image: u32,
+    at: vec2u,
+}
+
+fn cell_of_sample(position: vec3f) -> Cell {
     let image = image_of(position);
     let u = place_of(seen(light_views[image], position));
-    return cell_number(image, cell_at(share_of(bounds_of(image), u)));
+    return Cell(image, cell_at(share_of(bounds_of(image), u)));
 }
 
 // Puts samples of a pixel into a cell's list. False: there is no room.
-fn put(pixel: u32, cell: u32, samples: u32) -> bool {
-    if atomicAdd(&cells[cell_count() + cell], 1u) >= params.longest {
+fn put(pixel: u32, cell: Cell, samples: u32) -> bool {
+    let number = cell_number(cell.image, cell.at);
+    if atomicAdd(&cells[cell_count() + number], 1u) >= params.longest {
         return false;
     }
     // One sample a pixel: its entry has the pixel's number.
@@ -218,7 +237,12 @@ fn put(pixel: u32, cell: u32, samples: u32) -> bool {
             return false;
         }
     }
-    entries[i] = Entry(pixel, samples, atomicExchange(&cells[cell], i + 1u));
+    let next = atomicExchange(&cells[number], i + 1u);
+    if next == 0u {
+        let bit = tile * (cell.at.y % tile) + cell.at.x % tile;
+        atomicOr(&cells[tile_word(cell.image, cell.at / tile) + bit / 32u], 1u << (bit & 31u));
+    }
+    entries[i] = Entry(pixel, samples, next);
     return true;
 }
 
@@ -236,7 +260,7 @@ fn list(@builtin(global_invocation_id) id: vec3u) {
         rest = select(1u, 0u, put(pixel, cell_of_sample(s.position), 1u));
         left = 0u;
     }
-    var own: array<u32, 32>;
+    var own: array<Cell, 32>;
     for (var k = 0u; k < 32u && left != 0u; k++) {
         own[k] = cell_of_sample(at_sample(s, k).position);
     }
@@ -244,7 +268,7 @@ fn list(@builtin(global_invocation_id) id: vec3u) {
         let cell = own[firstTrailingBit(left)];
         var together = 0u;
         for (var k = 0u; k < 32u; k++) {
-            together |= u32(own[k] == cell) << k;
+            together |= u32(own[k].image == cell.image && all(own[k].at == cell.at)) << k;
         }
         together &= left;
         left &= ~together;
@@ -258,7 +282,7 @@ fn list(@builtin(global_invocation_id) id: vec3u) {
 }
 
 // Samples of a surface that the triangle blocks, of those given.
-fn blocked(s: Surface, samples: u32, triangle: u32) -> u32 {
+fn blocked(s: Surface, samples: u32, c: Caster) -> u32 {
     var hit = 0u;
     var left = samples;
     while left != 0u {
@@ -266,7 +290,7 @@ fn blocked(s: Surface, samples: u32, triangle: u32) -> u32 {
         left &= left - 1u;
         let moved = at_sample(s, k);
         let ray = shadow_ray(moved, light_at(moved.position));
-        let candidate = meets(ray, shear_of(ray.direction), triangle);
+        let candidate = meets_corners(ray, shear_of(ray.direction), c.corners[0], c.corners[1], c.corners[2]);
         if candidate.found && !passes(candidate) {
             hit |= 1u << k;
         }
@@ -275,58 +299,89 @@ fn blocked(s: Surface, samples: u32, triangle: u32) -> u32 {
 }
 
 struct Caster {
-    triangle: u32,
+    // As rays read them.
+    corners: array<vec4u, 3>,
     clips: array<vec3f, 3>,
-}
-
-fn corner_of(triangle: u32, k: u32) -> vec3f {
-    return bitcast<vec3f>(corner_texel(3u * triangle + k).xyz);
+    // Edge functions of a place x, y, 1 of the image, in clip space over w, and how much they change within half a cell; rounding alone.
+    edges: mat3x3f,
+    spread: vec3f,
+    rounding: vec3f,
 }
 
 fn caster_of(image: u32, triangle: u32) -> Caster {
     let v = light_views[image];
-    return Caster(triangle, array<vec3f, 3>(
-        seen(v, corner_of(triangle, 0u)), seen(v, corner_of(triangle, 1u)), seen(v, corner_of(triangle, 2u))));
+    let corners = array<vec4u, 3>(corner_texel(3u * triangle), corner_texel(3u * triangle + 1u), corner_texel(3u * triangle + 2u));
+    let a = seen(v, bitcast<vec3f>(corners[0].xyz));
+    let b = seen(v, bitcast<vec3f>(corners[1].xyz));
+    let c = seen(v, bitcast<vec3f>(corners[2].xyz));
+    let edges = mat3x3f(cross(b, c), cross(c, a), cross(a, b));
+    let half = bounds_of(image).size / f32(cells_side()) + 2.0 * spare(v);
+    let spread = vec3f(dot(abs(edges[0].xy), half), dot(abs(edges[1].xy), half), dot(abs(edges[2].xy), half));
+    // What the corners' slack changes of a cross product, at any place of the image; and its own rounding.
+    let off = slack(v);
+    let far = vec3f(largest(a), largest(b), largest(c));
+    let rounding = 4.0 * (max(off.x, off.y) * (far.yzx + far.zxy) + 4.0 * unit * far.yzx * far.zxy);
+    return Caster(corners, array<vec3f, 3>(a, b, c), edges, spread, rounding);
 }
 
-// Brings a triangle to the samples of a cell.
-fn bring(c: Caster, image: u32, cell: vec2u) {
-    let number = cell_number(image, cell);
-    var i = atomicLoad(&cells[number]);
-    if i == 0u {
-        return;
-    }
-    // The cell's middle is the origin, so that places near by keep their digits.
-    let v = light_views[image];
-    let bounds = bounds_of(image);
-    let size = bounds.size / f32(cells_side());
-    let origin = bounds.low + (vec2f(cell) + 0.5) * size;
-    let ndc = vec2f(2.0 * origin.x - 1.0, 1.0 - 2.0 * origin.y);
-    let a = vec3f(c.clips[0].xy - ndc * c.clips[0].z, c.clips[0].z);
-    let b = vec3f(c.clips[1].xy - ndc * c.clips[1].z, c.clips[1].z);
-    let d = vec3f(c.clips[2].xy - ndc * c.clips[2].z, c.clips[2].z);
-    let off = slack(v);
-    let each = max(off.x, off.y);
-    let far = vec3f(largest(a), largest(b), largest(d));
-    // What the corners' slack changes of a cross product, at any place of the cell; and its own rounding.
-    let rounding = 4.0 * (each * (far.yzx + far.zxy) + 4.0 * unit * far.yzx * far.zxy);
-    if passes_by(cross(b, d), cross(d, a), cross(a, b), size + 2.0 * spare(v), rounding) {
-        return;
-    }
+// Brings a triangle to the samples of a cell that has some.
+fn bring(c: Caster, number: u32) {
     if frame.map == shows_tests {
         atomicAdd(&cells[2u * cell_count() + number], 1u);
     }
+    var i = atomicLoad(&cells[number]);
     while i != 0u {
         let entry = entries[i - 1u];
         let left = entry.samples & ~atomicLoad(&verdicts[2u * entry.pixel]);
         if left != 0u {
             let s = load_surface(vec2u(entry.pixel % frame.size.x, entry.pixel / frame.size.x));
-            let hit = blocked(s, left, c.triangle);
+            let hit = blocked(s, left, c);
             if hit != 0u {
                 atomicOr(&verdicts[2u * entry.pixel], hit);
             }
         }
         i = entry.next;
+    }
+}
+
+// A part of a tile's bits: the columns and rows from `first` to `last`, up to 7 each.
+fn rows_of(first: vec2u, last: vec2u) -> vec2u {
+    let row = extractBits(0xffu, 0u, last.x - first.x + 1u) << first.x;
+    let all = row * 0x01010101u;
+    var words = vec2u(all);
+    for (var k = 0u; k < 2u; k++) {
+        let low = min(max(first.y, 4u * k) - 4u * k, 4u);
+        let high = min(max(last.y + 1u, 4u * k) - 4u * k, 4u);
+        words[k] &= insertBits(0u, 0xffffffffu, 8u * low, 8u * (max(high, low) - low));
+    }
+    return words;
+}
+
+// A triangle's edge functions at a place of the lists, in cells.
+fn edges_at(c: Caster, bounds: Bounds, place: vec2f) -> vec3f {
+    let u = bounds.low + place / f32(cells_side()) * bounds.size;
+    return vec3f(2.0 * u.x - 1.0, 1.0 - 2.0 * u.y, 1.0) * c.edges;
+}
+
+// Brings a triangle to the cells of a tile that have lists, of those from `first` to `last` of the image.
+fn bring_to_tile(c: Caster, image: u32, at: vec2u, first: vec2u, last: vec2u) {
+    let word = tile_word(image, at);
+    let base = tile * at;
+    let part = rows_of(max(first, base) - base, min(last - base, vec2u(tile - 1u)));
+    let bounds = bounds_of(image);
+    if passes_by(edges_at(c, bounds, vec2f(base) + 0.5 * f32(tile)), f32(tile) * c.spread + c.rounding) {
+        return;
+    }
+    for (var k = 0u; k < 2u; k++) {
+        var left = atomicLoad(&cells[word + k]) & part[k];
+        while left != 0u {
+            let bit = firstTrailingBit(left);
+            left &= left - 1u;
+            let cell = base + vec2u(bit & 7u, 4u * k + (bit >> 3u));
+            if !passes_by(edges_at(c, bounds, vec2f(cell) + 0.5), c.spread + c.rounding) {
+                bring(c, cell_number(image, cell));
+            }
+        }
     }
 }
 
@@ -362,6 +417,9 @@ fn image_box(v: LightView, c: Caster) -> ImageBox {
     return box;
 }
 
+// Most tiles of a box that is gone through at once; larger ones are left to the rasteriser.
+const few_tiles = 16u;
+
 // Brings each triangle to the cells that it may touch.
 @compute @workgroup_size(64)
 fn bring_triangles(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
@@ -385,16 +443,16 @@ fn bring_triangles(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgr
         }
         let first = cell_at(low);
         let last = cell_at(high);
-        let size = last - first + 1u;
-        if size.x * size.y > few {
+        let tiles = last / tile - first / tile + 1u;
+        if tiles.x * tiles.y > few_tiles {
             let at = atomicAdd(&state.boxes, 1u);
             if at < arrayLength(&boxes) {
-                boxes[at] = boxed(triangle, first, last, image);
+                boxes[at] = boxed(triangle, first / tile, last / tile, image);
                 continue;
             }
         }
-        for (var k = 0u; k < size.x * size.y; k++) {
-            bring(caster, image, first + vec2u(k % size.x, k / size.x));
+        for (var k = 0u; k < tiles.x * tiles.y; k++) {
+            bring_to_tile(caster, image, first / tile + vec2u(k % tiles.x, k / tiles.x), first, last);
         }
     }
 }
@@ -408,7 +466,11 @@ fn finish() {
 
 @fragment
 fn bring_box(in: BoxCaster) {
-    bring(caster_of(in.image, in.triangle), in.image, vec2u(in.clip.xy));
+    let at = vec2u(in.clip.xy);
+    let word = tile_word(in.image, at);
+    if (atomicLoad(&cells[word]) | atomicLoad(&cells[word + 1u])) != 0u {
+        bring_to_tile(caster_of(in.image, in.triangle), in.image, at, tile * at, min(tile * at + 7u, vec2u(cells_side() - 1u)));
+    }
 }
 
 // Samples in shadow of those that no list had room for.
@@ -474,7 +536,8 @@ fn inspect(@builtin(global_invocation_id) id: vec3u) {
         value = lists_laid_out(id.xy);
     } else if is_listed(id.xy) {
         let cell = cell_of_sample(load_surface(id.xy).position);
-        value = f32(atomicLoad(&cells[select(1u, 2u, frame.map == shows_tests) * cell_count() + cell]));
+        let number = cell_number(cell.image, cell.at);
+        value = f32(atomicLoad(&cells[select(1u, 2u, frame.map == shows_tests) * cell_count() + number]));
     }
     textureStore(map_out, id.xy, vec4f(value));
 }

@@ -111,8 +111,8 @@ impl Build {
         Some(([a, b, c, cap], volume < 0.0))
     }
 
-    /// The link that a triangle goes on to; None: it lies in shadow.
-    fn goes(&self, planes: &[Plane; 4], masked: bool, triangle: u32) -> Option<usize> {
+    /// The link that a triangle goes on to; None: it lies in shadow. `open`: what lies behind the cap may be lit all the same.
+    fn goes(&self, planes: &[Plane; 4], open: bool, triangle: u32) -> Option<usize> {
         let corners = self.corners[triangle as usize];
         for (i, plane) in planes[..3].iter().enumerate() {
             let sides = corners.map(|p| plane.side(p));
@@ -124,7 +124,7 @@ impl Build {
         let sides = corners.map(|p| planes[3].side(p));
         // One in the cap's own plane is not behind it.
         let behind = sides.iter().all(|s| *s >= 0.0) && sides.iter().any(|s| *s > 0.0);
-        (masked || !behind).then_some(CAP)
+        (open || !behind).then_some(CAP)
     }
 
     /// Makes a record of the first triangle of a task, and deals out the others.
@@ -139,11 +139,13 @@ impl Build {
         if let Some((parent, link)) = task.link {
             self.records[parent as usize][link].store(first + 1, Ordering::Relaxed);
         }
-        let masked = self.masked[first as usize] || self.near[first as usize] < 4.0 * self.spare;
+        // One so near a lamp that the truth's rays end before it shadows nothing.
+        let too_near = self.travels.is_none() && self.near[first as usize] < 4.0 * self.spare;
+        let open = self.masked[first as usize] || too_near;
         let mut parts: [Vec<u32>; 8] = Default::default();
         let mut covered = 0;
         for triangle in &task.triangles[1..] {
-            match self.goes(&planes, masked, *triangle) {
+            match self.goes(&planes, open, *triangle) {
                 Some(link) => parts[link].push(*triangle),
                 None => covered += 1,
             }

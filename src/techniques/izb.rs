@@ -48,13 +48,13 @@ pub static INFO: Info = Info {
             "list-length",
             "List length",
             "How many entries the list has that each pixel stands in.",
-            view::ramp("entries in the list", "", [0.0, 32.0]),
+            view::ramp("entries in the list", "", [0.0, 16.0]),
         ),
         map(
             "lists",
             "Lists",
             "The light's image with the length of the list in each cell; around a lamp the six faces of a cube.",
-            view::ramp("entries in the list", "", [0.0, 32.0]),
+            view::ramp("entries in the list", "", [0.0, 16.0]),
         ),
         map(
             "tests",
@@ -73,8 +73,10 @@ pub fn averages(values: &Values) -> bool {
 }
 
 const FILE: &str = "techniques/izb.wgsl";
-/// The format of the picture that large triangles are drawn into, a pixel a cell; nothing is written there.
-const CELLS: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
+/// Cells along each side of a tile, `tile` in WGSL.
+const TILE: u32 = 8;
+/// The format of the picture that large triangles are drawn into, a pixel a tile; nothing is written there.
+const TILES: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 /// Bytes of an entry of a list, of a pixel's verdicts, of a triangle's box, and of the passes' state.
 const ENTRY: u64 = 12;
 const VERDICTS: u64 = 8;
@@ -89,7 +91,8 @@ const ENTRIES: u64 = 4;
 struct Plan {
     triangles: u32,
     images: u32,
-    padding: [u32; 2],
+    side: u32,
+    padding: u32,
     places: [[f32; 2]; 32],
 }
 
@@ -115,7 +118,8 @@ struct Izb {
 struct Size {
     pixels: u64,
     entries: u64,
-    cells: u64,
+    /// Bytes of the lists.
+    lists: u64,
     boxes: u64,
 }
 
@@ -130,7 +134,7 @@ impl Izb {
     fn new(gpu: &Gpu) -> Result<Izb> {
         let pass = |name, entry| Pass::compute(gpu, name, FILE, entry, INFO.params);
         let untouched = wgpu::DepthStencilState {
-            format: CELLS,
+            format: TILES,
             depth_write_enabled: Some(false),
             depth_compare: Some(wgpu::CompareFunction::Always),
             stencil: Default::default(),
@@ -168,6 +172,18 @@ fn images(f: &Frame, resolution: u32) -> Result<Vec<LightView>> {
     Ok(around.cube().into_iter().map(|face| face.view).collect())
 }
 
+/// Bytes of so many images' lists with so many cells along each side.
+fn list_bytes(images: u32, side: u32) -> u64 {
+    let [cells, tiles] = [side, side.div_ceil(TILE)].map(|n| images as u64 * n as u64 * n as u64);
+    12 * cells + 8 * tiles
+}
+
+/// Cells along each side: as many as are asked for, or as there is room for.
+fn side(room: u64, images: u32, asked: u32) -> u32 {
+    let fits = |side: &u32| list_bytes(images, *side) <= room;
+    Some(asked).filter(fits).unwrap_or_else(|| (1..=asked / TILE).rev().map(|n| n * TILE).find(fits).unwrap_or(TILE))
+}
+
 impl Technique for Izb {
     fn render(&mut self, f: &mut Frame) -> Result<()> {
         let p = IzbParams::read(f.values);
@@ -175,7 +191,8 @@ impl Technique for Izb {
         let plan = Plan {
             triangles: f.geometry.bvh.order.len() as u32,
             images: views.len() as u32,
-            padding: [0; 2],
+            side: side(f.gpu.most_bound(), views.len() as u32, p.resolution),
+            padding: 0,
             places: std::array::from_fn(|k| truth::offset(k as u32, 32).into()),
         };
         let words = (views, plan);
@@ -195,31 +212,34 @@ impl Technique for Izb {
             f.gpu.info.name,
             most >> 20
         );
-        let cells = plan.images as u64 * p.resolution as u64 * p.resolution as u64;
-        ensure!(
-            12 * cells <= most,
-            "{} lists take {} MiB, and {} binds {}; choose a lower resolution",
-            cells,
-            (12 * cells).div_ceil(1 << 20),
-            f.gpu.info.name,
-            most >> 20
-        );
+        let bytes = list_bytes(plan.images, plan.side);
+        if plan.side < p.resolution {
+            f.tell_note(format!(
+                "There is room for lists of {0} × {0} cells in each of six images, no more.",
+                plan.side
+            ));
+        }
         let entries = if averages(f.values) { (ENTRIES * pixels).min(most / ENTRY) } else { pixels };
         // A triangle is large in few of the images; what finds no room is gone through where it stands.
         let boxes = (2 * plan.triangles as u64).min(most / BOX);
         let passes = [&self.bound, &self.list, &self.bring, &self.finish, &self.draw, &self.resolve, &self.inspect];
-        let held = hold(&mut self.held, Size { pixels, entries, cells, boxes }, |size| {
+        let held = hold(&mut self.held, Size { pixels, entries, lists: bytes, boxes }, |size| {
             passes.iter().for_each(|p| p.forget());
             let room = |label, bytes| f.gpu.room(label, bytes, Use::STORAGE | Use::COPY_SRC | Use::COPY_DST);
             Ok(Held {
-                cells: room("lists", 12 * size.cells),
+                cells: room("lists", size.lists),
                 entries: room("entries of lists", ENTRY * size.entries),
                 verdicts: room("verdicts", VERDICTS * size.pixels),
                 boxes: room("boxes of large triangles", BOX * size.boxes),
             })
         })?;
-        let picture =
-            self.picture.get(f.gpu, "cells", [p.resolution; 2], CELLS, wgpu::TextureUsages::RENDER_ATTACHMENT);
+        let picture = self.picture.get(
+            f.gpu,
+            "tiles",
+            [plan.side.div_ceil(TILE); 2],
+            TILES,
+            wgpu::TextureUsages::RENDER_ATTACHMENT,
+        );
         let all: Vec<(&'static str, Resource)> = vec![
             ("plan", (&self.plan).into()),
             ("light_views", (&self.light_views).into()),

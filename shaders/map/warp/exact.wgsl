@@ -48,6 +48,11 @@ fn cells_side() -> u32 {
     return clamp(map_texels() / 2u, 32u, 512u);
 }
 
+// Large triangles are drawn into a picture with a pixel a cell.
+fn boxes_side() -> u32 {
+    return cells_side();
+}
+
 fn bounds_of_rays() -> Bounds {
     var found: vec4f;
     for (var k = 0u; k < 4u; k++) {
@@ -218,7 +223,8 @@ fn meet(c: Caster, cell: vec2u, first: u32) {
     // How much they change from the middle to the cell's corners; a little more, for rounding.
     let half = 1.001 / f32(cells_side()) * bounds.size + 8e-7;
     // On a paraboloid they are quadratic in the place.
-    if !curved() && passes_by(e0, e1, e2, half, vec3f(0.0)) {
+    let spread = vec3f(dot(abs(e0.xy), half), dot(abs(e1.xy), half), dot(abs(e2.xy), half));
+    if !curved() && passes_by(vec3f(e0.z, e1.z, e2.z), spread) {
         return;
     }
     // Where some corners lie behind the light, so does a part of what is within the edges.
@@ -260,6 +266,9 @@ fn meet(c: Caster, cell: vec2u, first: u32) {
         i = ray.next;
     }
 }
+
+// Most cells of a box that is gone through at once; larger ones are left to the rasteriser.
+const few = 64u;
 
 // Counts a triangle that some view sample needs, once in all bands.
 fn keep(triangle: u32) {
