@@ -4,7 +4,6 @@ use crate::common::*;
 use glam::{Vec2, Vec3};
 use shadowscope::frame::Renderer;
 use shadowscope::light::Light;
-use shadowscope::measure;
 use shadowscope::scene::Material;
 use shadowscope::scene::geometry::Geometry;
 use shadowscope::scene::shadow_tree::{Order, ShadowTree};
@@ -101,7 +100,7 @@ fn samples_on_the_micro_quad_are_averaged() {
     let mut seen = |sets: &[&str]| {
         select(&mut s, "izb", sets);
         s.truth_samples = Samples::Fixed(16);
-        measure::errors(&mut r, &s).unwrap();
+        r.render(&s, ask(&s)).unwrap();
         (r.read_visibility().unwrap(), r.read_truth().unwrap())
     };
     let [(one, _), (many, mean), (few, _)] =
