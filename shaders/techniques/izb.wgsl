@@ -62,7 +62,7 @@ fn boxes_side() -> u32 {
 }
 
 // Cells of all images. Behind their first entries `cells` has the length of each one's list, then how many triangles were brought to
-// it (for the view of that alone), then two words a tile: its cells with a list, a bit each.
+// it (for the view of that alone), then three words a tile: its cells with a list, a bit each, and what its lists cost to go through.
 fn cell_count() -> u32 {
     return plan.images * cells_side() * cells_side();
 }
@@ -72,7 +72,7 @@ fn cell_number(image: u32, cell: vec2u) -> u32 {
 }
 
 fn tile_word(image: u32, at: vec2u) -> u32 {
-    return 3u * cell_count() + 2u * ((image * boxes_side() + at.y) * boxes_side() + at.x);
+    return 3u * cell_count() + 3u * ((image * boxes_side() + at.y) * boxes_side() + at.x);
 }
 
 // The image that a position lies in: the face of a cube, in the order +x, -x, +y, -y, +z, -z.
@@ -223,10 +223,16 @@ fn cell_of_sample(position: vec3f) -> Cell {
     return Cell(image, cell_at(share_of(bounds_of(image), u)));
 }
 
+// Rounds of loops that an invocation takes at most: Mesa's software driver stops loops after 65535 rounds of all of them together,
+// and GPUs stop what takes too long.
+const most_rounds = 24000u;
+
 // Puts samples of a pixel into a cell's list. False: there is no room.
 fn put(pixel: u32, cell: Cell, samples: u32) -> bool {
     let number = cell_number(cell.image, cell.at);
-    if atomicAdd(&cells[cell_count() + number], 1u) >= params.longest {
+    let rounds = 1u + countOneBits(samples);
+    if atomicAdd(&cells[cell_count() + number], 1u) >= params.longest
+        || atomicAdd(&cells[tile_word(cell.image, cell.at / tile) + 2u], rounds) + rounds > most_rounds {
         return false;
     }
     // One sample a pixel: its entry has the pixel's number.
@@ -417,7 +423,7 @@ fn image_box(v: LightView, c: Caster) -> ImageBox {
     return box;
 }
 
-// Most tiles of a box that is gone through at once; larger ones are left to the rasteriser.
+// Most tiles of a box that is gone through at once; larger ones, and those with long lists, are left to the rasteriser, tile by tile.
 const few_tiles = 16u;
 
 // Brings each triangle to the cells that it may touch.
@@ -427,6 +433,7 @@ fn bring_triangles(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgr
     if triangle >= plan.triangles {
         return;
     }
+    var rounds = 0u;
     for (var image = 0u; image < plan.images; image++) {
         // No sample lies there.
         if atomicLoad(&state.bounds[4u * image]) == 0u && atomicLoad(&state.bounds[4u * image + 2u]) == 0u {
@@ -444,7 +451,15 @@ fn bring_triangles(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgr
         let first = cell_at(low);
         let last = cell_at(high);
         let tiles = last / tile - first / tile + 1u;
-        if tiles.x * tiles.y > few_tiles {
+        var left_over = tiles.x * tiles.y > few_tiles;
+        if !left_over {
+            for (var k = 0u; k < tiles.x * tiles.y; k++) {
+                let at = first / tile + vec2u(k % tiles.x, k / tiles.x);
+                rounds += min(atomicLoad(&cells[tile_word(image, at) + 2u]), most_rounds);
+            }
+            left_over = rounds > most_rounds;
+        }
+        if left_over {
             let at = atomicAdd(&state.boxes, 1u);
             if at < arrayLength(&boxes) {
                 boxes[at] = boxed(triangle, first / tile, last / tile, image);

@@ -36,12 +36,15 @@ fn depth_of(position: vec3f) -> f32 {
 
 struct Walk {
     blocked: bool,
-    // The stack was too small: nothing is known.
+    // The stack was too small, or the way too long: nothing is known.
     overflowed: bool,
     // Triangles visited, and the most links that waited.
     visits: u32,
     deepest: u32,
 }
+
+// Mesa's software driver stops loops after 65535 rounds.
+const most_visits = 32768u;
 
 var<private> stack: array<u32, 64>;
 var<private> top: u32;
@@ -115,7 +118,7 @@ fn walk(s: Surface, ray: Ray) -> Walk {
             }
         }
         found.deepest = max(found.deepest, top);
-        if top > params.max_stack {
+        if top > params.max_stack || found.visits >= most_visits {
             found.overflowed = true;
             break;
         }

@@ -175,7 +175,7 @@ fn images(f: &Frame, resolution: u32) -> Result<Vec<LightView>> {
 /// Bytes of so many images' lists with so many cells along each side.
 fn list_bytes(images: u32, side: u32) -> u64 {
     let [cells, tiles] = [side, side.div_ceil(TILE)].map(|n| images as u64 * n as u64 * n as u64);
-    12 * cells + 8 * tiles
+    12 * (cells + tiles)
 }
 
 /// Cells along each side: as many as are asked for, or as there is room for.
@@ -220,8 +220,8 @@ impl Technique for Izb {
             ));
         }
         let entries = if averages(f.values) { (ENTRIES * pixels).min(most / ENTRY) } else { pixels };
-        // A triangle is large in few of the images; what finds no room is gone through where it stands.
-        let boxes = (2 * plan.triangles as u64).min(most / BOX);
+        // What finds no room is gone through where it stands.
+        let boxes = (plan.images as u64 * plan.triangles as u64).min(most / BOX);
         let passes = [&self.bound, &self.list, &self.bring, &self.finish, &self.draw, &self.resolve, &self.inspect];
         let held = hold(&mut self.held, Size { pixels, entries, lists: bytes, boxes }, |size| {
             passes.iter().for_each(|p| p.forget());

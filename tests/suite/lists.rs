@@ -4,6 +4,7 @@ use crate::common::*;
 use glam::{Vec2, Vec3};
 use shadowscope::frame::Renderer;
 use shadowscope::light::Light;
+use shadowscope::measure::metrics::FACING;
 use shadowscope::scene::Material;
 use shadowscope::scene::geometry::Geometry;
 use shadowscope::scene::shadow_tree::{Order, ShadowTree};
@@ -101,12 +102,15 @@ fn samples_on_the_micro_quad_are_averaged() {
         select(&mut s, "izb", sets);
         s.truth_samples = Samples::Fixed(16);
         r.render(&s, ask(&s)).unwrap();
-        (r.read_visibility().unwrap(), r.read_truth().unwrap())
+        let lit: Vec<bool> = r.read_mask().unwrap().iter().map(|m| *m == FACING).collect();
+        let of_lit =
+            |all: Vec<f32>| all.into_iter().zip(&lit).filter(|(_, lit)| **lit).map(|(v, _)| v).collect::<Vec<_>>();
+        (of_lit(r.read_visibility().unwrap()), of_lit(r.read_truth().unwrap()))
     };
     let [(one, _), (many, mean), (few, _)] =
         [&["samples=1"][..], &["samples=32"], &["samples=32", "longest=16", "resolution=128"]].map(&mut seen);
     let rmse = |v: &[f32]| v.iter().zip(&mean).map(|(v, t)| ((v - t) as f64).powi(2)).sum::<f64>().sqrt();
-    assert!(rmse(&many) < 0.4 * rmse(&one), "{} of 32 samples, {} of one", rmse(&many), rmse(&one));
+    assert!(rmse(&many) < 0.6 * rmse(&one), "{} of 32 samples, {} of one", rmse(&many), rmse(&one));
     // What finds no room in the lists is traced, with the same result.
     assert_eq!(many, few);
 }
