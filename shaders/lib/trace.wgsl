@@ -92,6 +92,11 @@ fn sheared(p: vec3f, h: Shear) -> vec3f {
     return vec3f(q.x - h.s.x * q.z, q.y - h.s.y * q.z, h.s.z * q.z);
 }
 
+// On which side of the edges opposite to a, b and c the ray passes, of a sheared triangle.
+fn edges_of(a: vec3f, b: vec3f, c: vec3f) -> vec3f {
+    return vec3f(edge(c.xy, b.xy), edge(a.xy, c.xy), edge(b.xy, a.xy));
+}
+
 // A triangle that the ray hits.
 struct Candidate {
     // Else nothing is hit.
@@ -107,25 +112,24 @@ struct Candidate {
 
 // Meets triangle `i` in BVH order.
 fn meets(ray: Ray, h: Shear, i: u32) -> Candidate {
-    let ta = corner_texel(3u * i);
-    let tb = corner_texel(3u * i + 1u);
-    let tc = corner_texel(3u * i + 2u);
+    return meets_corners(ray, h, corner_texel(3u * i), corner_texel(3u * i + 1u), corner_texel(3u * i + 2u));
+}
+
+fn meets_corners(ray: Ray, h: Shear, ta: vec4u, tb: vec4u, tc: vec4u) -> Candidate {
     let pa = bitcast<vec3f>(ta.xyz);
     let pb = bitcast<vec3f>(tb.xyz);
     let pc = bitcast<vec3f>(tc.xyz);
     let a = sheared(pa - ray.origin, h);
     let b = sheared(pb - ray.origin, h);
     let c = sheared(pc - ray.origin, h);
-    let u = edge(c.xy, b.xy);
-    let v = edge(a.xy, c.xy);
-    let w = edge(b.xy, a.xy);
-    let outside = (u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0);
-    let determinant = u + v + w;
-    let distance = (u * a.z + v * b.z + w * c.z) / determinant;
+    let e = edges_of(a, b, c);
+    let outside = any(e < vec3f(0.0)) && any(e > vec3f(0.0));
+    let determinant = e.x + e.y + e.z;
+    let distance = (e.x * a.z + e.y * b.z + e.z * c.z) / determinant;
     let between = distance > ray.t_min && distance < ray.t_max;
     let faces = ray.two_sided || dot(cross(pb - pa, pc - pa), ray.direction) > 0.0;
     let found = ta.w != ray.own && !outside && determinant != 0.0 && between && faces;
-    return Candidate(found, tb.w, tc.w, vec3f(u, v, w) / determinant, distance);
+    return Candidate(found, tb.w, tc.w, e / determinant, distance);
 }
 
 // Whether the material has a hole where the ray passes.

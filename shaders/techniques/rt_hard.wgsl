@@ -1,6 +1,6 @@
 //!include lib/frame.wgsl
 //!include lib/gbuffer.wgsl
-//!include lib/trace.wgsl
+//!include lib/shadow_ray.wgsl
 // One shadow ray per pixel that faces the light: exact hard visibility at the G-buffer sample. The averaged truth takes more
 // of them, also over the light's disc.
 
@@ -8,19 +8,13 @@ var<uniform> params: RtParams;
 var visibility_out: texture_storage_2d<r32float, write>;
 var map_out: texture_storage_2d<r32float, write>;
 
-fn shadow_ray(s: Surface, light: LightSample) -> Ray {
-    let size = max(abs(s.position.x), max(abs(s.position.y), abs(s.position.z)));
-    // The position lies on its triangle but for its rounding, up to half an ulp in each coordinate; and the test of a triangle
-    // in the same plane errs by a few more. Off the surface by that much, the ray crosses neither this plane again nor
-    // a neighbour's edge, however low the light. Lifted, it still meets all that stands on the surface.
-    let rounding = 8.0 * unit * size;
-    // It ends before the lamp by more than that rounding: one in the plane of a ceiling is not hidden by it.
-    let lamp = max(abs(frame.light_position.x), max(abs(frame.light_position.y), abs(frame.light_position.z)));
-    let short = max(1.0 - 64.0 * unit * max(size, lamp) / length(light.to_light), 0.0);
-    let far = select(short, 3.4e38, frame.light_kind == directional);
-    let start = max(0.5 * rounding, params.epsilon * max(size, 1.0)) / length(light.to_light);
-    let origin = s.position + rounding * s.normal;
-    return Ray(origin, light.to_light, start, far, triangles[s.triangle].w, params.two_sided != 0u, params.max_visits);
+// The same with what the parameters say.
+fn chosen_ray(s: Surface, light: LightSample) -> Ray {
+    var ray = shadow_ray(s, light);
+    ray.t_min = max(ray.t_min, params.epsilon * max(largest(s.position), 1.0) / length(light.to_light));
+    ray.two_sided = params.two_sided != 0u;
+    ray.max_visits = params.max_visits;
+    return ray;
 }
 
 // Two unit vectors at right angles to a unit vector and to each other.
@@ -48,7 +42,7 @@ fn visible(pixel: vec2u, place: vec2f) -> Hit {
             return Hit(true, false, 1u, 0.0, 0u);
         }
     }
-    return trace(shadow_ray(s, light));
+    return trace(chosen_ray(s, light));
 }
 
 // The pixel of a thread. Rows of workgroups are dealt out 16 apart: software adapters give each core a run of
@@ -162,7 +156,7 @@ fn edge_nearby(s: Surface, lit: bool, texel: f32) -> vec2u {
         var beside = s;
         beside.position += aside + slide * to_light;
         let light = light_at(beside.position);
-        var ray = shadow_ray(beside, light);
+        var ray = chosen_ray(beside, light);
         if lit && i < 16u {
             ray.t_min = max(ray.t_min, (texel + abs(slide)) / length(light.to_light));
         }
@@ -186,7 +180,7 @@ fn explain(@builtin(global_invocation_id) id: vec3u) {
     if s.valid && light.reached && dot(s.normal, light.to_light) > 0.0 {
         let lit = textureLoad(hard, pixel, 0).x >= 0.5;
         if !lit {
-            let hit = nearest(shadow_ray(s, light));
+            let hit = nearest(chosen_ray(s, light));
             evidence.x = bitcast<u32>(hit.t * length(light.to_light));
             evidence.y = hit.triangle;
         }

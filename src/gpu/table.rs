@@ -1,6 +1,6 @@
 //! Records that shaders read by number from a texture.
 
-use super::Gpu;
+use super::{Gpu, Texture, texture};
 
 /// Texels in a row, as `texel` in `shaders/lib/trace.wgsl` has it.
 const WIDTH: usize = 4096;
@@ -11,27 +11,16 @@ const TEXEL: usize = 16;
 /// and all adapters allow more of it to be bound.
 pub struct Table {
     label: &'static str,
-    texture: wgpu::Texture,
+    texture: Texture,
     view: wgpu::TextureView,
 }
 
 impl Table {
     /// A table of the given contents, whole texels.
     pub fn new(gpu: &Gpu, label: &'static str, contents: &[u8]) -> Table {
-        let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
-            label: Some(label),
-            size: wgpu::Extent3d {
-                width: WIDTH as u32,
-                height: contents.len().div_ceil(WIDTH * TEXEL).max(1) as u32,
-                depth_or_array_layers: 1,
-            },
-            mip_level_count: 1,
-            sample_count: 1,
-            dimension: wgpu::TextureDimension::D2,
-            format: wgpu::TextureFormat::Rgba32Uint,
-            usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
-            view_formats: &[],
-        });
+        let height = contents.len().div_ceil(WIDTH * TEXEL).max(1) as u32;
+        let usage = wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST;
+        let texture = texture(gpu, label, [WIDTH as u32, height, 1], 1, wgpu::TextureFormat::Rgba32Uint, usage);
         let view = texture.create_view(&Default::default());
         let mut table = Table { label, texture, view };
         table.write(gpu, contents);

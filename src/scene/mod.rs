@@ -5,6 +5,7 @@ pub mod bvh;
 pub mod edges;
 pub mod geometry;
 pub mod gltf;
+pub mod shadow_tree;
 mod textures;
 
 use crate::light::Light;

@@ -9,6 +9,7 @@ mod evsm;
 mod fem_grid;
 mod imperfect_sm;
 mod ipsm;
+mod izb;
 mod lispsm;
 mod logpsm;
 mod msm;
@@ -19,6 +20,7 @@ mod pcss;
 mod prefiltered_soft;
 mod psm;
 pub mod pssm;
+mod psv;
 mod rt_hard;
 mod rtw;
 mod sdsm;
@@ -187,6 +189,8 @@ pub static ALL: &[&Info] = &[
     &rtw::CUBE,
     &rtw::PARABOLOID,
     &imperfect_sm::INFO,
+    &psv::INFO,
+    &izb::INFO,
     &rt_hard::INFO,
 ];
 
@@ -225,7 +229,7 @@ impl Info {
     /// Whether it aims at the mean visibility over a pixel, as filters do, and not at that of one sample: views and the
     /// window then show the averaged truth beside it ([`crate::truth::Samples::Auto`]).
     pub fn filters(&self, values: &Values) -> bool {
-        self.filter(values).is_some_and(|f| f.id != NEAREST.id)
+        self.filter(values).is_some_and(|f| f.id != NEAREST.id) || self.id == izb::INFO.id && izb::averages(values)
     }
 
     /// Views of its own with these values: its maps', then its filter's.

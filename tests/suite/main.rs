@@ -19,6 +19,7 @@ mod imperfect_sm;
 mod laws;
 mod light_size;
 mod lights;
+mod lists;
 mod logpsm;
 mod measures;
 mod metrics;

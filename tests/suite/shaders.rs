@@ -39,6 +39,7 @@ fn whole() -> Vec<(String, &'static [Group])> {
     let parts = [
         "lib/analysis.wgsl",
         "map/look_up.wgsl",
+        "map/ray_cells.wgsl",
         "map/analysis.wgsl",
         "map/single.wgsl",
         "map/around.wgsl",

@@ -1,6 +1,6 @@
+//!include map/ray_cells.wgsl
 // The exact raster: the rays of the texels that view samples need, kept by cells of the light's image, meet the triangles
-// themselves (the irregular z-buffer: Johnson, Lee, Burns, Mark 2005; Aila, Laine 2004). Before the warp triangles are flat:
-// nothing is split, and the warp is asked for each ray only. Cells cover that box of the light's image which the rays lie in.
+// themselves. Before the warp triangles are flat: nothing is split, and the warp is asked for each ray only.
 //
 // Where more texels are needed than there is room for rays, the map is made band by band. In which order threads fill the
 // lists changes nothing: every ray keeps the nearest of all that it meets.
@@ -17,17 +17,12 @@ struct Ray {
 var<uniform> casters: CasterParams;
 var<storage, read_write> rays: array<Ray>;
 var<storage, read> drawn_rays: array<Ray>;
-// The first ray of each cell, from 1 on.
-var<storage, read_write> cells: array<atomic<u32>>;
 var<storage, read> drawn_cells: array<u32>;
 // A bit a texel: whether it needs a ray.
 var<storage, read_write> texels_needed: array<atomic<u32>>;
 // What each ray meets first, stored depth as bits; 0: nothing.
 var<storage, read_write> nearest: array<atomic<u32>>;
 var<storage, read> drawn_nearest: array<u32>;
-// Triangles to draw: the number, and the first and last cell that may hold a ray of theirs, x + 65536 y.
-var<storage, read_write> boxes: array<vec4u>;
-var<storage, read> drawn_boxes: array<vec4u>;
 
 struct RayBand {
     // 0: the whole map at once, void if its rays find no room. From 1 on: a part of it, if there was none.
@@ -53,10 +48,9 @@ fn cells_side() -> u32 {
     return clamp(map_texels() / 2u, 32u, 512u);
 }
 
-// The rays' box in the light's image.
-struct Bounds {
-    low: vec2f,
-    size: vec2f,
+// Large triangles are drawn into a picture with a pixel a cell.
+fn boxes_side() -> u32 {
+    return cells_side();
 }
 
 fn bounds_of_rays() -> Bounds {
@@ -64,8 +58,7 @@ fn bounds_of_rays() -> Bounds {
     for (var k = 0u; k < 4u; k++) {
         found[k] = bitcast<f32>(atomicLoad(&state.ray_bounds[k]));
     }
-    let low = 1.0 - found.xy;
-    return Bounds(low, max(found.zw - low, vec2f(1e-6)));
+    return bounds_from(found);
 }
 
 fn need_ray(texel: vec2u) {
@@ -163,8 +156,8 @@ fn sort_rays(@builtin(global_invocation_id) id: vec3u) {
     let number = ray_number();
     let bounds = bounds_of_rays();
     for (var i = id.x; i < number; i += stride) {
-        let at = saturate((rays[i].u - bounds.low) / bounds.size);
-        let cell = min(vec2u(at * f32(cells_side())), vec2u(cells_side() - 1u));
+        let at = share_of(bounds, rays[i].u);
+        let cell = cell_at(at);
         rays[i].next = atomicExchange(&cells[cell.y * cells_side() + cell.x], i + 1u);
         let tile = min(vec2u(at * 64.0), vec2u(63u));
         let word = 2u * tile.y + tile.x / 32u;
@@ -229,10 +222,9 @@ fn meet(c: Caster, cell: vec2u, first: u32) {
     let e2 = edge_function(a, b, precedes(c.positions[0], c.positions[1]));
     // How much they change from the middle to the cell's corners; a little more, for rounding.
     let half = 1.001 / f32(cells_side()) * bounds.size + 8e-7;
-    let spread = vec3f(dot(abs(e0.xy), half), dot(abs(e1.xy), half), dot(abs(e2.xy), half));
-    let middle = vec3f(e0.z, e1.z, e2.z);
     // On a paraboloid they are quadratic in the place.
-    if !curved() && any(middle + spread < vec3f(0.0)) && any(middle - spread > vec3f(0.0)) {
+    let spread = vec3f(dot(abs(e0.xy), half), dot(abs(e1.xy), half), dot(abs(e2.xy), half));
+    if !curved() && passes_by(vec3f(e0.z, e1.z, e2.z), spread) {
         return;
     }
     // Where some corners lie behind the light, so does a part of what is within the edges.
@@ -315,13 +307,12 @@ fn box_triangles(@builtin(global_invocation_id) id: vec3u) {
         if cut.number < 3u || !image_needed(low, high) {
             continue;
         }
-        let last = vec2f(f32(cells_side()) - 1.0);
-        let first_cell = vec2u(clamp(low * f32(cells_side()), vec2f(0.0), last));
-        let last_cell = vec2u(clamp(high * f32(cells_side()), vec2f(0.0), last));
+        let first_cell = cell_at(low);
+        let last_cell = cell_at(high);
         let size = last_cell - first_cell + 1u;
         if size.x * size.y > few {
             let at = atomicAdd(&state.counters[box_count], 1u);
-            boxes[at] = vec4u(i, first_cell.x + 65536u * first_cell.y, last_cell.x + 65536u * last_cell.y, 0u);
+            boxes[at] = boxed(i, first_cell, last_cell, 0u);
             keep(i);
             continue;
         }
@@ -357,23 +348,6 @@ fn finish_band() {
     for (var i = 0u; i < 128u; i++) {
         atomicStore(&state.image_tiles[i], 0u);
     }
-}
-
-struct BoxCaster {
-    @builtin(position) clip: vec4f,
-    @location(0) @interpolate(flat) triangle: u32,
-}
-
-// Drawn into a picture with a pixel a cell.
-@vertex
-fn box_caster(@builtin(vertex_index) index: u32) -> BoxCaster {
-    let box = drawn_boxes[index / 6u];
-    let low = vec2f(vec2u(box.y & 65535u, box.y >> 16u)) / f32(cells_side());
-    let high = vec2f(vec2u(box.z & 65535u, box.z >> 16u) + 1u) / f32(cells_side());
-    let right = (0x32u >> (index % 6u) & 1u) == 1u;
-    let down = (0x2cu >> (index % 6u) & 1u) == 1u;
-    let corner = vec2f(select(low.x, high.x, right), select(low.y, high.y, down));
-    return BoxCaster(vec4f(2.0 * corner.x - 1.0, 1.0 - 2.0 * corner.y, 0.5, 1.0), box.x);
 }
 
 @fragment

@@ -10,6 +10,7 @@ mod navratil;
 mod paraboloids;
 mod pcf;
 mod trapezoid;
+mod trees;
 mod wandering;
 mod warped_lamps;
 
@@ -172,6 +173,14 @@ pub static ALL: &[Reproduction] = &[
         title: "Navratil 2015, figures 3.16 to 3.19: a light wanders in and out of view",
         run: wandering::walk,
         deviation: "He walks through a scene that he does not name, with the light still, and draws times without numbers; in our hall and arches the camera stands still and the light goes round. On a software adapter about half of the time of our maps goes into culling, however few of them are drawn. Where he says that a cube of one or two faces is as quick as paraboloids, ours takes longer to draw.",
+    },
+    Reproduction {
+        id: "psv-crossing",
+        title: "Gerhards et al. 2015, Mora et al. 2016: a tree of shadow volumes beside rays, over the number of triangles",
+        run: trees::crossing,
+        deviation: "Their figures are of GPUs of their time, without a hierarchy of boxes beside the tree; ours are of the adapter \
+                    named above. Ours builds the tree on the CPU, with the shader's own ray test at its leaves, and \
+                    visits both sides of a plane where rounding leaves the side open.",
     },
     Reproduction {
         id: "navratil-3.20",
