@@ -1,5 +1,6 @@
 //! The techniques: the trait they implement and the registry they stand in.
 
+mod csm_conservative;
 mod csm_convolution;
 mod cube;
 mod dsm;
@@ -187,6 +188,7 @@ pub static ALL: &[&Info] = &[
     &rtw::CUBE,
     &rtw::PARABOLOID,
     &imperfect_sm::INFO,
+    &csm_conservative::INFO,
     &rt_hard::INFO,
 ];
 
