@@ -8,6 +8,7 @@ mod dual_paraboloid;
 mod esm;
 mod evsm;
 mod fem_grid;
+mod hybrid_pcf;
 mod imperfect_sm;
 mod ipsm;
 mod lispsm;
@@ -189,6 +190,7 @@ pub static ALL: &[&Info] = &[
     &rtw::PARABOLOID,
     &imperfect_sm::INFO,
     &csm_conservative::INFO,
+    &hybrid_pcf::INFO,
     &rt_hard::INFO,
 ];
 

@@ -25,6 +25,9 @@ fn groups(file: &str) -> &'static [Group] {
     if ["map/faces.wgsl", "map/paraboloid.wgsl", "map/moved.wgsl"].contains(&file) {
         return techniques::find("dual-paraboloid").map_or(&[], |i| i.params);
     }
+    if file == "map/conservative.wgsl" {
+        return techniques::find("csm-conservative").map_or(&[], |i| i.params);
+    }
     let file = file.split(' ').next().unwrap();
     let stem = file.trim_start_matches("techniques/").trim_end_matches(".wgsl").replace('_', "-");
     techniques::find(&stem).map_or(&[], |i| i.params)
@@ -57,6 +60,7 @@ fn whole() -> Vec<(String, &'static [Group])> {
             "All directions" if info.id == "omni-atlas" => own.as_str(),
             "All directions" if held(&around) => around.as_str(),
             "All directions" => "map/around.wgsl",
+            "Hybrid" if info.id == "hybrid-pcf" => "techniques/hybrid_pcf.wgsl map/filter/nearest.wgsl",
             _ if held(&own) => own.as_str(),
             _ => "map/single.wgsl",
         };
