@@ -2,10 +2,10 @@
 //! (`shaders/map/conservative.wgsl`).
 
 use super::single::ShadowMap;
-use super::{Layers, MapParams};
+use super::{Layers, MapParams, light_views};
 use crate::frame::Frame;
 use crate::gpu::{Buffer, Gpu, Pass, Raster, hold};
-use crate::light::Light;
+use crate::light::{Light, LightView};
 use crate::map::filter::Reach;
 use crate::map::silhouettes::groups;
 use crate::params::{Group, Params};
@@ -35,6 +35,8 @@ crate::params! {
 
 /// What of the light the maps hold.
 pub struct ConservativeMaps {
+    pub light_view: Buffer,
+    /// The same of each layer.
     pub light_views: Buffer,
     /// Grown casters of closed bodies, grown others, shrunk ones.
     pub layers: Layers,
@@ -53,6 +55,7 @@ const PLANE: u64 = 16;
 pub struct Conservative {
     map: ShadowMap,
     layers: Option<Layers>,
+    light_views: Buffer,
     bound_seen: Pass,
     around: Pass,
     gather: [Option<Pass>; 2],
@@ -91,6 +94,7 @@ impl Conservative {
         Ok(Conservative {
             map: ShadowMap::new(gpu)?,
             layers: None,
+            light_views: light_views(gpu, "views of the layers"),
             bound_seen: compute("bounds of what is seen", "bound_seen")?,
             around: compute("fans", "look_around")?,
             gather: [None, None],
@@ -114,7 +118,7 @@ impl Conservative {
     /// A light without a single view, or more than the adapter can hold.
     pub fn draw(&mut self, f: &mut Frame) -> Result<ConservativeMaps> {
         let p = ConservativeParams::read(f.values);
-        let light_views = self.map.fit(f, Reach { texels: 1.0, ..Reach::default() })?;
+        let light_view = self.map.fit(f, Reach { texels: 1.0, ..Reach::default() })?;
         let side = MapParams::read(f.values).resolution;
         let format = wgpu::TextureFormat::Depth32Float;
         let layers = Layers::hold(&mut self.layers, f.gpu, &[side; 3], format)?;
@@ -165,7 +169,7 @@ impl Conservative {
             Some((_, [fans, of, around])) => {
                 let [x, y] = groups((fans.size() / 16) as u32);
                 f.run(&self.around)
-                    .bind("light_view", &light_views)
+                    .bind("light_view", &light_view)
                     .bind("fans", fans)
                     .bind("fan_triangles", of)
                     .bind("fans_around", around)
@@ -183,7 +187,7 @@ impl Conservative {
         };
         let [x, y] = groups(triangles as u32);
         f.run(gather)
-            .bind("light_view", &light_views)
+            .bind("light_view", &light_view)
             .bind("neighbours", &scene.neighbours)
             .bind("casters", &scene.casters)
             .bind("beyond", &beyond)
@@ -199,7 +203,7 @@ impl Conservative {
         let draws = &self.draws;
         let viewport = |p: &mut wgpu::RenderPass| p.set_viewport(0.0, 0.0, side as f32, side as f32, 0.0, 1.0);
         for layer in 0..2 {
-            f.run(&self.grow).bind("light_view", &light_views).bind("drawn", &scene.casters).draw(
+            f.run(&self.grow).bind("light_view", &light_view).bind("drawn", &scene.casters).draw(
                 &[],
                 Some((&layers.each[layer], 0.0)),
                 true,
@@ -210,17 +214,23 @@ impl Conservative {
             );
         }
         let shrink = &self.shrink[(p.mode != "none") as usize];
-        f.run(shrink)
-            .bind("light_view", &light_views)
-            .bind("drawn", &scene.casters)
-            .bind("beyond_drawn", &beyond)
-            .draw(&[], Some((&layers.each[2], 0.0)), true, |p| {
+        f.run(shrink).bind("light_view", &light_view).bind("drawn", &scene.casters).bind("beyond_drawn", &beyond).draw(
+            &[],
+            Some((&layers.each[2], 0.0)),
+            true,
+            |p| {
                 viewport(p);
                 p.draw_indirect(draws, 32);
                 p.draw_indirect(draws, 48);
-            });
+            },
+        );
+        let size = size_of::<LightView>() as u64;
+        for layer in 0..3 {
+            f.copy_to(&light_view, &self.light_views, layer * size, size);
+        }
         Ok(ConservativeMaps {
-            light_views,
+            light_view,
+            light_views: self.light_views.clone(),
             layers,
             own_planes: scene.own_planes.clone(),
             gathered: self.gathered.clone(),

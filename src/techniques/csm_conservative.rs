@@ -111,7 +111,7 @@ impl Technique for CsmConservative {
         let mut bound: Vec<(&'static str, Resource)> = self.rays.begin(f)?.into();
         bound.extend([
             ("maps", (&maps.layers.all).into()),
-            ("light_view", (&maps.light_views).into()),
+            ("light_view", (&maps.light_view).into()),
             ("own_planes", (&maps.own_planes).into()),
             ("gathered", (&maps.gathered).into()),
         ]);

@@ -166,7 +166,12 @@ fn errors_fall_with_resolution() {
                 // A skewed map's far rim stays coarse.
                 let around = matches!(light, Light::Omni { .. });
                 let bound = if soft { 0.8 } else { [0.6, 0.7][around as usize] };
-                assert!(fine < bound * coarse || coarse == 0.0, "{} {sets:?} {}: {coarse} to {fine}", info.id, light.kind());
+                assert!(
+                    fine < bound * coarse || coarse == 0.0,
+                    "{} {sets:?} {}: {coarse} to {fine}",
+                    info.id,
+                    light.kind()
+                );
             }
         }
     }
