@@ -1,6 +1,6 @@
 //! A map where its texels agree, rays where they do not (Beister, Ernst, Stamminger 2005).
 
-use super::{Info, MAPS, Technique};
+use super::{Info, MAPS, NEAREST, Technique};
 use crate::frame::{ANALYSIS, Frame, MapSizes};
 use crate::gpu::{Pass, Resource, hold};
 use crate::listed_rays::ListedRays;
@@ -33,7 +33,7 @@ pub static INFO: Info = Info {
     doc: "A shadow map where the texels around the receiver agree, a ray where they do not. Sharp edges for few rays; but texels that \
           agree may all be wrong: what is thinner than one is lost.",
     lights: &["directional", "spot"],
-    filter: None,
+    filter: Some(NEAREST),
     params: &[
         FitParams::GROUP,
         MapParams::GROUP,

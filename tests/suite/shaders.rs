@@ -60,7 +60,6 @@ fn whole() -> Vec<(String, &'static [Group])> {
             "All directions" if info.id == "omni-atlas" => own.as_str(),
             "All directions" if held(&around) => around.as_str(),
             "All directions" => "map/around.wgsl",
-            "Hybrid" if info.id == "hybrid-pcf" => "techniques/hybrid_pcf.wgsl map/filter/nearest.wgsl",
             _ if held(&own) => own.as_str(),
             _ => "map/single.wgsl",
         };
