@@ -15,6 +15,7 @@ pub mod frame;
 pub mod gpu;
 pub mod legend;
 pub mod light;
+pub mod listed_rays;
 pub mod map;
 pub mod measure;
 pub mod palette;

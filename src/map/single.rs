@@ -87,6 +87,21 @@ impl ShadowMap {
     /// # Errors
     /// A light without a single view, or a map that the adapter cannot hold.
     pub fn render(&mut self, f: &mut Frame, reach: Reach) -> Result<Maps> {
+        let (view, narrow) = self.chosen(f, reach);
+        self.render_view(f, view, reach, narrow)
+    }
+
+    /// The light's view that the parameters ask for, on the GPU, for casters that are drawn otherwise.
+    ///
+    /// # Errors
+    /// A light without a single view.
+    pub fn fit(&mut self, f: &mut Frame, reach: Reach) -> Result<Buffer> {
+        let (view, narrow) = self.chosen(f, reach);
+        self.fit_view(f, view, reach, narrow)
+    }
+
+    /// A view, if the fit gives one, and whether it is narrowed to the receivers that the camera sees.
+    fn chosen(&mut self, f: &mut Frame, reach: Reach) -> (Option<LightView>, bool) {
         let (fit, scope) = (FitParams::read(f.values).fit, scope(f, reach));
         let view = match fit.as_str() {
             // Where the camera sees nothing, any map will do.
@@ -98,7 +113,15 @@ impl ShadowMap {
             }
             _ => None,
         };
-        self.render_view(f, view, reach, fit == "receivers")
+        (view, fit == "receivers")
+    }
+
+    fn fit_view(&mut self, f: &mut Frame, view: Option<LightView>, reach: Reach, narrow: bool) -> Result<Buffer> {
+        let view = view.map_or_else(|| whole(&scope(f, reach)), Ok)?;
+        let view = LightView { reach: reach.metres, ..view };
+        let light_views = self.fit.run(f, view, narrow);
+        f.outline_view(&light_views);
+        Ok(light_views)
     }
 
     /// Draws the casters' depth from a view, or from one of the whole scene where there is none; `narrow`: fitted once more, to
@@ -107,15 +130,12 @@ impl ShadowMap {
     /// # Errors
     /// As [`ShadowMap::render`].
     pub fn render_view(&mut self, f: &mut Frame, view: Option<LightView>, reach: Reach, narrow: bool) -> Result<Maps> {
-        let view = view.map_or_else(|| whole(&scope(f, reach)), Ok)?;
-        let view = LightView { reach: reach.metres, ..view };
-        let light_views = self.fit.run(f, view, narrow);
+        let warped = view.is_some_and(|view| view.perspective == LightView::WARPED);
+        let light_views = self.fit_view(f, view, reach, narrow)?;
         let sides = vec![MapParams::read(f.values).resolution];
         let depths = Depths::hold(&mut self.layers, f, &sides)?;
-        let warped = view.perspective == LightView::WARPED;
         let to = Target::whole(sides[0], &light_views, warped);
         self.casters.draw_depths(f, (&depths, 0), to, &Triangles::All)?;
-        f.outline_view(&light_views);
         Ok(Maps { layers: depths.looked_up(), light_views, sides, bound: Vec::new() })
     }
 }

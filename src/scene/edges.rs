@@ -81,6 +81,122 @@ impl Edges {
     }
 }
 
+/// In place of the corner of a neighbour that there is not.
+pub const NO_VERTEX: u32 = u32::MAX;
+
+/// What lies beside a triangle, as `neighbours` in `shaders/map/conservative.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
+pub struct Beside {
+    /// Across the edge from each corner to the next the opposite corner of the only neighbour there, if that runs the other way
+    /// along the edge and is opaque; else [`NO_VERTEX`].
+    pub opposite: [u32; 3],
+    /// Bit 0: it belongs to a closed body, all of whose edges have as many triangles on either side; bit 1: it is opaque.
+    pub bits: u32,
+    /// Its corners, of each place always the same vertex.
+    pub corners: [u32; 3],
+    pub padding: u32,
+}
+
+/// The triangles around a place, as `fans` in `shaders/map/conservative.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+pub struct Fan {
+    /// Where they stand in [`Fans::triangles`].
+    pub first: u32,
+    /// None where there is a gap around it, or some of them are not opaque.
+    pub count: u32,
+    /// The vertex that stands for all at this place.
+    pub vertex: u32,
+    pub padding: u32,
+}
+
+/// The triangles around each vertex.
+#[derive(Debug, Default)]
+pub struct Fans {
+    pub of_vertices: Vec<Fan>,
+    /// Triangles × 4, and of each the corner that lies there.
+    pub triangles: Vec<u32>,
+}
+
+impl Edges {
+    /// What lies beside each triangle. Bodies are closed all of whose edges have as many triangles on either side, none of them
+    /// masked.
+    pub fn beside(&self, geometry: &Geometry) -> Vec<Beside> {
+        let first = geometry.welded();
+        let bodies = geometry.casters();
+        let mut closed = vec![true; bodies.iter().map(|b| *b as usize + 1).max().unwrap_or(0)];
+        for (i, of) in self.of_triangles.iter().enumerate() {
+            let balanced = |half: &u32| {
+                let edge = self.all[*half as usize / 2];
+                let sides = &self.sides[edge.first as usize..][..edge.count as usize];
+                sides.iter().filter(|s| *s % 2 == 1).count() * 2 == sides.len()
+            };
+            // A degenerate triangle has no edges, and nothing is open along it.
+            if i >= geometry.opaque || !(of[0] == NO_EDGE || of.iter().all(balanced)) {
+                closed[bodies[i] as usize] = false;
+            }
+        }
+        (self.of_triangles.par_iter().enumerate())
+            .map(|(i, of)| {
+                let corners = [0, 1, 2].map(|k| first[geometry.triangles[i][k] as usize]);
+                let opposite = of.map(|half| self.across(half).filter(|t| *t < geometry.opaque));
+                let opposite = [0, 1, 2].map(|k| {
+                    let ends = [corners[k], corners[(k + 1) % 3]];
+                    let others = opposite[k].map(|t| [0, 1, 2].map(|c| first[geometry.triangles[t][c] as usize]));
+                    others.and_then(|o| o.into_iter().find(|v| !ends.contains(v))).unwrap_or(NO_VERTEX)
+                });
+                let bits = closed[bodies[i] as usize] as u32 | ((i < geometry.opaque) as u32) << 1;
+                Beside { opposite, bits, corners, padding: 0 }
+            })
+            .collect()
+    }
+
+    /// The one triangle across an edge, given as in `of_triangles`, if it is the only one there and runs the other way.
+    fn across(&self, half: u32) -> Option<usize> {
+        let edge = self.all.get(half as usize / 2).filter(|e| half != NO_EDGE && e.count == 2)?;
+        let sides = &self.sides[edge.first as usize..][..2];
+        sides.iter().find(|s| **s % 2 != half % 2).filter(|_| sides[0] % 2 != sides[1] % 2).map(|s| *s as usize / 2)
+    }
+
+    /// The triangles around each vertex, one after the other.
+    pub fn fans(&self, geometry: &Geometry) -> Fans {
+        let first = geometry.welded();
+        let mut fans = Fans::default();
+        fans.of_vertices = first.iter().map(|v| Fan { vertex: *v, ..Fan::default() }).collect();
+        let mut gap = vec![false; first.len()];
+        let used = || {
+            let triangles = geometry.triangles.iter().zip(&self.of_triangles).enumerate();
+            triangles.filter(|(_, (_, of))| of[0] != NO_EDGE)
+        };
+        for (i, (t, of)) in used() {
+            for k in 0..3 {
+                let v = first[t[k] as usize] as usize;
+                fans.of_vertices[v].count += 1;
+                let spokes = [of[k], of[(k + 2) % 3]].map(|half| self.across(half));
+                gap[v] |= i >= geometry.opaque || spokes.iter().any(|s| s.is_none_or(|t| t >= geometry.opaque));
+            }
+        }
+        let mut next = 0;
+        for fan in &mut fans.of_vertices {
+            fan.first = next;
+            next += std::mem::take(&mut fan.count);
+        }
+        fans.triangles = vec![0; next as usize];
+        for (i, (t, _)) in used() {
+            for k in 0..3 {
+                let fan = &mut fans.of_vertices[first[t[k] as usize] as usize];
+                fans.triangles[(fan.first + fan.count) as usize] = i as u32 * 4 + k as u32;
+                fan.count += 1;
+            }
+        }
+        for (fan, gap) in fans.of_vertices.iter_mut().zip(gap) {
+            fan.count *= !gap as u32;
+        }
+        fans
+    }
+}
+
 /// A geometry's edges on the GPU, uploaded when they are first asked for and again when the geometry moves.
 #[derive(Default)]
 pub struct EdgeBuffers {

@@ -1,5 +1,6 @@
 //! The techniques: the trait they implement and the registry they stand in.
 
+mod csm_conservative;
 mod csm_convolution;
 mod cube;
 mod dsm;
@@ -7,6 +8,7 @@ mod dual_paraboloid;
 mod esm;
 mod evsm;
 mod fem_grid;
+mod hybrid_pcf;
 mod imperfect_sm;
 mod ipsm;
 mod izb;
@@ -191,6 +193,8 @@ pub static ALL: &[&Info] = &[
     &imperfect_sm::INFO,
     &psv::INFO,
     &izb::INFO,
+    &csm_conservative::INFO,
+    &hybrid_pcf::INFO,
     &rt_hard::INFO,
 ];
 

@@ -99,7 +99,9 @@ fn a_lit_floor_is_lit() {
         }
     }
     for (info, acne) in techniques::ALL.iter().zip(acne) {
+        // Where texels disagree rays put acne right.
         let compares = info.filter.is_none_or(|f| f.id == "nearest") && info.specs().any(|s| s.name == "slope_bias");
+        let compares = compares && info.specs().all(|s| s.name != "rays");
         assert!(!compares || acne > 500, "{}: {acne}", info.id);
     }
 }
@@ -164,7 +166,12 @@ fn errors_fall_with_resolution() {
                 // A skewed map's far rim stays coarse.
                 let around = matches!(light, Light::Omni { .. });
                 let bound = if soft { 0.8 } else { [0.6, 0.7][around as usize] };
-                assert!(fine < bound * coarse, "{} {sets:?} {}: {coarse} to {fine}", info.id, light.kind());
+                assert!(
+                    fine < bound * coarse || coarse == 0.0,
+                    "{} {sets:?} {}: {coarse} to {fine}",
+                    info.id,
+                    light.kind()
+                );
             }
         }
     }

@@ -7,6 +7,7 @@ mod cascades;
 mod chart;
 mod cli;
 mod common;
+mod conservative;
 mod culling;
 mod edges;
 mod figures;

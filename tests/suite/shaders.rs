@@ -25,6 +25,9 @@ fn groups(file: &str) -> &'static [Group] {
     if ["map/faces.wgsl", "map/paraboloid.wgsl", "map/moved.wgsl"].contains(&file) {
         return techniques::find("dual-paraboloid").map_or(&[], |i| i.params);
     }
+    if file == "map/conservative.wgsl" {
+        return techniques::find("csm-conservative").map_or(&[], |i| i.params);
+    }
     let file = file.split(' ').next().unwrap();
     let stem = file.trim_start_matches("techniques/").trim_end_matches(".wgsl").replace('_', "-");
     techniques::find(&stem).map_or(&[], |i| i.params)

@@ -8,15 +8,15 @@ use anyhow::Result;
 /// His three cases: our camera's name; of the facing pixels' share in percent and of those the lit share, at 512²,
 /// 1024² and 1920 × 1080; and the standard shadow map's wrong pixels in percent of those called lit and called
 /// shadowed, for maps of 512² to 4096².
-struct Case {
-    camera: &'static str,
+pub(super) struct Case {
+    pub camera: &'static str,
     facing: [f64; 3],
     lit: [f64; 3],
     light_incorrect: [f64; 4],
     shadow_incorrect: [f64; 4],
 }
 
-const CASES: [Case; 3] = [
+pub(super) const CASES: [Case; 3] = [
     Case {
         camera: "trees-side",
         facing: [100.0, 100.0, 99.99],
@@ -40,11 +40,11 @@ const CASES: [Case; 3] = [
     },
 ];
 
-const SIZES: [[u32; 2]; 3] = [[512, 512], [1024, 1024], [1920, 1080]];
-const RESOLUTIONS: [u32; 4] = [512, 1024, 2048, 4096];
+pub(super) const SIZES: [[u32; 2]; 3] = [[512, 512], [1024, 1024], [1920, 1080]];
+pub(super) const RESOLUTIONS: [u32; 4] = [512, 1024, 2048, 4096];
 
 /// Errors in one of his pictures.
-fn errors(b: &mut Bench, camera: &str, size: [u32; 2], technique: &str, sets: &[String]) -> Result<Errors> {
+pub(super) fn errors(b: &mut Bench, camera: &str, size: [u32; 2], technique: &str, sets: &[String]) -> Result<Errors> {
     let (renderer, mut setup) = b.open("bench")?;
     setup.camera = scene_camera(renderer.scene(), camera)?;
     setup.size = size;

@@ -1,0 +1,239 @@
+//! Conservative maps of one light view (Hertel, Hormann, Westermann 2009; Morais 2015): casters grown and casters shrunk
+//! (`shaders/map/conservative.wgsl`).
+
+use super::single::ShadowMap;
+use super::{Layers, MapParams, light_views};
+use crate::frame::Frame;
+use crate::gpu::{Buffer, Gpu, Pass, Raster, hold};
+use crate::light::{Light, LightView};
+use crate::map::filter::Reach;
+use crate::map::silhouettes::groups;
+use crate::params::{Group, Params};
+use anyhow::{Result, ensure};
+use std::time::Instant;
+use wgpu::BufferUsages as Use;
+
+crate::params! {
+    /// How casters are grown and shrunk.
+    pub struct ConservativeParams {
+        "Conservative maps" {
+            /// What shrunk casters keep. None: each triangle is shrunk for itself. Adjacency: edges stay behind which another triangle casts too. Fan: corners stay as well where casters meet all around.
+            mode: choice("adjacency", ["none", "adjacency", "fan"]),
+            /// Which triangles cast. Auto: of closed bodies those that are turned away from the light, of others all. Back: those turned away (for scenes of closed bodies only). Both: all. Front: those that face the light.
+            casters: choice("auto", ["auto", "back", "both", "front"]),
+            /// How far edges are moved. Worst: half a texel's diagonal in every direction. Tight: no farther than a square needs that they touch.
+            shift: choice("tight", ["worst", "tight"]),
+            /// The same times this. Below 1 answers may be wrong, above it more rays are traced than need be.
+            eta: float(1.0, 0.5..=4.0, "× texel"),
+            /// Stores the nearest depth that a grown caster has in a texel, and the farthest of a shrunk one. Off: the depth at the texel's middle, so that answers may be wrong.
+            conservative_depth: flag(true),
+            /// How surfaces that are casters themselves are compared, as those of bodies that are not closed. On: with the nearest depth that their own plane has in the texel; what lies between that and the surface is missed. Off: exactly, so that all of these that are lit ask a short ray.
+            self_plane: flag(false),
+        }
+    }
+}
+
+/// What of the light the maps hold.
+pub struct ConservativeMaps {
+    pub light_view: Buffer,
+    /// The same of each layer.
+    pub light_views: Buffer,
+    /// Grown casters of closed bodies, grown others, shrunk ones.
+    pub layers: Layers,
+    /// Of each triangle its plane in the map, where it is a caster of the second layer: `own_planes` in WGSL.
+    pub own_planes: Buffer,
+    /// Where its third word is not 0, casters were left out and nothing is certain.
+    pub gathered: Buffer,
+}
+
+/// Bytes of a caster, of what lies beyond its edges, of a triangle's plane and of what stands beside it.
+const CASTER: u64 = 48;
+const BEYOND: u64 = 112;
+const PLANE: u64 = 16;
+
+/// Draws them.
+pub struct Conservative {
+    map: ShadowMap,
+    layers: Option<Layers>,
+    light_views: Buffer,
+    bound_seen: Pass,
+    around: Pass,
+    gather: [Option<Pass>; 2],
+    arrange: Pass,
+    grow: Pass,
+    shrink: [Pass; 2],
+    gathered: Buffer,
+    draws: Buffer,
+    scene: Option<(u64, OfScene)>,
+    /// For so many triangles, or 0 where none are kept.
+    beyond: Option<(u64, Buffer)>,
+    fans: Option<(u64, [Buffer; 3])>,
+}
+
+struct OfScene {
+    neighbours: Buffer,
+    casters: Buffer,
+    own_planes: Buffer,
+}
+
+const FILE: &str = "map/conservative.wgsl";
+const GROUPS: &[Group] = &[ConservativeParams::GROUP];
+
+impl Conservative {
+    pub fn new(gpu: &Gpu) -> Result<Conservative> {
+        let compute = |name, entry| Pass::compute(gpu, name, FILE, entry, GROUPS);
+        let render = |name, vertex, fragment| {
+            let raster = Raster {
+                vertex,
+                fragment: Some(fragment),
+                depth: Raster::nearest(wgpu::TextureFormat::Depth32Float),
+                ..Raster::default()
+            };
+            Pass::render(gpu, name, FILE, raster, GROUPS)
+        };
+        Ok(Conservative {
+            map: ShadowMap::new(gpu)?,
+            layers: None,
+            light_views: light_views(gpu, "views of the layers"),
+            bound_seen: compute("bounds of what is seen", "bound_seen")?,
+            around: compute("fans", "look_around")?,
+            gather: [None, None],
+            arrange: compute("casters", "arrange")?,
+            grow: render("grown map", "grow", "keep_grown")?,
+            shrink: [
+                render("shrunk map", "shrink", "keep_shrunk")?,
+                render("shrunk map", "shrink_beside", "keep_shrunk")?,
+            ],
+            gathered: gpu.buffer("casters found", &[0; 48], Use::STORAGE | Use::COPY_DST),
+            draws: gpu.buffer("draws of casters", &[0; 64], Use::STORAGE | Use::INDIRECT),
+            scene: None,
+            beyond: None,
+            fans: None,
+        })
+    }
+
+    /// Fits the light's view and draws all layers.
+    ///
+    /// # Errors
+    /// A light without a single view, or more than the adapter can hold.
+    pub fn draw(&mut self, f: &mut Frame) -> Result<ConservativeMaps> {
+        let p = ConservativeParams::read(f.values);
+        let light_view = self.map.fit(f, Reach { texels: 1.0, ..Reach::default() })?;
+        let side = MapParams::read(f.values).resolution;
+        let format = wgpu::TextureFormat::Depth32Float;
+        let layers = Layers::hold(&mut self.layers, f.gpu, &[side; 3], format)?;
+        let (gpu, revision, triangles) = (f.gpu, f.revision, u64::from(f.scene.triangle_count));
+        let lamp = !matches!(f.light, Light::Directional { .. });
+        // A triangle may be cut into pieces before a lamp.
+        let room = if lamp { triangles + triangles / 2 + 8192 } else { triangles };
+        let kept = if p.mode == "none" { 1 } else { room };
+        ensure!(
+            kept * BEYOND <= gpu.most_bound() && room * CASTER <= gpu.most_bound(),
+            "the scene has too many triangles for conservative maps on {}; choose mode = none or a scene with fewer",
+            gpu.info.name
+        );
+        if self.scene.as_ref().is_none_or(|(of, s)| *of != revision || s.casters.size() != room * CASTER) {
+            self.scene = None;
+            let start = Instant::now();
+            let beside = f.geometry.edges().beside(f.geometry);
+            let made = OfScene {
+                neighbours: gpu.buffer("neighbours", bytemuck::cast_slice(&beside), Use::STORAGE),
+                casters: gpu.room("casters", room * CASTER, Use::STORAGE),
+                own_planes: gpu.room("planes of casters", triangles * PLANE, Use::STORAGE),
+            };
+            f.note("edges (CPU)", start.elapsed().as_secs_f64() * 1e3);
+            self.scene = Some((revision, made));
+        }
+        let made = |kept: &u64| Ok(gpu.room("beyond casters", kept * BEYOND, Use::STORAGE));
+        let beyond = hold(&mut self.beyond, kept, made)?.clone();
+        if p.mode != "fan" {
+            self.fans = None;
+        } else if self.fans.as_ref().is_none_or(|(of, _)| *of != revision) {
+            self.fans = None;
+            let start = Instant::now();
+            let fans = f.geometry.edges().fans(f.geometry);
+            let buffer = |label, words: &[u8]| gpu.buffer(label, words, Use::STORAGE);
+            let made = [
+                buffer("fans", bytemuck::cast_slice(&fans.of_vertices)),
+                buffer("triangles of fans", bytemuck::cast_slice(&fans.triangles)),
+                gpu.room("around fans", fans.of_vertices.len() as u64 * 16, Use::STORAGE),
+            ];
+            f.note("fans (CPU)", start.elapsed().as_secs_f64() * 1e3);
+            self.fans = Some((revision, made));
+        }
+        let Some((_, scene)) = &self.scene else { unreachable!("made above") };
+        f.clear(&self.gathered);
+        let [w, h] = f.size.map(|side| side.div_ceil(64));
+        f.run(&self.bound_seen).of_picture().bind("gathered", &self.gathered).dispatch(w, h, 1);
+        let fans_around = match &self.fans {
+            Some((_, [fans, of, around])) => {
+                let [x, y] = groups((fans.size() / 16) as u32);
+                f.run(&self.around)
+                    .bind("light_view", &light_view)
+                    .bind("fans", fans)
+                    .bind("fan_triangles", of)
+                    .bind("fans_around", around)
+                    .dispatch(x, y, 1);
+                around
+            }
+            None => &self.gathered,
+        };
+        let gather = match &mut self.gather[lamp as usize] {
+            Some(pass) => pass,
+            none => {
+                let constants = [("lamp", lamp as u32 as f64)];
+                none.insert(Pass::specialised(gpu, "casters", FILE, "gather", GROUPS, &constants)?)
+            }
+        };
+        let [x, y] = groups(triangles as u32);
+        f.run(gather)
+            .bind("light_view", &light_view)
+            .bind("neighbours", &scene.neighbours)
+            .bind("casters", &scene.casters)
+            .bind("beyond", &beyond)
+            .bind("own_planes", &scene.own_planes)
+            .bind("gathered", &self.gathered)
+            .bind("fans_around", fans_around)
+            .dispatch(x, y, 1);
+        f.run(&self.arrange)
+            .bind("casters", &scene.casters)
+            .bind("gathered", &self.gathered)
+            .bind("draws", &self.draws)
+            .dispatch(1, 1, 1);
+        let draws = &self.draws;
+        let viewport = |p: &mut wgpu::RenderPass| p.set_viewport(0.0, 0.0, side as f32, side as f32, 0.0, 1.0);
+        for layer in 0..2 {
+            f.run(&self.grow).bind("light_view", &light_view).bind("drawn", &scene.casters).draw(
+                &[],
+                Some((&layers.each[layer], 0.0)),
+                true,
+                |p| {
+                    viewport(p);
+                    p.draw_indirect(draws, layer as u64 * 16);
+                },
+            );
+        }
+        let shrink = &self.shrink[(p.mode != "none") as usize];
+        f.run(shrink).bind("light_view", &light_view).bind("drawn", &scene.casters).bind("beyond_drawn", &beyond).draw(
+            &[],
+            Some((&layers.each[2], 0.0)),
+            true,
+            |p| {
+                viewport(p);
+                p.draw_indirect(draws, 32);
+                p.draw_indirect(draws, 48);
+            },
+        );
+        let size = size_of::<LightView>() as u64;
+        for layer in 0..3 {
+            f.copy_to(&light_view, &self.light_views, layer * size, size);
+        }
+        Ok(ConservativeMaps {
+            light_view,
+            light_views: self.light_views.clone(),
+            layers,
+            own_planes: scene.own_planes.clone(),
+            gathered: self.gathered.clone(),
+        })
+    }
+}

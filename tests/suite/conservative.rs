@@ -1,0 +1,254 @@
+//! Conservative maps against what triangles cover exactly, and the answers that they are certain of against rays.
+
+use crate::common::*;
+use crate::edges::box_of;
+use glam::{DVec2, DVec3, Vec2, Vec3, vec3};
+use shadowscope::frame::{Ask, MapLayer, Renderer};
+use shadowscope::light::Light;
+use shadowscope::measure;
+use shadowscope::setup::Setup;
+
+const ID: &str = "csm-conservative";
+
+/// A floor that nothing lies below, with what stands over it, seen from above.
+fn over_a_floor(casters: &[[Vec3; 3]], light: Light) -> (Renderer, Setup) {
+    let mut all = floor(Vec2::splat(-6.0), Vec2::splat(6.0), 0.0);
+    all.extend(casters);
+    let view = camera(vec3(0.0, 9.0, 7.0), Vec3::ZERO);
+    start(scene(vec![mesh(&all, 0)], vec![material(Vec3::ONE)], view, light), [160, 120])
+}
+
+/// Triangles of all sizes and directions.
+fn litter(count: usize, size: f32) -> Vec<[Vec3; 3]> {
+    let mut random = Random(7);
+    (0..count)
+        .map(|_| {
+            let p = random.point() * vec3(4.0, 0.8, 4.0) + Vec3::Y * 1.5;
+            let long = if random.next() < 0.2 { 8.0 } else { 1.0 };
+            [p, p + random.point() * size * long, p + random.point() * size]
+        })
+        .collect()
+}
+
+/// A closed ball of triangles.
+fn ball(center: Vec3, radius: f32, rings: usize) -> Vec<[Vec3; 3]> {
+    use std::f32::consts::PI;
+    let at = |i: usize, k: usize| {
+        let (a, b) = (PI * i as f32 / rings as f32, PI * (k % (2 * rings)) as f32 / rings as f32);
+        let ring = if i == 0 || i == rings { 0.0 } else { a.sin() };
+        center + radius * vec3(ring * b.cos(), a.cos(), ring * b.sin())
+    };
+    let quads = (0..rings).flat_map(|i| (0..2 * rings).map(move |k| (i, k)));
+    let all = quads
+        .flat_map(|(i, k)| [[at(i, k), at(i, k + 1), at(i + 1, k + 1)], [at(i, k), at(i + 1, k + 1), at(i + 1, k)]]);
+    all.filter(|t| (t[1] - t[0]).cross(t[2] - t[0]).length() > 1e-6).collect()
+}
+
+/// A sheet with hills, over so many squares along each side.
+fn hills(n: usize) -> Vec<[Vec3; 3]> {
+    let at = |i: usize, k: usize| {
+        let [x, z] = [i, k].map(|j| 6.0 * (j as f32 / n as f32 - 0.5));
+        vec3(x, 1.2 + 0.5 * (2.0 * x).sin() * (1.7 * z).cos(), z)
+    };
+    let quads = (0..n).flat_map(|i| (0..n).map(move |k| (i, k)));
+    quads
+        .flat_map(|(i, k)| {
+            let [a, b, c, d] = [at(i, k), at(i, k + 1), at(i + 1, k + 1), at(i + 1, k)];
+            [[a, b, c], [a, c, d]]
+        })
+        .collect()
+}
+
+/// Draws the maps and reads the grown ones together, and the shrunk one.
+fn maps(r: &mut Renderer, s: &mut Setup, sets: &[&str]) -> [MapLayer; 2] {
+    select(s, ID, &[&["resolution=64", "fit=scene"], sets].concat());
+    r.render(s, Ask { analysis: true, ..ask(s) }).unwrap();
+    let [mut closed, others, shrunk] = [0, 1, 2].map(|i| r.read_layer(i).unwrap().unwrap());
+    closed.depth.iter_mut().zip(&others.depth).for_each(|(c, o)| *c = c.max(*o));
+    [closed, shrunk]
+}
+
+/// A triangle in the map: texels, and stored depth.
+fn in_map(map: &MapLayer, t: &[Vec3; 3]) -> [DVec3; 3] {
+    let v = map.view;
+    t.map(|p| {
+        let p = p.as_dvec3().extend(1.0);
+        let [x, y, z, w] = [v.row_x, v.row_y, v.row_z, v.row_w].map(|row| row.as_dvec4().dot(p));
+        let half = 0.5 * map.side as f64;
+        DVec3::new(half * (1.0 + x / w), half * (1.0 - y / w), z / w)
+    })
+}
+
+/// What a triangle covers of a square, as a polygon with its depths (Sutherland, Hodgman 1974).
+fn clipped(t: &[DVec3; 3], low: DVec2, high: DVec2) -> Vec<DVec3> {
+    let mut polygon = t.to_vec();
+    for (axis, at, sign) in [(0, low.x, 1.0), (0, high.x, -1.0), (1, low.y, 1.0), (1, high.y, -1.0)] {
+        let inside = |p: &DVec3| sign * (p[axis] - at);
+        let mut kept = Vec::new();
+        for i in 0..polygon.len() {
+            let (p, q) = (polygon[i], polygon[(i + 1) % polygon.len()]);
+            let (d, e) = (inside(&p), inside(&q));
+            if d >= 0.0 {
+                kept.push(p);
+            }
+            if (d >= 0.0) != (e >= 0.0) {
+                kept.push(p.lerp(q, d / (d - e)));
+            }
+        }
+        polygon = kept;
+    }
+    polygon
+}
+
+fn area(polygon: &[DVec3]) -> f64 {
+    let crossed = |i: usize| polygon[i].truncate().perp_dot(polygon[(i + 1) % polygon.len()].truncate());
+    (0..polygon.len()).map(crossed).sum::<f64>().abs() / 2.0
+}
+
+fn square(i: usize, side: usize) -> [DVec2; 2] {
+    let low = DVec2::new((i % side) as f64, (i / side) as f64);
+    [low, low + 1.0]
+}
+
+fn lights() -> [Light; 3] {
+    [sun(vec3(0.3, 1.0, 0.2)), sun(vec3(0.9, 0.5, -0.4)), spot(vec3(1.0, 8.0, 2.0), Vec3::ZERO, 42.0)]
+}
+
+/// Each texel that a caster touches holds at least the nearest depth it has there; and no texel two away from all of them holds
+/// any.
+#[test]
+fn grown_casters_cover_all_that_they_touch() {
+    let casters = litter(60, 0.5);
+    for light in lights() {
+        let (mut r, mut s) = over_a_floor(&casters, light);
+        for shift in ["worst", "tight"] {
+            let [grown, _] = maps(&mut r, &mut s, &[&format!("shift={shift}"), "casters=both"]);
+            let side = grown.side as usize;
+            let placed: Vec<_> = casters.iter().map(|t| in_map(&grown, t)).collect();
+            let (mut touched, mut beside) = (0, 0);
+            for (i, depth) in grown.depth.iter().enumerate() {
+                let [low, high] = square(i, side);
+                let nearest = placed.iter().flat_map(|t| clipped(t, low, high)).map(|p| p.z).fold(0.0, f64::max);
+                assert!(*depth as f64 >= nearest.min(1.0) - 1e-6, "{light:?} {shift} {i}: {depth} {nearest}");
+                touched += (nearest > 0.0) as usize;
+                let near = placed.iter().any(|t| !clipped(t, low - 2.0, high + 2.0).is_empty());
+                assert!(near || *depth == 0.0, "{light:?} {shift} {i}");
+                beside += (nearest == 0.0 && *depth > 0.0) as usize;
+            }
+            println!("{} {shift}: {touched} touched, {beside} more", light.kind());
+            assert!(touched > 100 && beside < 2 * touched);
+        }
+    }
+}
+
+/// A texel holds a shrunk caster only where casters cover all of it, and at most the farthest depth that these have there.
+#[test]
+fn shrunk_casters_cover_all_of_a_texel() {
+    for (casters, fewest) in [(litter(60, 1.5), [20, 20, 20]), (hills(9), [5, 100, 200])] {
+        for light in lights() {
+            let (mut r, mut s) = over_a_floor(&casters, light);
+            let mut counts = [0; 3];
+            for (mode, count) in ["none", "adjacency", "fan"].into_iter().zip(&mut counts) {
+                let [grown, shrunk] = maps(&mut r, &mut s, &[&format!("mode={mode}")]);
+                let placed: Vec<_> = casters.iter().map(|t| in_map(&shrunk, t)).collect();
+                for (i, depth) in shrunk.depth.iter().enumerate().filter(|(_, d)| **d > 0.0) {
+                    let [low, high] = square(i, shrunk.side as usize);
+                    // What is nearer than the map says is no part of it.
+                    let parts = placed.iter().map(|t| clipped(t, low, high));
+                    let covering = |p: &Vec<DVec3>| p.iter().all(|p| p.z >= *depth as f64 - 1e-6);
+                    let whole: f64 = parts.filter(covering).map(|p| area(&p)).sum();
+                    assert!(whole > 1.0 - 1e-6, "{light:?} {mode} {i}: {whole}");
+                    assert!(grown.depth[i] >= *depth, "{light:?} {mode} {i}");
+                    *count += 1;
+                }
+            }
+            println!("{}: {counts:?}", light.kind());
+            assert!(counts.iter().zip(fewest).all(|(c, f)| *c >= f) && counts.is_sorted(), "{light:?} {counts:?}");
+        }
+    }
+}
+
+/// What the maps are certain of is right: the grown one where it says lit, the shrunk one where it says shadowed, and both with rays
+/// everywhere, whatever the shift and mode.
+#[test]
+fn certain_answers_are_right() {
+    let open = |sets: &[&str]| over_a_floor(&[litter(80, 0.4), hills(12)].concat(), lights()[sets.len()]);
+    let closed = box_of(vec3(-2.0, 0.0, -1.0), vec3(-1.0, 1.3, 0.2));
+    let closed = [closed, ball(vec3(1.0, 0.9, 0.5), 0.9, 10), ball(vec3(2.2, 0.2, -1.6), 0.3, 24)].concat();
+    let mut scenes = vec![open(&[]), open(&[""]), open(&["", ""])];
+    scenes.extend(lights().map(|light| over_a_floor(&closed, light)));
+    scenes.extend(["st-wire", "st-foliage", "st-contact", "bench"].map(|name| built_in(name, [160, 90])));
+    for (r, s) in &mut scenes {
+        let mut rays = Vec::new();
+        for sets in [["mode=none", "shift=worst"], ["mode=adjacency", "shift=tight"], ["mode=fan", "shift=tight"]] {
+            for resolution in ["resolution=128", "resolution=1024"] {
+                let what = format!("{} {:?} {sets:?} {resolution}", s.scene, s.light);
+                let sets = [&sets[..], &[resolution]].concat();
+                let of = |more: &[&'static str]| [&sets[..], more].concat();
+                let both = errors(r, s, ID, &of(&[]));
+                assert_eq!(both.lit_incorrect + both.shadow_incorrect, 0, "{what}: {both:?}");
+                let grown = errors(r, s, ID, &of(&["rays=false"]));
+                let shrunk = errors(r, s, ID, &of(&["rays=false", "uses=shrunk"]));
+                assert_eq!((grown.lit_incorrect, shrunk.shadow_incorrect), (0, 0), "{what}: {grown:?} {shrunk:?}");
+                assert!(grown.facing > 1000 && grown.shadow_correct > 0, "{what}: {grown:?}");
+                let uncertain = grown.shadow_incorrect + shrunk.lit_incorrect;
+                rays.push((uncertain, both.facing));
+            }
+        }
+        println!("{} {}: {rays:?}", s.scene, s.light.kind());
+        // Fewer are uncertain with neighbours, fewer again with fans, and in a finer map.
+        assert!(rays[0].0 >= rays[2].0 && rays[2].0 >= rays[4].0 && rays[2].0 > rays[3].0, "{} {rays:?}", s.scene);
+    }
+}
+
+/// The record tells as many rays as there are uncertain pixels, and the view as many of each kind; the shrunk map never shadows what
+/// the grown one leaves lit.
+#[test]
+fn rays_are_counted() {
+    let (mut r, mut s) = over_a_floor(&ball(vec3(0.0, 1.0, 0.0), 1.0, 12), lights()[1]);
+    let grown = errors(&mut r, &mut s, ID, &["resolution=128", "rays=false"]);
+    let shrunk = errors(&mut r, &mut s, ID, &["resolution=128", "rays=false", "uses=shrunk"]);
+    select(&mut s, ID, &["resolution=128"]);
+    let record = measure::accuracy(&mut r, &s, 0).unwrap();
+    let uncertain = grown.shadow_incorrect + shrunk.lit_incorrect;
+    assert!(uncertain > 100 && record.rays as usize == uncertain, "{} {uncertain}", record.rays);
+    s.view = "certainty".into();
+    r.render(&s, ask(&s)).unwrap();
+    let mut classes = [0; 9];
+    r.read_map().unwrap().iter().filter(|x| **x >= 0.0).for_each(|x| classes[*x as usize & 15] += 1);
+    assert_eq!([classes[0], classes[2], classes[4]], [0, grown.shadow_incorrect, shrunk.lit_incorrect]);
+    assert_eq!([classes[1], classes[7]], [grown.lit_correct, shrunk.shadow_correct]);
+    // The stored depth ends rays early; without it they decide the same.
+    let far = errors(&mut r, &mut s, ID, &["resolution=128", "eta=4", "conservative_depth=false"]);
+    assert_eq!(far.lit_correct + far.shadow_correct, grown.facing, "{far:?}");
+}
+
+/// Centres of texels that agree are no proof: thin wires are lost where all of them miss. Conservative maps lose none.
+#[test]
+fn agreement_loses_wires() {
+    let (mut r, mut s) = built_in("st-wire", [160, 120]);
+    let all = |e: &shadowscope::measure::Errors| e.lit_incorrect + e.shadow_incorrect;
+    let mut wrong = Vec::new();
+    for window in ["window=2", "window=4", "window=7"] {
+        let e = errors(&mut r, &mut s, "hybrid-pcf", &["resolution=1024", window]);
+        wrong.push(all(&e));
+    }
+    let e = errors(&mut r, &mut s, ID, &["resolution=1024"]);
+    println!("wrong of {}: {wrong:?}, conservative {}", e.facing, all(&e));
+    assert!(wrong[0] > 50 && wrong[0] >= wrong[1] && wrong[1] >= wrong[2] && all(&e) == 0, "{wrong:?} {e:?}");
+}
+
+/// Rays put right what disagrees, so that the hybrid errs less than the map, and less the wider its window.
+#[test]
+fn agreement_and_rays_err_less_than_the_map() {
+    for light in lights() {
+        let (mut r, mut s) = over_a_floor(&[ball(vec3(0.0, 1.0, 0.0), 1.0, 12), litter(20, 1.0)].concat(), light);
+        let mut wrong = |technique: &str, sets: &[&str]| {
+            let e = errors(&mut r, &mut s, technique, &[&["resolution=256"], sets].concat());
+            e.lit_incorrect + e.shadow_incorrect
+        };
+        let (map, two, five) = (wrong("shadow-map", &[]), wrong("hybrid-pcf", &[]), wrong("hybrid-pcf", &["window=5"]));
+        println!("{}: {map} {two} {five}", light.kind());
+        assert!(map > 50 && 3 * two < map && five <= two, "{light:?}: {map} {two} {five}");
+    }
+}
