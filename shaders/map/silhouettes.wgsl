@@ -16,6 +16,8 @@ var<storage, read_write> draw: array<u32>;
 override vertices_each = 6u;
 // Whether triangles that are turned away count too; without them the mesh must be closed, as for silhouettes of convex parts.
 override both_sides = 1u;
+// Whether an edge is listed as often as its weight says, each time with a weight of 1.
+override repeated = 0u;
 
 const run_length = 32u;
 
@@ -55,13 +57,19 @@ fn weight(edge: Edge) -> i32 {
     return sum;
 }
 
+// How often an edge is listed.
+fn entries(weight: i32) -> u32 {
+    let size = u32(abs(weight));
+    return select(min(size, 1u), size, repeated != 0u);
+}
+
 @compute @workgroup_size(64)
 fn count(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
     let run = thread(id, groups);
     let last = min((run + 1u) * run_length, arrayLength(&edges));
     var found = 0u;
     for (var i = run * run_length; i < last; i++) {
-        found += select(0u, 1u, weight(edges[i]) != 0);
+        found += entries(weight(edges[i]));
     }
     if run < arrayLength(&runs) {
         runs[run] = found;
@@ -112,9 +120,9 @@ fn list(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
     for (var i = run * run_length; i < last; i++) {
         let edge = edges[i];
         let w = weight(edge);
-        if w != 0 && at < arrayLength(&silhouettes) {
-            let ends = select(edge.ends.yx, edge.ends, vec2<bool>(w > 0));
-            silhouettes[at] = vec4u(ends, u32(abs(w)), i);
+        let ends = select(edge.ends.yx, edge.ends, vec2<bool>(w > 0));
+        for (var left = entries(w); left > 0u && at < arrayLength(&silhouettes); left--) {
+            silhouettes[at] = vec4u(ends, select(u32(abs(w)), 1u, repeated != 0u), i);
             at++;
         }
     }

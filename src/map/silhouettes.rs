@@ -19,6 +19,8 @@ pub struct Silhouettes {
     scan: Pass,
     list: Pass,
     draw: Buffer,
+    /// An edge is listed as often as its weight says.
+    repeated: bool,
     /// For so many triangles and edges.
     held: Option<([u32; 2], Held)>,
 }
@@ -42,7 +44,23 @@ impl Silhouettes {
     /// # Errors
     /// Passes that cannot be made.
     pub fn new(gpu: &Gpu, vertices: u32, both_sides: bool) -> Result<Silhouettes> {
-        let constants = [("vertices_each", vertices as f64), ("both_sides", both_sides as u32 as f64)];
+        Silhouettes::listing(gpu, vertices, both_sides, false)
+    }
+
+    /// The same, with edges listed as often as their weight says, each time with a weight of 1: for what counts by ones.
+    ///
+    /// # Errors
+    /// Passes that cannot be made.
+    pub fn repeated(gpu: &Gpu, vertices: u32, both_sides: bool) -> Result<Silhouettes> {
+        Silhouettes::listing(gpu, vertices, both_sides, true)
+    }
+
+    fn listing(gpu: &Gpu, vertices: u32, both_sides: bool, repeated: bool) -> Result<Silhouettes> {
+        let constants = [
+            ("vertices_each", vertices as f64),
+            ("both_sides", both_sides as u32 as f64),
+            ("repeated", repeated as u32 as f64),
+        ];
         let pass = |entry, constants: &[(&str, f64)]| {
             Pass::specialised(gpu, "silhouette", "map/silhouettes.wgsl", entry, &[], constants)
         };
@@ -52,6 +70,7 @@ impl Silhouettes {
             count: pass("count", &constants[1..])?,
             scan: pass("scan", &constants[..1])?,
             list: pass("list", &constants[1..])?,
+            repeated,
             draw: gpu.room("draw of silhouettes", 16, Use::STORAGE | Use::INDIRECT | Use::COPY_SRC),
             held: None,
         })
@@ -69,6 +88,7 @@ impl Silhouettes {
             (held.count, held.found)
         };
         let sizes = [f.scene.triangle_count, edges];
+        let most_listed = if self.repeated { f.geometry.edges().sides.len() as u32 } else { edges };
         if self.held.as_ref().is_none_or(|(of, _)| *of != sizes) {
             let room =
                 |label, count: u32, bytes| f.gpu.room(label, u64::from(count) * bytes, Use::STORAGE | Use::COPY_SRC);
@@ -76,7 +96,7 @@ impl Silhouettes {
             let held = Held {
                 facing: room("facing", sizes[0], 4),
                 runs: room("runs of edges", edges.div_ceil(RUN), 4),
-                list: room("silhouettes", edges, 16),
+                list: room("silhouettes", most_listed, 16),
             };
             self.held = Some((sizes, held));
         }

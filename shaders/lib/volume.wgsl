@@ -1,0 +1,292 @@
+//!include lib/frame.wgsl
+//!include lib/gbuffer.wgsl
+// Shadow volumes (Crow 1977): what each triangle hides is bounded by the triangle, its sides away from the light, and its
+// picture at infinity. A pixel lies in as many volumes as its ray, going on behind the surface, leaves and does not enter again
+// (z-fail: Bilodeau, Songy 1999; Carmack 2000), or, on the way to it, has entered and not left (z-pass: Heidmann 1991).
+
+// As in map/silhouettes.wgsl: which side of each triangle faces the light. Triangles with 0 hide nothing.
+var<storage, read> facing: array<i32>;
+// 1: triangles cast with their front only.
+var<uniform> fronts_only: u32;
+// Where each pixel's shadow ray starts (bits of floats), and the surface id of what it sees + 1; 0: nothing hides or lights it.
+var receivers: texture_2d<u32>;
+
+// What stands in place of a surface id.
+const at_infinity = 0xfffffffeu;
+const a_side = 0xffffffffu;
+
+// A face of a volume.
+struct Face {
+    @invariant @builtin(position) clip: vec4f,
+    // Its plane. The normal points to the outside unless `turned` is 1.
+    @location(0) @interpolate(flat) start: vec3f,
+    @location(1) @interpolate(flat) normal: vec3f,
+    @location(2) @interpolate(flat) turned: u32,
+    // Of a triangle its surface id.
+    @location(3) @interpolate(flat) surface: u32,
+    // How many faces it stands for.
+    @location(4) @interpolate(flat) weight: u32,
+}
+
+fn no_face() -> Face {
+    return Face(vec4f(2.0, 2.0, 0.0, 1.0), vec3f(0.0), vec3f(0.0), 0u, a_side, 0u);
+}
+
+// The same expression as the G-buffer's: triangles cover the same pixels, at the same depth.
+fn clip_of(p: vec3f) -> vec4f {
+    return frame.eye_proj * vec4f(p - frame.eye, 1.0);
+}
+
+// From the light through a point to infinity: on depth 0, which nothing clips.
+fn far_clip_of(p: vec3f) -> vec4f {
+    if frame.light_kind == directional {
+        return frame.eye_proj * vec4f(-frame.light_position, 0.0);
+    }
+    return frame.eye_proj * vec4f(p - frame.light_position, 0.0);
+}
+
+fn towards_light(p: vec3f) -> vec3f {
+    if frame.light_kind == directional {
+        return frame.light_position;
+    }
+    return frame.light_position - p;
+}
+
+// Corner `index` of a side has its two first corners swapped where the face is turned round. Rasterisers that turn clockwise
+// triangles round by their first corners then see the same triangle, and interpolate the same depth.
+fn winding(index: u32, turned: bool) -> u32 {
+    let corner = index % 3u;
+    return select(corner, 1u - corner, turned && corner < 2u);
+}
+
+// One order for both triangles of an edge, so that their sides cancel to the last bit.
+fn before(a: vec3f, b: vec3f) -> bool {
+    return a.x < b.x || (a.x == b.x && (a.y < b.y || (a.y == b.y && a.z < b.z)));
+}
+
+// Corners that a side takes: it is a triangle under a sun, of whose far ends all are one point.
+fn corners_each() -> u32 {
+    return select(6u, 3u, frame.light_kind == directional);
+}
+
+// Corner `index` of the side through an edge. Seen from the light the shadow lies on the left of the way from a to b.
+fn side(index: u32, a: vec3f, b: vec3f, weight: u32) -> Face {
+    let turned = before(b, a);
+    let first = select(a, b, turned);
+    let second = select(b, a, turned);
+    // First, far first, far second; first, far second, second. Under a sun: first, far, second.
+    let corner = winding(index, turned);
+    let upper = index < 3u;
+    let sun = frame.light_kind == directional;
+    let at_second = corner == 2u || (!upper && corner == 1u);
+    let far = corner == 1u || (upper && !sun && corner == 2u);
+    let p = select(first, second, at_second);
+    var out: Face;
+    if far {
+        out.clip = far_clip_of(p);
+    } else {
+        out.clip = clip_of(p);
+    }
+    out.start = first;
+    out.normal = cross(second - first, towards_light(first));
+    out.turned = select(0u, 1u, turned);
+    out.surface = a_side;
+    out.weight = weight;
+    return out;
+}
+
+// Corner `index` of a triangle turned towards the light, or of its picture at infinity turned away from it.
+fn cap(index: u32, far: bool) -> Face {
+    let triangle = index / 3u;
+    let faces = facing[triangle];
+    if faces == 0 || (faces < 0 && fronts_only != 0u) {
+        return no_face();
+    }
+    let t = triangles[triangle];
+    let a = vertices[t.x].position;
+    let b = vertices[t.y].position;
+    let c = vertices[t.z].position;
+    let turned = (faces < 0) != far;
+    let corner = winding(index, turned);
+    let p = select(select(a, b, corner == 1u), c, corner == 2u);
+    var out: Face;
+    if far {
+        out.clip = far_clip_of(p);
+    } else {
+        out.clip = clip_of(p);
+    }
+    out.start = a;
+    out.normal = cross(b - a, c - a);
+    out.turned = select(0u, 1u, turned);
+    out.surface = select(t.w, at_infinity, far);
+    out.weight = 1u;
+    return out;
+}
+
+// Instance 0: triangles; 1: their pictures at infinity.
+@vertex
+fn cap_corner(@builtin(vertex_index) index: u32, @builtin(instance_index) i: u32) -> Face {
+    return cap(index, i > 0u);
+}
+
+// Triangles that the camera may see through: those with holes, and those that it sees one side of only. Before what it
+// sees there are no others.
+@vertex
+fn thin_cap_corner(@builtin(vertex_index) index: u32) -> Face {
+    let m = materials[vertices[triangles[index / 3u].x].material];
+    if m.cutoff < 0.0 && m.double_sided != 0u {
+        return no_face();
+    }
+    return cap(index, false);
+}
+
+// Whether the ray meets the face behind what it sees. The face is taken as what it is, a plane, and not by the depth that a
+// rasteriser interpolates between corners that it has moved; which pixels it covers is the rasteriser's say, so that neighbours
+// leave no crack. A surface does not hide itself, nor do its exact duplicates.
+fn behind(in: Face, front: bool) -> bool {
+    let r = textureLoad(receivers, vec2u(in.clip.xy), 0);
+    if r.w == 0u {
+        discard;
+    }
+    var above = dot(in.normal, bitcast<vec3f>(r.xyz) - in.start) > 0.0;
+    if in.surface + 1u == r.w {
+        // It is lit from where the camera stands.
+        above = in.turned == 0u;
+    }
+    let eye_above = front == (in.turned == 0u);
+    return in.surface == at_infinity || above == eye_above;
+}
+
+// For the stencil to count.
+@fragment
+fn keep_behind(in: Face, @builtin(front_facing) front: bool) {
+    if !behind(in, front) {
+        discard;
+    }
+}
+
+@fragment
+fn keep_before(in: Face, @builtin(front_facing) front: bool) {
+    if behind(in, front) {
+        discard;
+    }
+}
+
+// For blending to count.
+@fragment
+fn add_behind(in: Face, @builtin(front_facing) front: bool) -> @location(0) vec4f {
+    if !behind(in, front) {
+        discard;
+    }
+    return vec4f(select(1.0, -1.0, front) * f32(in.weight));
+}
+
+@fragment
+fn add_before(in: Face, @builtin(front_facing) front: bool) -> @location(0) vec4f {
+    if behind(in, front) {
+        discard;
+    }
+    return vec4f(select(-1.0, 1.0, front) * f32(in.weight));
+}
+
+// For the view of overdraw.
+@fragment
+fn add_one(in: Face) -> @location(0) vec4f {
+    return vec4f(1.0);
+}
+
+var receivers_out: texture_storage_2d<rgba32uint, write>;
+
+// Where the pixels' shadow rays start: as far off the surface as in techniques/rt_hard.wgsl, so that what lies in the same plane
+// does not hide it.
+@compute @workgroup_size(8, 8)
+fn receive(@builtin(global_invocation_id) id: vec3u) {
+    if id.x >= frame.size.x || id.y >= frame.size.y {
+        return;
+    }
+    let s = load_surface(id.xy);
+    let light = light_at(s.position);
+    var receiver = vec4u(0u);
+    if s.valid && light.reached && dot(s.normal, light.to_light) > 0.0 {
+        let size = max(abs(s.position.x), max(abs(s.position.y), abs(s.position.z)));
+        receiver = vec4u(bitcast<vec3u>(s.position + 8.0 * unit * size * s.normal), triangles[s.triangle].w + 1u);
+    }
+    textureStore(receivers_out, id.xy, receiver);
+}
+
+var visibility_out: texture_storage_2d<r32float, write>;
+var map_out: texture_storage_2d<r32float, write>;
+// What the stencil counted, modulo 256; what blending did.
+var stencil: texture_2d<u32>;
+var sums: texture_2d<f32>;
+// Pixels that count so much that their stencil may have run over.
+var<storage, read_write> overflowing: atomic<u32>;
+
+// From this count on.
+const nearly_over = 200u;
+
+// Volumes that the pixel lies in; of what z-pass counts wrongly because the eye lies in some, how many too few.
+fn magnitude(count: u32) -> u32 {
+    return min(count, select(count, 256u - count, z_pass != 0u));
+}
+
+// 1: the stencil counts entries, and may fall below 0.
+var<uniform> z_pass: u32;
+
+// Pixels that are decided by what was counted.
+fn decided(pixel: vec2u) -> bool {
+    return lit_sample(pixel).w > 0.0;
+}
+
+fn store_visibility(pixel: vec2u, lit: bool) {
+    let seen = textureLoad(g_position, pixel, 0).w > 0.0;
+    textureStore(visibility_out, pixel, vec4f(select(0.0, 1.0, !seen || (lit && decided(pixel)))));
+}
+
+@compute @workgroup_size(8, 8)
+fn resolve_stencil(@builtin(global_invocation_id) id: vec3u) {
+    if id.x >= frame.size.x || id.y >= frame.size.y {
+        return;
+    }
+    let count = textureLoad(stencil, id.xy, 0).x;
+    store_visibility(id.xy, count == 0u);
+    if magnitude(count) >= nearly_over && decided(id.xy) {
+        atomicAdd(&overflowing, 1u);
+    }
+}
+
+@compute @workgroup_size(8, 8)
+fn resolve_sums(@builtin(global_invocation_id) id: vec3u) {
+    if id.x < frame.size.x && id.y < frame.size.y {
+        store_visibility(id.xy, textureLoad(sums, id.xy, 0).x == 0.0);
+    }
+}
+
+// The views: how many volumes each pixel lies in.
+fn show_count(pixel: vec2u, count: f32) {
+    textureStore(map_out, pixel, vec4f(select(-1.0, count, count > 0.0 && decided(pixel))));
+}
+
+@compute @workgroup_size(8, 8)
+fn inspect_stencil(@builtin(global_invocation_id) id: vec3u) {
+    if id.x < frame.size.x && id.y < frame.size.y {
+        show_count(id.xy, f32(magnitude(textureLoad(stencil, id.xy, 0).x)));
+    }
+}
+
+@compute @workgroup_size(8, 8)
+fn inspect_sums(@builtin(global_invocation_id) id: vec3u) {
+    if id.x < frame.size.x && id.y < frame.size.y {
+        show_count(id.xy, abs(textureLoad(sums, id.xy, 0).x));
+    }
+}
+
+// What is drawn for a view alone: fragments of all volumes; the strength of lines.
+var drawing: texture_2d<f32>;
+
+@compute @workgroup_size(8, 8)
+fn inspect_overdraw(@builtin(global_invocation_id) id: vec3u) {
+    if id.x < frame.size.x && id.y < frame.size.y {
+        textureStore(map_out, id.xy, vec4f(textureLoad(drawing, id.xy, 0).x));
+    }
+}
