@@ -8,7 +8,7 @@
 var<storage, read> facing: array<i32>;
 // 1: triangles cast with their front only.
 var<uniform> fronts_only: u32;
-// Where each pixel's shadow ray starts (bits of floats), and the surface id of what it sees + 1; 0: nothing hides or lights it.
+// Where each pixel's surface lies (bits of floats), and its surface id + 1; 0: it is not for the shadow to decide.
 var receivers: texture_2d<u32>;
 
 // What stands in place of a surface id.
@@ -52,14 +52,18 @@ fn towards_light(p: vec3f) -> vec3f {
     return frame.light_position - p;
 }
 
-// Corner `index` of a side has its two first corners swapped where the face is turned round. Rasterisers that turn clockwise
-// triangles round by their first corners then see the same triangle, and interpolate the same depth.
-fn winding(index: u32, turned: bool) -> u32 {
-    let corner = index % 3u;
-    return select(corner, 1u - corner, turned && corner < 2u);
+// Faces that are drawn: 0 all; 1 those whose normal points to the outside; 2 the others.
+var<uniform> part: u32;
+
+// A face is never turned round: both triangles of an edge have the same side, which covers the same pixels, so that they cancel;
+// and a triangle has the depth that it has in the G-buffer, whichever side is lit.
+fn drawn_part(face: Face) -> Face {
+    if part != 0u && part != face.turned + 1u {
+        return no_face();
+    }
+    return face;
 }
 
-// One order for both triangles of an edge, so that their sides cancel to the last bit.
 fn before(a: vec3f, b: vec3f) -> bool {
     return a.x < b.x || (a.x == b.x && (a.y < b.y || (a.y == b.y && a.z < b.z)));
 }
@@ -75,7 +79,7 @@ fn side(index: u32, a: vec3f, b: vec3f, weight: u32) -> Face {
     let first = select(a, b, turned);
     let second = select(b, a, turned);
     // First, far first, far second; first, far second, second. Under a sun: first, far, second.
-    let corner = winding(index, turned);
+    let corner = index % 3u;
     let upper = index < 3u;
     let sun = frame.light_kind == directional;
     let at_second = corner == 2u || (!upper && corner == 1u);
@@ -92,7 +96,7 @@ fn side(index: u32, a: vec3f, b: vec3f, weight: u32) -> Face {
     out.turned = select(0u, 1u, turned);
     out.surface = a_side;
     out.weight = weight;
-    return out;
+    return drawn_part(out);
 }
 
 // Corner `index` of a triangle turned towards the light, or of its picture at infinity turned away from it.
@@ -107,7 +111,7 @@ fn cap(index: u32, far: bool) -> Face {
     let b = vertices[t.y].position;
     let c = vertices[t.z].position;
     let turned = (faces < 0) != far;
-    let corner = winding(index, turned);
+    let corner = index % 3u;
     let p = select(select(a, b, corner == 1u), c, corner == 2u);
     var out: Face;
     if far {
@@ -120,7 +124,7 @@ fn cap(index: u32, far: bool) -> Face {
     out.turned = select(0u, 1u, turned);
     out.surface = select(t.w, at_infinity, far);
     out.weight = 1u;
-    return out;
+    return drawn_part(out);
 }
 
 // Instance 0: triangles; 1: their pictures at infinity.
@@ -140,21 +144,19 @@ fn thin_cap_corner(@builtin(vertex_index) index: u32) -> Face {
     return cap(index, false);
 }
 
-// Whether the ray meets the face behind what it sees. The face is taken as what it is, a plane, and not by the depth that a
+// Whether the pixel's ray meets the face behind what it sees. The face is taken as the plane that it is, not by the depth that a
 // rasteriser interpolates between corners that it has moved; which pixels it covers is the rasteriser's say, so that neighbours
-// leave no crack. A surface does not hide itself, nor do its exact duplicates.
+// leave no crack. What is seen is seen first: a face that touches it within rounding, its own and its neighbours' at an edge, lies
+// behind it.
 fn behind(in: Face, front: bool) -> bool {
     let r = textureLoad(receivers, vec2u(in.clip.xy), 0);
     if r.w == 0u {
         discard;
     }
-    var above = dot(in.normal, bitcast<vec3f>(r.xyz) - in.start) > 0.0;
-    if in.surface + 1u == r.w {
-        // It is lit from where the camera stands.
-        above = in.turned == 0u;
-    }
-    let eye_above = front == (in.turned == 0u);
-    return in.surface == at_infinity || above == eye_above;
+    let p = bitcast<vec3f>(r.xyz);
+    let rounding = 8.0 * unit * max(abs(p.x), max(abs(p.y), abs(p.z))) * length(in.normal);
+    let off = dot(in.normal, p - in.start);
+    return select(-off, off, front) > -rounding || in.surface == at_infinity || in.surface + 1u == r.w;
 }
 
 // For the stencil to count.
@@ -172,13 +174,17 @@ fn keep_before(in: Face, @builtin(front_facing) front: bool) {
     }
 }
 
-// For blending to count.
+// For blending to count: what the eye sees from outside one way, what it sees from inside the other.
+fn signed_weight(in: Face, front: bool) -> vec4f {
+    return vec4f(select(-1.0, 1.0, front == (in.turned == 0u)) * f32(in.weight));
+}
+
 @fragment
 fn add_behind(in: Face, @builtin(front_facing) front: bool) -> @location(0) vec4f {
     if !behind(in, front) {
         discard;
     }
-    return vec4f(select(1.0, -1.0, front) * f32(in.weight));
+    return -signed_weight(in, front);
 }
 
 @fragment
@@ -186,7 +192,7 @@ fn add_before(in: Face, @builtin(front_facing) front: bool) -> @location(0) vec4
     if behind(in, front) {
         discard;
     }
-    return vec4f(select(-1.0, 1.0, front) * f32(in.weight));
+    return signed_weight(in, front);
 }
 
 // For the view of overdraw.
@@ -197,20 +203,14 @@ fn add_one(in: Face) -> @location(0) vec4f {
 
 var receivers_out: texture_storage_2d<rgba32uint, write>;
 
-// Where the pixels' shadow rays start: as far off the surface as in techniques/rt_hard.wgsl, so that what lies in the same plane
-// does not hide it.
 @compute @workgroup_size(8, 8)
 fn receive(@builtin(global_invocation_id) id: vec3u) {
     if id.x >= frame.size.x || id.y >= frame.size.y {
         return;
     }
-    let s = load_surface(id.xy);
-    let light = light_at(s.position);
-    var receiver = vec4u(0u);
-    if s.valid && light.reached && dot(s.normal, light.to_light) > 0.0 {
-        let size = max(abs(s.position.x), max(abs(s.position.y), abs(s.position.z)));
-        receiver = vec4u(bitcast<vec3u>(s.position + 8.0 * unit * size * s.normal), triangles[s.triangle].w + 1u);
-    }
+    let p = lit_sample(id.xy);
+    let triangle = textureLoad(g_surface, id.xy, 0).w;
+    let receiver = vec4u(bitcast<vec3u>(p.xyz), select(0u, triangles[triangle].w + 1u, p.w > 0.0));
     textureStore(receivers_out, id.xy, receiver);
 }
 

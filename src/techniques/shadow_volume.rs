@@ -107,8 +107,9 @@ struct State {
 }
 
 struct Passes {
-    caps: Pass,
-    sides: Pass,
+    /// What a stencil counts the one way, and the other: it cannot tell faces from one another. Blending takes all at once.
+    caps: Vec<Pass>,
+    sides: Vec<Pass>,
     resolve: Pass,
     inspect: Pass,
     fronts_only: Buffer,
@@ -140,6 +141,8 @@ struct Volumes {
     sums: Slot,
     drawn: Slot,
     overflowing: Buffer,
+    /// As `part` in WGSL.
+    parts: [Buffer; 3],
     /// The stencil of a depth buffer.
     stencil: Option<(wgpu::TextureView, wgpu::TextureView)>,
     passes: Option<(State, Passes)>,
@@ -160,6 +163,7 @@ impl Volumes {
             sums: Slot::default(),
             drawn: Slot::default(),
             overflowing: gpu.room("overflowing", 16, Use::STORAGE | Use::COPY_DST | Use::COPY_SRC),
+            parts: [0, 1, 2].map(|part| word(gpu, "part", part)),
             stencil: None,
             passes: None,
             views: None,
@@ -182,8 +186,8 @@ const ADDED: wgpu::BlendState = {
     wgpu::BlendState { color: add, alpha: add }
 };
 
-/// The stencil counts front faces one way and back faces the other.
-fn stencil(gpu: &Gpu, state: &State) -> wgpu::DepthStencilState {
+/// The stencil counts front faces one way and back faces the other; `turned`: of faces whose normal points inside.
+fn stencil(gpu: &Gpu, state: &State, turned: bool) -> wgpu::DepthStencilState {
     let face = |counted| {
         // The depth test that counts: each fragment that the shader kept; nearer ones; all others, equal ones among them.
         let [pass_op, depth_fail_op] = match (state.exact, state.z_pass) {
@@ -192,7 +196,7 @@ fn stencil(gpu: &Gpu, state: &State) -> wgpu::DepthStencilState {
         };
         wgpu::StencilFaceState { compare: wgpu::CompareFunction::Always, fail_op: Op::Keep, depth_fail_op, pass_op }
     };
-    let [front, back] = match state.z_pass {
+    let [front, back] = match state.z_pass != turned {
         true => [Op::IncrementWrap, Op::DecrementWrap],
         false => [Op::DecrementWrap, Op::IncrementWrap],
     };
@@ -208,6 +212,11 @@ fn stencil(gpu: &Gpu, state: &State) -> wgpu::DepthStencilState {
     }
 }
 
+/// A number for shaders.
+fn word(gpu: &Gpu, label: &str, value: u32) -> Buffer {
+    gpu.buffer(label, bytemuck::bytes_of(&[value, 0, 0, 0]), Use::UNIFORM)
+}
+
 impl Passes {
     fn new(gpu: &Gpu, file: &'static str, silhouettes: bool, groups: &[Group], state: &State) -> Result<Passes> {
         let fragment = match (state.additive, state.z_pass) {
@@ -216,22 +225,24 @@ impl Passes {
             (false, true) => Some("keep_before"),
             (false, false) => Some("keep_behind"),
         };
-        let draw = |name, vertex| {
+        let draw = |name, vertex, turned| {
             let raster = Raster {
                 vertex,
                 fragment: fragment.filter(|_| state.exact),
                 targets: if state.additive { &[COUNTED] } else { &[] },
-                depth: (!state.additive).then(|| stencil(gpu, state)),
+                depth: (!state.additive).then(|| stencil(gpu, state, turned)),
                 blend: state.additive.then_some(ADDED),
                 ..Raster::default()
             };
             Pass::render(gpu, name, file, raster, groups)
         };
+        let turns: &[bool] = if state.additive { &[false] } else { &[false, true] };
+        let all = |name, vertex| turns.iter().map(|turned| draw(name, vertex, *turned)).collect::<Result<Vec<_>>>();
         let [resolve, inspect] = match state.additive {
             true => ["resolve_sums", "inspect_sums"],
             false => ["resolve_stencil", "inspect_stencil"],
         };
-        let flag = |label, on: bool| gpu.buffer(label, bytemuck::bytes_of(&[on as u32, 0, 0, 0]), Use::UNIFORM);
+        let flag = |label, on: bool| word(gpu, label, on as u32);
         let corners = if state.sun { 3 } else { 6 };
         let sources = match (silhouettes, state.additive) {
             (true, true) => Sources::Silhouettes(Box::new(Silhouettes::new(gpu, corners, !state.closed)?)),
@@ -242,8 +253,8 @@ impl Passes {
             },
         };
         Ok(Passes {
-            caps: draw("caps", if state.z_pass { "thin_cap_corner" } else { "cap_corner" })?,
-            sides: draw("sides", "side_corner")?,
+            caps: all("caps", if state.z_pass { "thin_cap_corner" } else { "cap_corner" })?,
+            sides: all("sides", "side_corner")?,
             resolve: Pass::compute(gpu, "resolve", file, resolve, groups)?,
             inspect: Pass::compute(gpu, "inspect", file, inspect, groups)?,
             fronts_only: flag("fronts only", state.closed),
@@ -374,6 +385,7 @@ impl Technique for Volumes {
 
         f.set("fronts_only", &passes.fronts_only);
         f.set("z_pass", &passes.z_pass);
+        f.set("part", &self.parts[0]);
         if state.exact {
             let receivers = self.receivers.get(gpu, "receivers", f.size, Format::Rgba32Uint, STORED);
             f.run(&self.receive).bind("receivers_out", &receivers).of_picture().per_pixel();
@@ -383,8 +395,8 @@ impl Technique for Volumes {
         }
         if state.additive {
             let sums = self.sums.get(gpu, "sums", f.size, COUNTED, DRAWN);
-            f.run(&passes.caps).of_picture().draw(&[&sums], None, true, caps);
-            f.run(&passes.sides).of_picture().draw(&[&sums], None, false, sides);
+            f.run(&passes.caps[0]).of_picture().draw(&[&sums], None, true, caps);
+            f.run(&passes.sides[0]).of_picture().draw(&[&sums], None, false, sides);
             f.run(&passes.resolve).bind("sums", &sums).of_picture().per_pixel();
             if f.wants_any_map() {
                 f.run(&passes.inspect).bind("sums", &sums).of_picture().per_pixel();
@@ -396,8 +408,14 @@ impl Technique for Volumes {
             let stencil = &*hold(&mut self.stencil, depth.clone(), |d| Ok(d.texture().create_view(&aspect)))?;
             let depth = Some((&depth, 0.0));
             f.clear(&self.overflowing);
-            f.run(&passes.caps).of_picture().counting_in_stencil().draw(&[], depth, false, caps);
-            f.run(&passes.sides).of_picture().counting_on_in_stencil().draw(&[], depth, false, sides);
+            for (i, part) in self.parts[1..].iter().enumerate() {
+                let run = f.run(&passes.caps[i]).bind("part", part).of_picture();
+                let run = if i == 0 { run.counting_in_stencil() } else { run.counting_on_in_stencil() };
+                run.draw(&[], depth, false, caps);
+            }
+            for (pass, part) in passes.sides.iter().zip(&self.parts[1..]) {
+                f.run(pass).bind("part", part).of_picture().counting_on_in_stencil().draw(&[], depth, false, sides);
+            }
             let counted = [("stencil", stencil.into()), ("overflowing", (&self.overflowing).into())];
             f.run(&passes.resolve).bind_all(&counted).of_picture().per_pixel();
             if f.wants_any_map() {
