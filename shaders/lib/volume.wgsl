@@ -18,9 +18,10 @@ const a_side = 0xffffffffu;
 // A face of a volume.
 struct Face {
     @invariant @builtin(position) clip: vec4f,
-    // Its plane. The normal points to the outside unless `turned` is 1.
+    // Its plane. The normal points to the side on which the eye is.
     @location(0) @interpolate(flat) start: vec3f,
     @location(1) @interpolate(flat) normal: vec3f,
+    // 0: its corners run counterclockwise as seen from outside the volume; 1: from inside.
     @location(2) @interpolate(flat) turned: u32,
     // Of a triangle its surface id.
     @location(3) @interpolate(flat) surface: u32,
@@ -52,7 +53,7 @@ fn towards_light(p: vec3f) -> vec3f {
     return frame.light_position - p;
 }
 
-// Faces that are drawn: 0 all; 1 those whose normal points to the outside; 2 the others.
+// Faces that are drawn: 0 all; 1 those that are not `turned`; 2 the others.
 var<uniform> part: u32;
 
 // A face is never turned round: both triangles of an edge have the same side, which covers the same pixels, so that they cancel;
@@ -66,6 +67,10 @@ fn drawn_part(face: Face) -> Face {
 
 fn before(a: vec3f, b: vec3f) -> bool {
     return a.x < b.x || (a.x == b.x && (a.y < b.y || (a.y == b.y && a.z < b.z)));
+}
+
+fn towards_eye(normal: vec3f, start: vec3f) -> vec3f {
+    return select(-normal, normal, dot(normal, frame.eye - start) > 0.0);
 }
 
 // Corners that a side takes: it is a triangle under a sun, of whose far ends all are one point.
@@ -92,7 +97,7 @@ fn side(index: u32, a: vec3f, b: vec3f, weight: u32) -> Face {
         out.clip = clip_of(p);
     }
     out.start = first;
-    out.normal = cross(second - first, towards_light(first));
+    out.normal = towards_eye(cross(second - first, towards_light(first)), first);
     out.turned = select(0u, 1u, turned);
     out.surface = a_side;
     out.weight = weight;
@@ -120,7 +125,7 @@ fn cap(index: u32, far: bool) -> Face {
         out.clip = clip_of(p);
     }
     out.start = a;
-    out.normal = cross(b - a, c - a);
+    out.normal = towards_eye(cross(b - a, c - a), a);
     out.turned = select(0u, 1u, turned);
     out.surface = select(t.w, at_infinity, far);
     out.weight = 1u;
@@ -145,10 +150,10 @@ fn thin_cap_corner(@builtin(vertex_index) index: u32) -> Face {
 }
 
 // Whether the pixel's ray meets the face behind what it sees. The face is taken as the plane that it is, not by the depth that a
-// rasteriser interpolates between corners that it has moved; which pixels it covers is the rasteriser's say, so that neighbours
-// leave no crack. What is seen is seen first: a face that touches it within rounding, its own and its neighbours' at an edge, lies
+// rasteriser interpolates between corners that it has moved; which pixels it covers, and from which side, is the rasteriser's say, so
+// that what is closed stays closed. What is seen is seen first: a face that touches it within rounding, its own and its neighbours' at an edge, lies
 // behind it.
-fn behind(in: Face, front: bool) -> bool {
+fn behind(in: Face) -> bool {
     let r = textureLoad(receivers, vec2u(in.clip.xy), 0);
     if r.w == 0u {
         discard;
@@ -156,20 +161,20 @@ fn behind(in: Face, front: bool) -> bool {
     let p = bitcast<vec3f>(r.xyz);
     let rounding = 8.0 * unit * max(abs(p.x), max(abs(p.y), abs(p.z))) * length(in.normal);
     let off = dot(in.normal, p - in.start);
-    return select(-off, off, front) > -rounding || in.surface == at_infinity || in.surface + 1u == r.w;
+    return off > -rounding || in.surface == at_infinity || in.surface + 1u == r.w;
 }
 
 // For the stencil to count.
 @fragment
-fn keep_behind(in: Face, @builtin(front_facing) front: bool) {
-    if !behind(in, front) {
+fn keep_behind(in: Face) {
+    if !behind(in) {
         discard;
     }
 }
 
 @fragment
-fn keep_before(in: Face, @builtin(front_facing) front: bool) {
-    if behind(in, front) {
+fn keep_before(in: Face) {
+    if behind(in) {
         discard;
     }
 }
@@ -181,7 +186,7 @@ fn signed_weight(in: Face, front: bool) -> vec4f {
 
 @fragment
 fn add_behind(in: Face, @builtin(front_facing) front: bool) -> @location(0) vec4f {
-    if !behind(in, front) {
+    if !behind(in) {
         discard;
     }
     return -signed_weight(in, front);
@@ -189,7 +194,7 @@ fn add_behind(in: Face, @builtin(front_facing) front: bool) -> @location(0) vec4
 
 @fragment
 fn add_before(in: Face, @builtin(front_facing) front: bool) -> @location(0) vec4f {
-    if behind(in, front) {
+    if behind(in) {
         discard;
     }
     return signed_weight(in, front);
