@@ -3,7 +3,7 @@
 // The silhouette as the light sees it, in an order that does not depend on how threads run: edges where what faces the light
 // and what is turned away do not cancel (Kim, Kim, Turk 2008).
 
-// Of each triangle: 1 if its front faces the light, -1 if its back does, 0 if the light lies in its plane.
+// Of each triangle: 1 if its front faces the light, -1 if its back does, 0 if the light lies in its plane or it hides nothing.
 var<storage, read_write> facing: array<i32>;
 // So many silhouette edges each run of edges has; then so many lie before it.
 var<storage, read_write> runs: array<u32>;
@@ -18,6 +18,8 @@ override vertices_each = 6u;
 override both_sides = 1u;
 // Whether an edge is listed as often as its weight says, each time with a weight of 1.
 override repeated = 0u;
+// Whether triangles with holes by their texture hide something; as if they had none.
+override with_masked = 1u;
 
 const run_length = 32u;
 
@@ -42,7 +44,8 @@ fn face(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
     let side = dot(cross(ab, ac), to_light);
     // What rounding can make of 0.
     let zero = 2.4e-7 * length(ab) * length(ac) * length(to_light);
-    facing[i] = select(0, select(-1, 1, side > 0.0), abs(side) > zero);
+    let casts = with_masked != 0u || materials[vertices[t.x].material].cutoff < 0.0;
+    facing[i] = select(0, select(-1, 1, side > 0.0), abs(side) > zero && casts);
 }
 
 // How often the shadow lies on the left of the edge more than on the right, seen from the light along it.

@@ -31,6 +31,28 @@ struct Held {
     list: Buffer,
 }
 
+/// What is listed.
+#[derive(Clone, Copy, Debug)]
+pub struct Kind {
+    /// How many vertices each entry is drawn by.
+    pub vertices: u32,
+    /// Triangles that are turned away from the light count too.
+    pub both_sides: bool,
+    /// An edge is listed as often as its weight says, each time with a weight of 1: for what counts by ones.
+    pub repeated: bool,
+    /// Triangles with holes by their texture count, as if they had none.
+    pub masked: bool,
+}
+
+/// The pass that fills `facing`; `masked` as in [`Kind`].
+///
+/// # Errors
+/// A pass that cannot be made.
+pub fn face(gpu: &Gpu, masked: bool) -> Result<Pass> {
+    let constants = [("with_masked", masked as u32 as f64)];
+    Pass::specialised(gpu, "silhouette", "map/silhouettes.wgsl", "face", &[], &constants)
+}
+
 /// Workgroups of 64 threads for so many, in rows.
 pub fn groups(threads: u32) -> [u32; 2] {
     let groups = threads.div_ceil(64);
@@ -44,33 +66,24 @@ impl Silhouettes {
     /// # Errors
     /// Passes that cannot be made.
     pub fn new(gpu: &Gpu, vertices: u32, both_sides: bool) -> Result<Silhouettes> {
-        Silhouettes::listing(gpu, vertices, both_sides, false)
+        Silhouettes::of(gpu, Kind { vertices, both_sides, repeated: false, masked: true })
     }
 
-    /// The same, with edges listed as often as their weight says, each time with a weight of 1: for what counts by ones.
-    ///
     /// # Errors
     /// Passes that cannot be made.
-    pub fn repeated(gpu: &Gpu, vertices: u32, both_sides: bool) -> Result<Silhouettes> {
-        Silhouettes::listing(gpu, vertices, both_sides, true)
-    }
-
-    fn listing(gpu: &Gpu, vertices: u32, both_sides: bool, repeated: bool) -> Result<Silhouettes> {
-        let constants = [
-            ("vertices_each", vertices as f64),
-            ("both_sides", both_sides as u32 as f64),
-            ("repeated", repeated as u32 as f64),
-        ];
+    pub fn of(gpu: &Gpu, kind: Kind) -> Result<Silhouettes> {
+        let flag = |name, on: bool| (name, on as u32 as f64);
+        let listed = [flag("both_sides", kind.both_sides), flag("repeated", kind.repeated)];
         let pass = |entry, constants: &[(&str, f64)]| {
             Pass::specialised(gpu, "silhouette", "map/silhouettes.wgsl", entry, &[], constants)
         };
         Ok(Silhouettes {
             edges: EdgeBuffers::default(),
-            face: pass("face", &[])?,
-            count: pass("count", &constants[1..])?,
-            scan: pass("scan", &constants[..1])?,
-            list: pass("list", &constants[1..])?,
-            repeated,
+            face: face(gpu, kind.masked)?,
+            count: pass("count", &listed)?,
+            scan: pass("scan", &[("vertices_each", kind.vertices as f64)])?,
+            list: pass("list", &listed)?,
+            repeated: kind.repeated,
             draw: gpu.room("draw of silhouettes", 16, Use::STORAGE | Use::INDIRECT | Use::COPY_SRC),
             held: None,
         })

@@ -4,7 +4,7 @@ use super::{Info, Technique};
 use crate::frame::{DRAWN, Frame, STORED};
 use crate::gpu::{Buffer, Gpu, Pass, Raster, Slot, hold};
 use crate::light::Light;
-use crate::map::silhouettes::{Silhouettes, groups};
+use crate::map::silhouettes::{self, Kind, Silhouettes, groups};
 use crate::params::{Group, Params};
 use crate::scene::Camera;
 use crate::view::{self, Class, Drawn, Legend, View};
@@ -23,6 +23,8 @@ crate::params! {
             counting: choice("stencil8", ["stencil8", "additive"]),
             /// What says whether a volume's face lies before or behind the surface. Exact: the face's plane and the surface's position, in the fragment shader. Buffer: the depth test, as when volumes were new; it is faster, and wrong here and there at edges, by the rounding of what the rasteriser interpolates.
             depth_test: choice("exact", ["exact", "buffer"]) if counting = "stencil8",
+            /// What triangles cast that have holes by their texture, as leaves and grass: a volume can have none. Nothing is right more often.
+            holes: choice("nothing", ["nothing", "whole"]),
         }
     }
 }
@@ -102,6 +104,8 @@ struct State {
     exact: bool,
     /// Triangles cast with their front only.
     closed: bool,
+    /// Triangles with holes by their texture cast as if they had none.
+    masked: bool,
     /// Sides end in one point.
     sun: bool,
 }
@@ -243,14 +247,15 @@ impl Passes {
             false => ["resolve_stencil", "inspect_stencil"],
         };
         let flag = |label, on: bool| word(gpu, label, on as u32);
-        let corners = if state.sun { 3 } else { 6 };
-        let sources = match (silhouettes, state.additive) {
-            (true, true) => Sources::Silhouettes(Box::new(Silhouettes::new(gpu, corners, !state.closed)?)),
-            (true, false) => Sources::Silhouettes(Box::new(Silhouettes::repeated(gpu, corners, !state.closed)?)),
-            (false, _) => Sources::Triangles {
-                face: Pass::compute(gpu, "facing", "map/silhouettes.wgsl", "face", &[])?,
-                facing: None,
-            },
+        let kind = Kind {
+            vertices: if state.sun { 3 } else { 6 },
+            both_sides: !state.closed,
+            repeated: !state.additive,
+            masked: state.masked,
+        };
+        let sources = match silhouettes {
+            true => Sources::Silhouettes(Box::new(Silhouettes::of(gpu, kind)?)),
+            false => Sources::Triangles { face: silhouettes::face(gpu, state.masked)?, facing: None },
         };
         Ok(Passes {
             caps: all("caps", if state.z_pass { "thin_cap_corner" } else { "cap_corner" })?,
@@ -344,6 +349,7 @@ impl Technique for Volumes {
             additive,
             exact: additive || p.depth_test == "exact",
             closed,
+            masked: p.holes == "whole",
             sun: matches!(f.light, Light::Directional { .. }),
         };
         let (gpu, file, info, silhouettes) = (f.gpu, self.file, self.info, self.silhouettes());
@@ -373,7 +379,10 @@ impl Technique for Volumes {
         };
         let masked = triangles - f.scene.opaque_count;
         if masked > 0 {
-            f.tell_note(format!("{masked} triangles have holes by their texture: volumes take them for whole."));
+            f.tell_note(format!(
+                "{masked} triangles have holes by their texture, which volumes cannot have: they cast {}.",
+                if state.masked { "as if they had none" } else { "no shadow" }
+            ));
         }
         let sides = |p: &mut wgpu::RenderPass| match &draw {
             Some(draw) => p.draw_indirect(draw, 0),

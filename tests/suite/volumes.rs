@@ -38,7 +38,16 @@ fn survey() {
                     let wrong: Vec<usize> = (0..own.len()).filter(|i| own[*i] != truth[*i]).collect();
                     let dark = wrong.iter().filter(|i| own[**i] == 0.0).count();
                     let apart = first.as_ref().map(|f| (0..own.len()).filter(|i| f[*i] != own[*i]).count());
+                    let h = own.len() / size;
+                    let alone = |i: &&usize| {
+                        let (x, y) = (**i % size, **i / size);
+                        (y.max(1) - 1..(y + 2).min(h))
+                            .all(|v| (x.max(1) - 1..(x + 2).min(size)).all(|u| truth[v * size + u] == truth[**i]))
+                    };
+                    let specks: Vec<_> = wrong.iter().filter(alone).collect();
+                    let specks_at: Vec<_> = specks.iter().take(4).map(|i| (*i % size, *i / size)).collect();
                     let at: Vec<_> = wrong.iter().take(5).map(|i| (i % size, i / size)).collect();
+                    let at = format!("{at:?} specks {} {specks_at:?}", specks.len());
                     println!(
                         "{name} {} {} [{set}]: {} wrong ({dark} dark) of {n} = {:.4} %, apart {apart:?} {at:?}",
                         camera.name,
