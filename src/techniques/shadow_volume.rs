@@ -311,7 +311,8 @@ fn stands_before(f: &Frame) -> bool {
     let rectangle = [corner, corner + x * w, corner + x * w + y * h, corner + y * h].map(|ray| eye + near * ray);
     let middle = (rectangle[0] + rectangle[2]) / 2.0;
     let light = f.light.position().as_dvec3();
-    let towards = |p: DVec3| if let Light::Directional { .. } = f.light { light } else { light - p };
+    let directional = matches!(f.light, Light::Directional { .. });
+    let towards = |p: DVec3| if directional { light } else { light - p };
     // Points inside are on their positive sides.
     let forward = camera.forward().as_dvec3();
     let side = forward.dot(towards(middle));
@@ -328,7 +329,15 @@ fn stands_before(f: &Frame) -> bool {
     }
     (0..f.geometry.triangles.len()).into_par_iter().any(|i| {
         let corners = f.geometry.corners(i).map(|c| c.as_dvec3());
-        !planes.iter().any(|(a, normal)| corners.iter().all(|c| normal.dot(*c - *a) < -slack))
+        // Apart by a plane of the pyramid, or by the triangle's own.
+        if planes.iter().any(|(a, normal)| corners.iter().all(|c| normal.dot(*c - *a) < -slack)) {
+            return false;
+        }
+        let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize_or_zero();
+        let height = |p: &DVec3| normal.dot(*p - corners[0]);
+        let top = if directional { normal.dot(light) } else { height(&light) };
+        let side = top.signum();
+        !(side * top > slack && rectangle.iter().all(|p| side * height(p) > slack))
     })
 }
 
