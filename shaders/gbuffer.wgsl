@@ -5,7 +5,8 @@
 // corners that the rasteriser has moved (by up to half a 256th of a pixel), and lie past the triangle's edges.
 
 struct Fragment {
-    @builtin(position) clip: vec4f,
+    // Shadow volumes draw the same triangles once more.
+    @invariant @builtin(position) clip: vec4f,
     // For its derivatives only.
     @location(0) uv: vec2f,
     @location(1) @interpolate(flat) triangle: u32,

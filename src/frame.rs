@@ -207,6 +207,7 @@ pub struct Frame<'a> {
     pub history: History,
     frames: [u32; 2],
     notes: Vec<String>,
+    counted_notes: Vec<(Buffer, fn(u32) -> String)>,
     offered: Option<Offered>,
     indirect: Option<Indirect>,
     splits: Option<(Buffer, u32)>,
@@ -245,6 +246,11 @@ impl Frame<'_> {
     /// skipped. A sentence or two.
     pub fn tell_note(&mut self, note: String) {
         self.notes.push(note);
+    }
+
+    /// Tells a note of a number that the GPU counts into a buffer, where that is not 0.
+    pub fn tell_counted(&mut self, count: &Buffer, note: fn(u32) -> String) {
+        self.counted_notes.push((count.clone(), note));
     }
 
     /// Tells how many faces the light's maps have, and where the GPU keeps the samples and draws of each
@@ -600,6 +606,8 @@ pub struct Renderer {
     sizeless: bool,
     /// What the technique told of the last frame.
     technique_notes: Vec<String>,
+    /// Those of numbers that the GPU counts.
+    counted_notes: Vec<(Buffer, fn(u32) -> String)>,
     /// The last frame's depth maps.
     offered: Option<Offered>,
     read_map: Option<Pass>,
@@ -682,6 +690,7 @@ impl Renderer {
             frames: 1,
             sizeless: false,
             technique_notes: Vec::new(),
+            counted_notes: Vec::new(),
             offered: None,
             whole_maps: false,
             read_map: None,
@@ -835,6 +844,7 @@ impl Renderer {
             history: if broken && ask.history == History::Goes { History::Starts } else { ask.history },
             frames: [1, 1],
             notes: Vec::new(),
+            counted_notes: Vec::new(),
             offered: None,
             indirect: None,
             splits: None,
@@ -861,6 +871,7 @@ impl Renderer {
         f.freeze(Vec::new());
         let (offered, indirect) = (f.offered.take(), f.indirect.take());
         self.technique_notes = std::mem::take(&mut f.notes);
+        self.counted_notes = std::mem::take(&mut f.counted_notes);
         let (splits, faces, pieces, outlines) = (f.splits.take(), f.faces.take(), f.pieces.take(), f.outlines.take());
         let mut aliasing = None;
         if let Some(analysis) = f.analysis.take() {

@@ -3,7 +3,7 @@
 // The silhouette as the light sees it, in an order that does not depend on how threads run: edges where what faces the light
 // and what is turned away do not cancel (Kim, Kim, Turk 2008).
 
-// Of each triangle: 1 if its front faces the light, -1 if its back does, 0 if the light lies in its plane.
+// Of each triangle: 1 if its front faces the light, -1 if its back does, 0 if the light lies in its plane or it hides nothing.
 var<storage, read_write> facing: array<i32>;
 // So many silhouette edges each run of edges has; then so many lie before it.
 var<storage, read_write> runs: array<u32>;
@@ -16,6 +16,10 @@ var<storage, read_write> draw: array<u32>;
 override vertices_each = 6u;
 // Whether triangles that are turned away count too; without them the mesh must be closed, as for silhouettes of convex parts.
 override both_sides = 1u;
+// Whether an edge is listed as often as its weight says, each time with a weight of 1.
+override repeated = 0u;
+// Whether triangles with holes by their texture hide something; as if they had none.
+override with_masked = 1u;
 
 const run_length = 32u;
 
@@ -40,7 +44,8 @@ fn face(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
     let side = dot(cross(ab, ac), to_light);
     // What rounding can make of 0.
     let zero = 2.4e-7 * length(ab) * length(ac) * length(to_light);
-    facing[i] = select(0, select(-1, 1, side > 0.0), abs(side) > zero);
+    let casts = with_masked != 0u || materials[vertices[t.x].material].cutoff < 0.0;
+    facing[i] = select(0, select(-1, 1, side > 0.0), abs(side) > zero && casts);
 }
 
 // How often the shadow lies on the left of the edge more than on the right, seen from the light along it.
@@ -55,13 +60,19 @@ fn weight(edge: Edge) -> i32 {
     return sum;
 }
 
+// How often an edge is listed.
+fn entries(weight: i32) -> u32 {
+    let size = u32(abs(weight));
+    return select(min(size, 1u), size, repeated != 0u);
+}
+
 @compute @workgroup_size(64)
 fn count(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
     let run = thread(id, groups);
     let last = min((run + 1u) * run_length, arrayLength(&edges));
     var found = 0u;
     for (var i = run * run_length; i < last; i++) {
-        found += select(0u, 1u, weight(edges[i]) != 0);
+        found += entries(weight(edges[i]));
     }
     if run < arrayLength(&runs) {
         runs[run] = found;
@@ -112,9 +123,9 @@ fn list(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
     for (var i = run * run_length; i < last; i++) {
         let edge = edges[i];
         let w = weight(edge);
-        if w != 0 && at < arrayLength(&silhouettes) {
-            let ends = select(edge.ends.yx, edge.ends, vec2<bool>(w > 0));
-            silhouettes[at] = vec4u(ends, u32(abs(w)), i);
+        let ends = select(edge.ends.yx, edge.ends, vec2<bool>(w > 0));
+        for (var left = entries(w); left > 0u && at < arrayLength(&silhouettes); left--) {
+            silhouettes[at] = vec4u(ends, select(u32(abs(w)), 1u, repeated != 0u), i);
             at++;
         }
     }

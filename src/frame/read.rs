@@ -68,6 +68,10 @@ impl Renderer {
             notes.push("No penumbras: the light has no (angular) radius.".into());
         }
         notes.extend(self.technique_notes.iter().cloned());
+        for (count, note) in &self.counted_notes {
+            let [count]: [u32; 1] = bytemuck::pod_read_unaligned(&self.gpu.read_range(count, 0, 4)?);
+            notes.extend((count > 0).then(|| note(count)));
+        }
         if let Some(pieces) = self.analysis.pieces(&self.gpu)?.filter(|p| p.unserved > 0) {
             notes.push(format!(
                 "{} parts of triangles were not split as far as they should be: shadows are wrong there.",

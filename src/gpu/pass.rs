@@ -385,7 +385,7 @@ impl<'a> Recorder<'a> {
             counted: Some(Sent::Triangles),
             layer: None,
             of_picture: pass.looks_up,
-            stencil: false,
+            stencil: None,
         }
     }
 
@@ -515,8 +515,8 @@ pub struct Run<'r, 'a> {
     layer: Option<wgpu::TextureView>,
     /// It works on the picture, wherever the shadow camera is.
     of_picture: bool,
-    /// The stencil starts at 0 and is kept.
-    stencil: bool,
+    /// What the stencil starts with, where it is kept.
+    stencil: Option<wgpu::LoadOp<u32>>,
 }
 
 impl Run<'_, '_> {
@@ -547,7 +547,13 @@ impl Run<'_, '_> {
 
     /// Clears the depth view's stencil to 0 and keeps what the draws leave there.
     pub fn counting_in_stencil(mut self) -> Self {
-        self.stencil = true;
+        self.stencil = Some(wgpu::LoadOp::Clear(0));
+        self
+    }
+
+    /// Goes on from what the draws before left in the depth view's stencil, and keeps it.
+    pub fn counting_on_in_stencil(mut self) -> Self {
+        self.stencil = Some(wgpu::LoadOp::Load);
         self
     }
 
@@ -653,8 +659,7 @@ impl Run<'_, '_> {
                 depth_stencil_attachment: depth.map(|(view, value)| wgpu::RenderPassDepthStencilAttachment {
                     view,
                     depth_ops: Some(wgpu::Operations { load: load(value), store: wgpu::StoreOp::Store }),
-                    stencil_ops: stencil
-                        .then_some(wgpu::Operations { load: wgpu::LoadOp::Clear(0), store: wgpu::StoreOp::Store }),
+                    stencil_ops: stencil.map(|load| wgpu::Operations { load, store: wgpu::StoreOp::Store }),
                 }),
                 timestamp_writes: first.map(|(query_set, i)| wgpu::RenderPassTimestampWrites {
                     query_set,

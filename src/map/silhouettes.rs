@@ -19,6 +19,8 @@ pub struct Silhouettes {
     scan: Pass,
     list: Pass,
     draw: Buffer,
+    /// An edge is listed as often as its weight says.
+    repeated: bool,
     /// For so many triangles and edges.
     held: Option<([u32; 2], Held)>,
 }
@@ -27,6 +29,28 @@ struct Held {
     facing: Buffer,
     runs: Buffer,
     list: Buffer,
+}
+
+/// What is listed.
+#[derive(Clone, Copy, Debug)]
+pub struct Kind {
+    /// How many vertices each entry is drawn by.
+    pub vertices: u32,
+    /// Triangles that are turned away from the light count too.
+    pub both_sides: bool,
+    /// An edge is listed as often as its weight says, each time with a weight of 1: for what counts by ones.
+    pub repeated: bool,
+    /// Triangles with holes by their texture count, as if they had none.
+    pub masked: bool,
+}
+
+/// The pass that fills `facing`; `masked` as in [`Kind`].
+///
+/// # Errors
+/// A pass that cannot be made.
+pub fn face(gpu: &Gpu, masked: bool) -> Result<Pass> {
+    let constants = [("with_masked", masked as u32 as f64)];
+    Pass::specialised(gpu, "silhouette", "map/silhouettes.wgsl", "face", &[], &constants)
 }
 
 /// Workgroups of 64 threads for so many, in rows.
@@ -42,16 +66,24 @@ impl Silhouettes {
     /// # Errors
     /// Passes that cannot be made.
     pub fn new(gpu: &Gpu, vertices: u32, both_sides: bool) -> Result<Silhouettes> {
-        let constants = [("vertices_each", vertices as f64), ("both_sides", both_sides as u32 as f64)];
+        Silhouettes::of(gpu, Kind { vertices, both_sides, repeated: false, masked: true })
+    }
+
+    /// # Errors
+    /// Passes that cannot be made.
+    pub fn of(gpu: &Gpu, kind: Kind) -> Result<Silhouettes> {
+        let flag = |name, on: bool| (name, on as u32 as f64);
+        let listed = [flag("both_sides", kind.both_sides), flag("repeated", kind.repeated)];
         let pass = |entry, constants: &[(&str, f64)]| {
             Pass::specialised(gpu, "silhouette", "map/silhouettes.wgsl", entry, &[], constants)
         };
         Ok(Silhouettes {
             edges: EdgeBuffers::default(),
-            face: pass("face", &[])?,
-            count: pass("count", &constants[1..])?,
-            scan: pass("scan", &constants[..1])?,
-            list: pass("list", &constants[1..])?,
+            face: face(gpu, kind.masked)?,
+            count: pass("count", &listed)?,
+            scan: pass("scan", &[("vertices_each", kind.vertices as f64)])?,
+            list: pass("list", &listed)?,
+            repeated: kind.repeated,
             draw: gpu.room("draw of silhouettes", 16, Use::STORAGE | Use::INDIRECT | Use::COPY_SRC),
             held: None,
         })
@@ -69,6 +101,7 @@ impl Silhouettes {
             (held.count, held.found)
         };
         let sizes = [f.scene.triangle_count, edges];
+        let most_listed = if self.repeated { f.geometry.edges().sides.len() as u32 } else { edges };
         if self.held.as_ref().is_none_or(|(of, _)| *of != sizes) {
             let room =
                 |label, count: u32, bytes| f.gpu.room(label, u64::from(count) * bytes, Use::STORAGE | Use::COPY_SRC);
@@ -76,7 +109,7 @@ impl Silhouettes {
             let held = Held {
                 facing: room("facing", sizes[0], 4),
                 runs: room("runs of edges", edges.div_ceil(RUN), 4),
-                list: room("silhouettes", edges, 16),
+                list: room("silhouettes", most_listed, 16),
             };
             self.held = Some((sizes, held));
         }

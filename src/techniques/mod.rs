@@ -27,6 +27,7 @@ mod rt_hard;
 mod rtw;
 mod sdsm;
 mod shadow_map;
+mod shadow_volume;
 mod skewed_paraboloid;
 mod tsm;
 mod vsm;
@@ -191,6 +192,8 @@ pub static ALL: &[&Info] = &[
     &rtw::CUBE,
     &rtw::PARABOLOID,
     &imperfect_sm::INFO,
+    &shadow_volume::INFO,
+    &shadow_volume::TRIANGLES,
     &psv::INFO,
     &izb::INFO,
     &csm_conservative::INFO,

@@ -41,5 +41,6 @@ mod sweep;
 mod tables;
 mod techniques;
 mod truth;
+mod volumes;
 mod warps;
 mod warps_around;

@@ -130,8 +130,8 @@ pub static ALL: &[Reproduction] = &[
         id: "kenzel-1.7",
         title: "Kenzel 2013, figure 1.7: a shadow map's stairs beside exact edges",
         run: kenzel::stairs,
-        deviation: "He shows two pictures without numbers, the exact one drawn with shadow volumes; those are not \
-                    there yet, ours is ray traced. From 512² to 4096² m falls to an eighth, the wrong pixels at \
+        deviation: "He shows two pictures without numbers, the exact one drawn with shadow volumes; ours is ray \
+                    traced, which shadow volumes agree with but for ties. From 512² to 4096² m falls to an eighth, the wrong pixels at \
                     edges to a fifth, the contour's distance to a half only.",
     },
     Reproduction {
@@ -250,15 +250,15 @@ pub static ALL: &[Reproduction] = &[
         title: "Navratil 2015, figures 5.2 to 5.4: wrong pixels of the warping techniques",
         run: navratil::quality,
         deviation: "He shows red pixels and counts none. Of his figure 5.4 our arches stand in for Sponza and our hall for \
-                    the conference room; bench and terrain are ours beside them. Shadow volumes, his truth, are not there yet; \
-                    ours is ray traced.",
+                    the conference room; bench and terrain are ours beside them. His truth are shadow volumes, \
+                    ours is ray traced; the row SV tells how far they are apart.",
     },
     Reproduction {
         id: "navratil-5.1",
         title: "Navratil 2015, table 5.1: times of the techniques' own passes",
         run: navratil::own_times,
-        deviation: "Our hall and arches stand in for his conference room and Sponza, with as many triangles. His row SV \
-                    is missing, as shadow volumes are not there yet. His NoTW takes 1.07 to 1.16 times as long as his RTW, ours \
+        deviation: "Our hall and arches stand in for his conference room and Sponza, with as many triangles. Our row SV \
+                    tests its depth exactly, in a fragment shader. His NoTW takes 1.07 to 1.16 times as long as his RTW, ours \
                     much longer: he moves the corners of subdivided triangles, which costs both the same; ours meets casters \
                     with a ray for each texel that is looked up, and NoTW spreads the same view samples over several times \
                     as many texels (see figure 5.11 for the observatory). That step is the largest of NoTW's (see figure \
@@ -269,8 +269,8 @@ pub static ALL: &[Reproduction] = &[
         id: "navratil-5.3",
         title: "Navratil 2015, table 5.3: frame times",
         run: navratil::frame_times,
-        deviation: "His scene for this table is not named; ours is the observatory. His row SV (8.750 ms) is missing, as \
-                    shadow volumes are not there yet. NoTW is dearer than his for the reason given at table 5.1. NoTW-DV is \
+        deviation: "His scene for this table is not named; ours is the observatory. Our row SV tests its depth exactly, \
+                    in a fragment shader. NoTW is dearer than his for the reason given at table 5.1. NoTW-DV is \
                     cheaper: to a plain map it adds one reduction over the picture, and his text does not say what else his \
                     took 0.9 ms for.",
     },
@@ -287,7 +287,7 @@ pub static ALL: &[Reproduction] = &[
         id: "navratil-5.7-5.9",
         title: "Navratil 2015, table 5.2 and figures 5.7 to 5.9: cubes and paraboloids with warps",
         run: warped_lamps::warped,
-        deviation: "He names neither his scene nor the side of his maps. His row SV (4.8 ms, at worst 16) is missing, as shadow volumes are not there yet. On a software adapter warping costs more than his: view samples are counted, summed up and smoothed in storage buffers, which such an adapter reads one lane at a time, and the look-up reads its offsets there too. Corners alone go astray in warps where triangles are as large as in our hall; his way needs finer meshes than ours.",
+        deviation: "He names neither his scene nor the side of his maps. His row SV (4.8 ms, at worst 16) is missing in this walk. On a software adapter warping costs more than his: view samples are counted, summed up and smoothed in storage buffers, which such an adapter reads one lane at a time, and the look-up reads its offsets there too. Corners alone go astray in warps where triangles are as large as in our hall; his way needs finer meshes than ours.",
     },
     Reproduction {
         id: "navratil-5.10",
