@@ -8,6 +8,7 @@ pub mod busy;
 pub mod cascades;
 pub mod casters;
 mod clusters;
+pub mod edge_quads;
 pub mod faces;
 pub mod filter;
 pub mod fit;

@@ -3,6 +3,7 @@
 mod csm_convolution;
 mod cube;
 mod dsm;
+mod edsm;
 mod dual_paraboloid;
 mod esm;
 mod evsm;
@@ -19,11 +20,13 @@ mod pcss;
 mod prefiltered_soft;
 mod psm;
 pub mod pssm;
+mod rbsm;
 mod rt_hard;
 mod rtw;
 mod sdsm;
 mod shadow_map;
 mod skewed_paraboloid;
+mod sssm;
 mod tsm;
 mod vsm;
 
@@ -85,6 +88,7 @@ pub const FILTERS: &[&Filter] = &[
     &csm_convolution::FILTER,
     &msm::FILTER,
     &prefiltered_soft::FILTER,
+    &rbsm::FILTER,
 ];
 pub const NEAREST: &Filter = &shadow_map::FILTER;
 
@@ -123,6 +127,7 @@ pub const FILTERING: &[Group] = &[
     csm_convolution::CsmConvolutionParams::GROUP.when("filter", &["csm-convolution"]),
     msm::MsmParams::GROUP.when("filter", &["msm"]),
     prefiltered_soft::PrefilteredSoftParams::GROUP.when("filter", &["prefiltered-soft"]),
+    rbsm::RbsmParams::GROUP.when("filter", &["rbsm"]),
 ];
 
 /// The filter that `filter` names.
@@ -187,6 +192,9 @@ pub static ALL: &[&Info] = &[
     &rtw::CUBE,
     &rtw::PARABOLOID,
     &imperfect_sm::INFO,
+    &edsm::INFO,
+    &sssm::INFO,
+    &rbsm::INFO,
     &rt_hard::INFO,
 ];
 
@@ -225,7 +233,7 @@ impl Info {
     /// Whether it aims at the mean visibility over a pixel, as filters do, and not at that of one sample: views and the
     /// window then show the averaged truth beside it ([`crate::truth::Samples::Auto`]).
     pub fn filters(&self, values: &Values) -> bool {
-        self.filter(values).is_some_and(|f| f.id != NEAREST.id)
+        self.filter(values).is_some_and(|f| (f.smooth)(values))
     }
 
     /// Views of its own with these values: its maps', then its filter's.
