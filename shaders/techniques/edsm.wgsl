@@ -118,7 +118,7 @@ fn inspect_map(s: Surface) -> f32 {
         if v.kept < 4u && v.mixed {
             return drawn(select(0u, 1u, on_grid(z)), 0.4 + 0.4 * v.lit);
         }
-        return zoomed_light(z, compare(r, z.place), v.lit);
+        return zoomed_light(z, compare_beside(r, z.place), v.lit);
     }
     if frame.map == shows_edge_use {
         if !s.valid || !faces_light(s) {

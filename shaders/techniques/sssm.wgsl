@@ -107,5 +107,5 @@ fn points_picture(pixel: vec2u) -> f32 {
             return drawn(select(7u, 0u, four[corners.x] != four[corners.y]), 1.0);
         }
     }
-    return zoomed_light(z, compare(r, z.place), light_in(r, z.place));
+    return zoomed_light(z, compare_beside(r, z.place), light_in(r, z.place));
 }

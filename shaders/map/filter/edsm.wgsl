@@ -110,7 +110,7 @@ fn look_at(r: Receiver, s: Surface, place: vec2f) -> EdgeLook {
     let share = place - 0.5 - low;
     var lit: vec4f;
     for (var i = 0u; i < 4u; i++) {
-        lit[i] = compare(r, low + 0.5 + vec2f(vec2u(i & 1u, i >> 1u)));
+        lit[i] = compare_beside(r, low + 0.5 + vec2f(vec2u(i & 1u, i >> 1u)));
     }
     let all_lit = dot(lit, vec4f(1.0));
     let mixed = all_lit > 0.0 && all_lit < 4.0;

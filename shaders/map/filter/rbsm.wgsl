@@ -13,7 +13,7 @@ fn walker(s: Surface, layer: u32) -> Receiver {
 }
 
 fn unlike(r: Receiver, texel: vec2f, c: f32) -> bool {
-    return !outside_map(r, texel) && compare(r, texel) != c;
+    return !outside_map(r, texel) && compare_beside(r, texel) != c;
 }
 
 // How far the run of a texel goes, texels: `last` texels of the run behind this one, and whether it ends where it meets what it is not.
@@ -30,7 +30,7 @@ fn walk(r: Receiver, texel: vec2f, by: vec2f, across: vec2f, beside: vec2<bool>,
         if outside_map(r, at) {
             return Walk(f32(i), false);
         }
-        if compare(r, at) != c {
+        if compare_beside(r, at) != c {
             return Walk(f32(i), true);
         }
         let low = beside.x && unlike(r, at - across, c);
@@ -72,7 +72,7 @@ fn revectorised(r: Receiver, texel: vec2f) -> Revectorised {
         v.lit = v.own;
         return v;
     }
-    let c = compare(r, texel);
+    let c = compare_beside(r, texel);
     let x = vec2f(1.0, 0.0);
     let y = vec2f(0.0, 1.0);
     let left = unlike(r, texel - x, c);

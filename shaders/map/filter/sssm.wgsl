@@ -33,7 +33,7 @@ fn edge_receiver(s: Surface, layer: u32) -> Receiver {
 fn four_around(r: Receiver, low: vec2f) -> vec4f {
     var four: vec4f;
     for (var i = 0u; i < 4u; i++) {
-        four[i] = compare(r, low + 0.5 + vec2f(vec2u(i & 1u, i >> 1u)));
+        four[i] = compare_beside(r, low + 0.5 + vec2f(vec2u(i & 1u, i >> 1u)));
     }
     return four;
 }
