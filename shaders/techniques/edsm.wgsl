@@ -126,7 +126,7 @@ fn inspect_map(s: Surface) -> f32 {
         }
         let r = edge_receiver(s, 0u);
         let v = look_at(r, s, r.texel);
-        return select(-1.0, label(select(0u, 2u, v.kept == 4u), 0.9), v.mixed);
+        return select(-1.0, label(select(0u, select(2u, 3u, v.edges == 1u), v.kept == 4u), 0.9), v.mixed);
     }
     return inspect_filter(s);
 }

@@ -46,7 +46,8 @@ pub const USE: View = view::map(
     "Pixels whose four texels are neither all lit nor all in shadow, so that an edge decides.",
     Drawn::Labels(Legend::Classes(&[
         Class::label(2, "by the silhouette"),
-        Class::label(0, "none is kept there: as the plain map has it"),
+        Class::label(3, "by one edge alone, where edges have numbers (exact corners)"),
+        Class::label(0, "by none: as the plain map has it"),
     ])),
 );
 

@@ -25,6 +25,8 @@ struct EdgeLook {
     // The four comparisons differ, and so many of the four texels keep an edge.
     mixed: bool,
     kept: u32,
+    // Of exact corners, how many edges they keep together.
+    edges: u32,
 }
 
 // Light at a signed distance, texels, positive in shadow.
@@ -54,15 +56,22 @@ fn combined(first: Segment, second: Segment, place: vec2f) -> f32 {
     return select(max(a.signed, b.signed), min(a.signed, b.signed), within(first, second) && within(second, first));
 }
 
-// The distance from the nearest edges among those that the four texels keep; `deep`: no edge that lies farther from the light than the
-// receiver's plane casts on it. Nothing: 1e9.
-fn nearest_edges(r: Receiver, s: Surface, place: vec2f, low: vec2i) -> f32 {
+struct FromEdges {
+    // 1e9: no edge.
+    signed: f32,
+    edges: u32,
+}
+
+// The distance from the nearest edges among those that the four texels keep. None that lies farther from the light than the receiver's
+// plane casts on it.
+fn nearest_edges(r: Receiver, s: Surface, place: vec2f, low: vec2i, lit: vec4f) -> FromEdges {
     let v = light_views[r.layer];
     let depth = depth_in(v, s.position);
     var numbers = vec2u(0u);
     var offs = vec2f(1e9);
     var first = nowhere;
     var second = nowhere;
+    var found = FromEdges(1e9, 0u);
     for (var i = 0u; i < 8u; i++) {
         let texel = low + vec2i(i32(i & 1u), i32(i >> 1u & 1u));
         var number = 0u;
@@ -84,6 +93,7 @@ fn nearest_edges(r: Receiver, s: Surface, place: vec2f, low: vec2i) -> f32 {
         }
         // At an end that two share, the one that decides there first.
         let off = b.off + 1e-3 * (b.off - abs(b.signed));
+        found.edges++;
         if off < offs.x {
             second = first;
             first = segment;
@@ -96,12 +106,28 @@ fn nearest_edges(r: Receiver, s: Surface, place: vec2f, low: vec2i) -> f32 {
         }
     }
     if !first.there {
-        return 1e9;
+        return found;
     }
+    for (var i = 0u; i < 4u && edsm.check != 0u; i++) {
+        let middle = vec2f(low + vec2i(i32(i & 1u), i32(i >> 1u))) + 0.5;
+        if !agrees(from_edges(first, second, middle), lit[i]) {
+            return found;
+        }
+    }
+    found.signed = from_edges(first, second, place);
+    return found;
+}
+
+fn from_edges(first: Segment, second: Segment, place: vec2f) -> f32 {
     if !second.there {
         return by_segment(first, place).signed;
     }
     return combined(first, second, place);
+}
+
+// Whether a distance says the same of a texel as its comparison; close to the edge the raster may have it either way.
+fn agrees(signed: f32, lit: f32) -> bool {
+    return abs(signed) < 0.05 || (signed > 0.0) == (lit == 0.0);
 }
 
 // The light at a place in the map for a receiver's plane.
@@ -116,19 +142,21 @@ fn look_at(r: Receiver, s: Surface, place: vec2f) -> EdgeLook {
     let mixed = all_lit > 0.0 && all_lit < 4.0;
     // The texel that the place lies in.
     let own = lit[u32(share.x >= 0.5) + 2u * u32(share.y >= 0.5)];
-    var look = EdgeLook(own, mixed, 0u);
+    var look = EdgeLook(own, mixed, 0u, 0u);
     if !mixed && edsm.softness <= 0.0 {
         return look;
     }
     var signed: vec4f;
     for (var i = 0u; i < 4u; i++) {
         let kept = kept_at(vec2i(low) + vec2i(i32(i & 1u), i32(i >> 1u)));
-        look.kept += u32(kept != 0u);
         signed[i] = bitcast<f32>(kept);
+        look.kept += u32(kept != 0u && (edsm.check == 0u || edsm.corners == corners_exact || agrees(signed[i], lit[i])));
     }
     var from_edge: f32;
     if edsm.corners == corners_exact {
-        from_edge = nearest_edges(r, s, place, vec2i(low));
+        let found = nearest_edges(r, s, place, vec2i(low), lit);
+        from_edge = found.signed;
+        look.edges = found.edges;
         look.kept = select(4u, 0u, from_edge == 1e9);
     } else {
         from_edge = mix(mix(signed.x, signed.y, share.x), mix(signed.z, signed.w, share.x), share.y);
