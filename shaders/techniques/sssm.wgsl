@@ -95,8 +95,8 @@ fn points_picture(pixel: vec2u) -> f32 {
     let here = z.place - 0.5 - low;
     let square = vec2i(low);
     let point = point_of(square);
-    if distance(here, point) < 0.1 {
-        return drawn(select(7u, 0u, has_point(square)), 1.0);
+    if distance(here, point) < 0.12 {
+        return drawn(select(7u, 1u, has_point(square)), 1.0);
     }
     for (var k = 0u; k < 4u; k++) {
         let to = point_beyond(square, k) - point;

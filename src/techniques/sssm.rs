@@ -57,8 +57,9 @@ pub static INFO: Info = Info {
                 "A few texels around the place that the probed pixel looks up: in their middles whether they are lit for its \
                  surface, around them the light that is reconstructed, and the lines between points that part the squares.",
                 Drawn::Labels(Legend::Classes(&[
-                    Class::label(0, "points of the silhouette, and lines that bound the shadow"),
-                    Class::label(7, "middles of squares without one, and lines that bound nothing"),
+                    Class::label(1, "points of the silhouette"),
+                    Class::label(0, "lines that bound the shadow"),
+                    Class::label(7, "middles of squares without a point, and lines that bound nothing"),
                     Class::label(8, "light"),
                 ])),
             ),
