@@ -169,6 +169,17 @@ fn compare(r: Receiver, texel: vec2f) -> f32 {
     return select(0.0, 1.0, depth_at(r, floor(texel) + 0.5) >= drawn_depth(r.layer, vec2u(texel)));
 }
 
+// One sample of a texel that lies off the receiver's place: compared where its light ray meets the receiver's plane, but never farther
+// from the light than the receiver itself, as behind an inner corner the plane runs on below other surfaces.
+fn compare_beside(r: Receiver, texel: vec2f) -> f32 {
+    if outside_map(r, texel) {
+        return beside(r, texel).lit;
+    }
+    let step = map_step(light_views[r.layer], r.clip, r.texel, floor(texel) + 0.5);
+    let rise = dot(r.plane, step) / max(1.0 - dot(r.bend, step), 0.1);
+    return select(0.0, 1.0, r.depth + max(rise, 0.0) >= drawn_depth(r.layer, vec2u(texel)));
+}
+
 // How far what is drawn at a place lies from the light, metres along the axis of the receiver's map.
 fn caster_depth(r: Receiver, texel: vec2f) -> f32 {
     if outside_map(r, texel) {

@@ -42,6 +42,8 @@ pub struct Filter {
     pub turns: Option<fn(&Values) -> bool>,
     /// Whether it draws the penumbras of a light that has a size, and compares once where it has none.
     pub sized: fn(&Values) -> bool,
+    /// Whether it aims at the mean visibility over a pixel, and not at that of one sample.
+    pub smooth: fn(&Values) -> bool,
     /// What it shows of itself.
     pub views: &'static [View],
 }
@@ -55,6 +57,7 @@ impl Filter {
         moments: None,
         turns: None,
         sized: |_| false,
+        smooth: |_| true,
         views: &[],
     };
 }

@@ -9,6 +9,7 @@ pub mod cascades;
 pub mod casters;
 mod clusters;
 pub mod conservative;
+pub mod edge_quads;
 pub mod faces;
 pub mod filter;
 pub mod fit;

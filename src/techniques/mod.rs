@@ -4,6 +4,7 @@ mod csm_conservative;
 mod csm_convolution;
 mod cube;
 mod dsm;
+mod edsm;
 mod dual_paraboloid;
 mod esm;
 mod evsm;
@@ -23,12 +24,14 @@ mod prefiltered_soft;
 mod psm;
 pub mod pssm;
 mod psv;
+mod rbsm;
 mod rt_hard;
 mod rtw;
 mod sdsm;
 mod shadow_map;
 mod shadow_volume;
 mod skewed_paraboloid;
+mod sssm;
 mod tsm;
 mod vsm;
 
@@ -90,6 +93,7 @@ pub const FILTERS: &[&Filter] = &[
     &csm_convolution::FILTER,
     &msm::FILTER,
     &prefiltered_soft::FILTER,
+    &rbsm::FILTER,
 ];
 pub const NEAREST: &Filter = &shadow_map::FILTER;
 
@@ -128,6 +132,7 @@ pub const FILTERING: &[Group] = &[
     csm_convolution::CsmConvolutionParams::GROUP.when("filter", &["csm-convolution"]),
     msm::MsmParams::GROUP.when("filter", &["msm"]),
     prefiltered_soft::PrefilteredSoftParams::GROUP.when("filter", &["prefiltered-soft"]),
+    rbsm::RbsmParams::GROUP.when("filter", &["rbsm"]),
 ];
 
 /// The filter that `filter` names.
@@ -192,6 +197,9 @@ pub static ALL: &[&Info] = &[
     &rtw::CUBE,
     &rtw::PARABOLOID,
     &imperfect_sm::INFO,
+    &edsm::INFO,
+    &sssm::INFO,
+    &rbsm::INFO,
     &shadow_volume::INFO,
     &shadow_volume::TRIANGLES,
     &psv::INFO,
@@ -236,7 +244,7 @@ impl Info {
     /// Whether it aims at the mean visibility over a pixel, as filters do, and not at that of one sample: views and the
     /// window then show the averaged truth beside it ([`crate::truth::Samples::Auto`]).
     pub fn filters(&self, values: &Values) -> bool {
-        self.filter(values).is_some_and(|f| f.id != NEAREST.id) || self.id == izb::INFO.id && izb::averages(values)
+        self.filter(values).is_some_and(|f| (f.smooth)(values)) || self.id == izb::INFO.id && izb::averages(values)
     }
 
     /// Views of its own with these values: its maps', then its filter's.

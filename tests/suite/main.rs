@@ -36,6 +36,7 @@ mod repeats;
 mod rtw;
 mod setup;
 mod shaders;
+mod silhouettes;
 mod stability;
 mod sweep;
 mod tables;

@@ -136,12 +136,28 @@ pub static ALL: &[Reproduction] = &[
     },
     Reproduction {
         id: "kenzel-5.5",
-        title: "Kenzel 2013, figure 5.5: percentage-closer filtering of a map that is far too coarse",
+        title: "Kenzel 2013, figure 5.5: percentage-closer filtering and edge distances in a map that is far too coarse",
         run: kenzel::coarse,
-        deviation: "He shows pictures without numbers; the third, EDSM, is not there yet. In the coarsest map the \
+        deviation: "He shows pictures without numbers. In the coarsest map the \
                     wide filter errs more than one comparison, since it blurs the shadows away. Where texels are \
                     smaller than pixels the narrow one has less than a pixel to average, and nears the error of a \
                     single ray.",
+    },
+    Reproduction {
+        id: "kenzel-5.2-5.4",
+        title: "Kenzel 2013, figures 5.2 to 5.4: time, primitives and fragments of methods that know the silhouette",
+        run: kenzel::cost,
+        deviation: "His figures are bar charts without numbers. He finds silhouettes in a geometry shader, which sees every \
+                    triangle of the scene a second time; ours are listed by a compute pass once a frame and drawn by two \
+                    triangles each, so that primitives grow by what the silhouette has. On a software adapter the quads' \
+                    fragments, each with nine reads of the map, weigh more than on his card.",
+    },
+    Reproduction {
+        id: "kenzel-artefacts",
+        title: "Kenzel 2013, figures 3.6, 3.7 and 5.6 to 5.8: what goes wrong with edge distances",
+        run: kenzel::artefacts,
+        deviation: "He shows pictures without numbers, of other scenes than ours, and proposes two of the remedies without \
+                    building them: quads after the projection, and a test for each edge by itself.",
     },
     Reproduction {
         id: "navratil-2.17",

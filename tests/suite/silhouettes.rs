@@ -1,0 +1,232 @@
+//! Silhouette maps against closed forms and rays.
+
+use crate::common::*;
+use crate::edges::box_of;
+use glam::{Vec2, Vec3, vec2, vec3};
+use shadowscope::frame::Renderer;
+use shadowscope::measure::metrics::FACING;
+use shadowscope::scene::Scene;
+use shadowscope::setup::Setup;
+use std::f32::consts::TAU;
+
+const TO_LIGHT: Vec3 = Vec3::new(0.3, 1.0, -0.9);
+const HEIGHT: f32 = 6.0;
+
+/// A floor seen from above, and flat polygons beside the view whose shadows fall into it.
+fn under_polygons(polygons: &[Vec<Vec2>]) -> Scene {
+    let at = |p: Vec2| vec3(p.x, HEIGHT, p.y);
+    let mut triangles = floor(Vec2::splat(-8.0), Vec2::splat(8.0), 0.0);
+    for p in polygons {
+        // Fans, seen from above counter-clockwise.
+        let middle = p.iter().sum::<Vec2>() / p.len() as f32;
+        for (k, q) in p.iter().enumerate() {
+            triangles.push([at(middle), at(p[(k + 1) % p.len()]), at(*q)]);
+        }
+    }
+    let view = camera(vec3(0.0, 5.4, 0.02), Vec3::ZERO);
+    scene(vec![mesh(&triangles, 0)], vec![material(Vec3::ONE)], view, sun(TO_LIGHT))
+}
+
+/// Where the light's ray of a place on the floor passes the polygons' plane.
+fn above(p: Vec2) -> Vec2 {
+    let d = TO_LIGHT * (HEIGHT / TO_LIGHT.y);
+    p + vec2(d.x, d.z)
+}
+
+fn inside(polygon: &[Vec2], p: Vec2) -> bool {
+    let crossings = (0..polygon.len()).filter(|k| {
+        let (a, b) = (polygon[*k], polygon[(k + 1) % polygon.len()]);
+        (a.y > p.y) != (b.y > p.y) && p.x < a.x + (p.y - a.y) / (b.y - a.y) * (b.x - a.x)
+    });
+    crossings.count() % 2 == 1
+}
+
+/// Pixels that are wrong by the closed form, and all of the floor.
+fn wrong(r: &mut Renderer, s: &mut Setup, polygons: &[Vec<Vec2>], technique: &str, sets: &[&str]) -> [u32; 2] {
+    select(s, technique, sets);
+    r.render(s, ask(s)).unwrap();
+    let (mask, at) = (r.read_mask().unwrap(), r.read_position().unwrap());
+    let seen = r.read_visibility().unwrap();
+    let mut found = [0; 2];
+    for ((_, p), v) in mask.iter().zip(&at).zip(&seen).filter(|((m, p), _)| **m == FACING && p[1] < 0.1) {
+        let lit = !polygons.iter().any(|polygon| inside(polygon, above(vec2(p[0], p[2]))));
+        found[0] += ((*v > 0.5) != lit) as u32;
+        found[1] += 1;
+    }
+    found
+}
+
+/// Convex polygons of several sizes and a star with points of 40°, apart from one another, where their shadows are in view.
+fn shapes() -> Vec<Vec<Vec2>> {
+    let mut random = Random(7);
+    let mut shapes: Vec<Vec<Vec2>> = (0..11)
+        .map(|i| {
+            let center = above(vec2((i % 4) as f32 - 1.5, (i / 4) as f32 - 1.0) * 1.15);
+            let (n, turn) = (3 + i % 4, random.next() * TAU);
+            let corner = |k: usize| Vec2::from_angle(turn - TAU * k as f32 / n as f32);
+            (0..n).map(|k| center + corner(k) * (0.36 + 0.12 * random.next())).collect()
+        })
+        .collect();
+    let center = above(vec2(1.5, 1.0) * 1.15);
+    shapes.push((0..10).map(|k| center + Vec2::from_angle(-TAU * k as f32 / 10.0) * [0.5, 0.2][k % 2]).collect());
+    shapes
+}
+
+const MAP: &str = "resolution=96";
+
+/// Silhouettes decide nearly all pixels that a plain map of the same size gets wrong; corners need more than one distance.
+#[test]
+fn silhouettes_straighten_polygons() {
+    let shapes = shapes();
+    let (mut r, mut s) = start(under_polygons(&shapes), [320, 240]);
+    assert_eq!(wrong(&mut r, &mut s, &shapes, "rt-hard", &[])[0], 0);
+    let mut share = |technique: &str, sets: &[&str]| {
+        let [bad, all] = wrong(&mut r, &mut s, &shapes, technique, &[&["resolution=192"], sets].concat());
+        println!("{technique} {sets:?}: {bad} of {all}");
+        assert!(all > 15000);
+        bad as f32 / all as f32
+    };
+    let plain = share("shadow-map", &[]);
+    let rounded = share("edsm", &[]);
+    let exact = share("edsm", &["corners=exact"]);
+    let sssm = share("sssm", &[]);
+    let mid = share("sssm", &["store=mid"]);
+    let lines = share("rbsm", &[]);
+    assert!(plain > 0.005, "{plain}");
+    assert!(10.0 * rounded < plain, "{rounded} {plain}");
+    assert!(40.0 * exact < plain && exact <= rounded, "{exact} {plain}");
+    assert!(10.0 * sssm < plain && sssm < mid && mid < plain, "{sssm} {mid} {plain}");
+    assert!(lines < 0.6 * plain, "{lines} {plain}");
+    // The orders in which distances win, from the best to the worst (Kenzel's figures 3.6 and 3.7).
+    let by = ["segment", "seed", "min", "order"].map(|p| share("edsm", &["check=false", &format!("priority={p}")]));
+    assert!(by.windows(2).all(|w| w[0] < w[1]), "{by:?}");
+    // Half the four texels around an edge keep nothing of quads that are too thin.
+    let thin = share("edsm", &["reach=0.5"]);
+    assert!(thin > 3.0 * rounded && thin < 1.05 * plain, "{thin} {plain}");
+}
+
+/// Tips of ten degrees: each of the two edges tested by itself.
+#[test]
+fn exact_corners_beat_rounded_ones() {
+    let (mut r, mut s) = built_in("st-corner", [160, 100]);
+    let mut share = |technique: &str, sets: &[&str]| {
+        let e = errors(&mut r, &mut s, technique, &[&["resolution=256"], sets].concat());
+        println!("{technique} {sets:?}: {} + {}", e.lit_incorrect, e.shadow_incorrect);
+        e.lit_incorrect + e.shadow_incorrect
+    };
+    let [plain, rounded, exact] =
+        [share("shadow-map", &[]), share("edsm", &[]), share("edsm", &["corners=exact"])];
+    assert!(2 * rounded < plain && 3 * exact < rounded, "{plain} {rounded} {exact}");
+}
+
+/// Half planes of all slopes: lines take away two thirds of what steps get wrong, and where they may only darken, no shadow shrinks.
+#[test]
+fn lines_replace_steps() {
+    let mut sums = [0; 2];
+    for slope in [-0.5f32, -0.3, -0.15, 0.07, 0.2, 0.35, 0.6] {
+        let along = vec2(1.0, slope).normalize();
+        let across = along.perp();
+        let p = |x: f32, y: f32| above(along * x + across * y);
+        let half = vec![vec![p(-5.0, 0.0), p(5.0, 0.0), p(5.0, -4.0), p(-5.0, -4.0)]];
+        let (mut r, mut s) = start(under_polygons(&half), [160, 120]);
+        let mut bad = |technique, sets: &[&str]| {
+            let bad = wrong(&mut r, &mut s, &half, technique, &[&[MAP], sets].concat())[0];
+            (bad, r.read_visibility().unwrap())
+        };
+        let (plain, _) = bad("shadow-map", &["receiver_plane=true"]);
+        let (lines, seen) = bad("rbsm", &[]);
+        println!("slope {slope}: {plain}, {lines}");
+        sums = [sums[0] + plain, sums[1] + lines];
+        let (_, darker) = bad("rbsm", &["change=conservative"]);
+        assert!(darker.iter().zip(&seen).all(|(d, s)| d <= s) && darker != seen, "{slope}");
+        let (short, _) = bad("rbsm", &["walk=1"]);
+        assert!(short > lines, "{slope}: {short} {lines}");
+        let (edge, _) = bad("edsm", &[]);
+        assert!(30 * edge <= plain.max(30), "{slope}: {edge}");
+    }
+    assert!(sums[1] * 20 < sums[0] * 9, "{sums:?}");
+}
+
+/// In a spot's light quads that get their width in space are too thin far from the lamp: pixels fall back to the plain map.
+#[test]
+fn far_quads_are_thin() {
+    let mut triangles = floor(Vec2::new(-3.0, -3.0), Vec2::new(3.0, 30.0), 0.0);
+    for z in [2.0, 9.0, 16.0] {
+        triangles.extend(box_of(vec3(-0.4, 0.0, z), vec3(0.4, 0.9, z + 0.5)));
+    }
+    let light = spot(vec3(0.0, 6.0, -4.0), vec3(0.0, 0.0, 12.0), 35.0);
+    let view = camera(vec3(3.0, 5.0, 4.0), vec3(0.0, 0.0, 14.0));
+    let scene = scene(vec![mesh(&triangles, 0)], vec![material(Vec3::ONE)], view, light);
+    let (mut r, mut s) = start(scene, [160, 120]);
+    s.view = "edge-use".into();
+    let mut without = |sets: &[&str]| {
+        select(&mut s, "edsm", &[&["resolution=256", "check=false"], sets].concat());
+        r.render(&s, ask(&s)).unwrap();
+        let map = r.read_map().unwrap();
+        let none = map.iter().filter(|x| (0.0..1.0).contains(*x)).count();
+        (none, map.iter().filter(|x| (2.0..4.0).contains(*x)).count())
+    };
+    let (screen, world) = (without(&[]), without(&["quads_in=world"]));
+    assert!(20 * screen.0 < screen.1 && world.0 > 4 * screen.0 + 20, "{screen:?} {world:?}");
+}
+
+/// Straight edges: pixels whose four texels keep one and the same edge.
+#[test]
+fn straight_edges_are_exact() {
+    straight_edges("blocks", [400, 250], 60);
+    straight_edges("pavilion", [200, 125], 60);
+}
+
+fn straight_edges(scene: &str, size: [u32; 2], least: usize) {
+    let (mut r, mut s) = built_in(scene, size);
+    let map = "resolution=512";
+    select(&mut s, "rt-hard", &[]);
+    r.render(&s, ask(&s)).unwrap();
+    let truth = r.read_visibility().unwrap();
+    s.view = "edge-use".into();
+    select(&mut s, "edsm", &[map, "corners=exact"]);
+    r.render(&s, ask(&s)).unwrap();
+    let facing = r.read_mask().unwrap();
+    let straight: Vec<bool> =
+        r.read_map().unwrap().iter().zip(&facing).map(|(x, m)| (3.0..4.0).contains(x) && *m == FACING).collect();
+    s.view = "shaded".into();
+    let mut bad = |technique: &str, sets: &[&str]| {
+        select(&mut s, technique, &[&[map], sets].concat());
+        r.render(&s, ask(&s)).unwrap();
+        let seen = r.read_visibility().unwrap();
+        let all = seen.iter().zip(&truth).zip(&straight).filter(|((v, t), here)| **here && (*v - **t).abs() > 0.5);
+        let bad = all.count();
+        println!("{scene} {technique} {sets:?}: {bad}");
+        bad
+    };
+    let plain = bad("shadow-map", &[]);
+    assert!(plain > least, "{plain}");
+    assert!(10 * bad("edsm", &["corners=exact"]) <= plain);
+    assert!(10 * bad("edsm", &[]) <= plain);
+    assert!(10 * bad("sssm", &[]) <= plain);
+    // Most edges run slantwise over the map, where runs are a texel long and lines gain little.
+    assert!(bad("rbsm", &[]) < plain);
+}
+
+/// What the mesh breaks is told; a closed one has nothing to tell.
+#[test]
+fn broken_meshes_are_told() {
+    let cube = box_of(vec3(-0.5, 1.0, -0.5), vec3(0.5, 2.0, 0.5));
+    let ground = box_of(vec3(-4.0, -0.1, -4.0), vec3(4.0, 0.0, 4.0));
+    let view = camera(vec3(0.0, 4.0, 6.0), Vec3::ZERO);
+    let notes = |triangles: &[[Vec3; 3]], technique: &str| {
+        let all = [&ground[..], triangles].concat();
+        let (mut r, mut s) = start(scene(vec![mesh(&all, 0)], vec![material(Vec3::ONE)], view, sun(TO_LIGHT)), [64, 48]);
+        let e = errors(&mut r, &mut s, technique, &["resolution=256"]);
+        assert!(e.rmse < 0.1, "{e:?}");
+        r.notes().unwrap().join(" ")
+    };
+    for technique in ["edsm", "sssm"] {
+        assert_eq!(notes(&cube, technique), "");
+        assert!(notes(&cube[..10], technique).contains("4 edges belong to one triangle only"));
+        let doubled = [&cube[..], &cube[..1]].concat();
+        assert!(notes(&doubled, technique).contains("3 edges belong to more than two"));
+        let flat = [&cube[..], &[[Vec3::ZERO, Vec3::ZERO, Vec3::ONE]]].concat();
+        assert!(notes(&flat, technique).contains("1 triangles without an area"));
+    }
+}
