@@ -26,7 +26,8 @@ fn side_line(index: u32, a: vec3f, b: vec3f) -> Line {
 @fragment
 fn draw_lines(in: Line) -> @location(0) vec4f {
     let surface = textureLoad(g_position, vec2u(in.clip.xy), 0).w;
-    let hidden = surface > 0.0 && 1.0 > surface * 1.003 * in.clip.w;
+    // Depth, near over the distance along the axis, is 0 at infinity.
+    let hidden = surface > 0.0 && frame.near > surface * 1.003 * in.clip.z;
     return vec4f(select(1.0, 0.2, hidden));
 }
 
