@@ -430,10 +430,15 @@ fn shape_of(t: Caster) -> Shape {
     let scale = 1.0 + h * (sides.x + sides.y + sides.z) / max(area, 1e-12);
     let width = area / max(longest, 1e-12);
     let spiked = !(0.5 * area * scale * scale < (longest + 2.0 * h) * (width + 2.0 * h)) || width < 1e-3 || min(min(sides.x, sides.y), sides.z) < 1e-3;
-    // Wholly between the near and the far plane, also where it is grown: without spikes and as wide corners move by less than 1.5 times its longest side.
-    let more = rise(t.slope) + length(t.slope) * (1.5 * longest + 4.0 * h);
-    let plain = !spiked && width >= 2.0 && t.ends.x + more < 1.0 && t.ends.y - more > 0.0;
-    return Shape(line_of(t.a, t.b, turned), line_of(t.b, t.c, turned), line_of(t.c, t.a, turned), spiked, plain);
+    let x = line_of(t.a, t.b, turned);
+    let y = line_of(t.b, t.c, turned);
+    let z = line_of(t.c, t.a, turned);
+    // Corners of 37° and more move by less than 3.2 times the shift.
+    let blunt = 1.0 + min(min(dot(x.xy, y.xy), dot(y.xy, z.xy)), dot(z.xy, x.xy)) >= 0.2;
+    // Wholly between the near and the far plane, also where it is grown.
+    let more = rise(t.slope) + 3.2 * h * length(t.slope);
+    let plain = blunt && !spiked && width >= 2.0 && t.ends.x + more < 1.0 && t.ends.y - more > 0.0;
+    return Shape(x, y, z, spiked, plain);
 }
 
 // Where the lines n and m meet, moved inwards by h.x and h.y, seen from where they meet unmoved.
