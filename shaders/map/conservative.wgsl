@@ -5,9 +5,8 @@
 // the nearest depth it has there; and casters shrunk, so that a texel holds one only where casters cover all of it, and then the
 // farthest depth they have there.
 //
-// Instead of moving corners inwards, each texel that a caster's middle falls on asks whether its square lies within the
-// caster: within lines moved inwards. Beyond an edge behind which a neighbour casts too the neighbour must hold the rest of the
-// square (`adjacency`); around a corner all casters that meet there may (`fan`).
+// Shrunk casters are drawn with their edges moved inwards. Along an edge behind which a neighbour casts too each texel asks
+// whether the neighbour holds the rest of its square (`adjacency`), or all casters that meet at a corner do (`fan`).
 //
 // Places are texels of the map from its upper left corner, depths the light view's stored ones: both are affine along a plane,
 // perspective or not.
@@ -46,6 +45,8 @@ struct Beyond {
 // Closed bodies' casters from the first on, the others from the last.
 var<storage, read_write> casters: array<Caster>;
 var<storage, read_write> beyond: array<Beyond>;
+// Edges behind which a neighbour casts: their casters × 4 + the edge.
+var<storage, read_write> bands: array<u32>;
 // Of each triangle that casts and whose lit side may be seen: change of depth per texel, nearest depth, and 1; else 0.
 var<storage, read_write> own_planes: array<vec4f>;
 struct Gathered {
@@ -53,6 +54,8 @@ struct Gathered {
     casters: array<atomic<u32>, 4>,
     // The box around all that the picture shows: -low and high, as words that grow with the number.
     seen: array<atomic<u32>, 6>,
+    // Edges behind which a neighbour casts.
+    bands: atomic<u32>,
 }
 
 var<storage, read_write> gathered: Gathered;
@@ -147,6 +150,14 @@ fn add(caster: Caster, closed: bool, other: Beyond) {
     casters[at] = caster;
     if conservative.mode != mode_none {
         beyond[at] = other;
+        for (var k = 0u; k < 3u; k++) {
+            if (caster.bits & (1u << k)) != 0u {
+                let band = atomicAdd(&gathered.bands, 1u);
+                if band < arrayLength(&bands) {
+                    bands[band] = 4u * at + k;
+                }
+            }
+        }
     }
 }
 
@@ -337,21 +348,26 @@ fn look_around(@builtin(global_invocation_id) id: vec3u) {
     fans_around[i] = vec4f(reach, steepest, far, select(0.0, select(-1.0, 1.0, sign > 0.0), whole));
 }
 
-// Draws: grown casters of closed bodies, grown others, shrunk of closed bodies, shrunk others.
+// Draws: a triangle of each caster of closed bodies, of each other; two of each; two of each band.
 var<storage, read_write> draws: array<u32>;
+
+fn arrange_draw(i: u32, first: u32, count: u32) {
+    draws[4u * i] = count;
+    draws[4u * i + 1u] = 1u;
+    draws[4u * i + 2u] = first;
+    draws[4u * i + 3u] = 0u;
+}
 
 @compute @workgroup_size(1)
 fn arrange() {
     let room = arrayLength(&casters);
-    let counts = vec2u(atomicLoad(&gathered.casters[0]), atomicLoad(&gathered.casters[1]));
-    for (var k = 0u; k < 4u; k++) {
-        let each = select(3u, 6u, k < 2u);
-        let n = counts[k % 2u];
-        draws[4u * k] = each * n;
-        draws[4u * k + 1u] = 1u;
-        draws[4u * k + 2u] = select(0u, each * (room - n), k % 2u == 1u);
-        draws[4u * k + 3u] = 0u;
-    }
+    let closed = atomicLoad(&gathered.casters[0]);
+    let others = atomicLoad(&gathered.casters[1]);
+    arrange_draw(0u, 0u, 3u * closed);
+    arrange_draw(1u, 3u * (room - others), 3u * others);
+    arrange_draw(2u, 0u, 6u * closed);
+    arrange_draw(3u, 6u * (room - others), 6u * others);
+    arrange_draw(4u, 0u, 6u * min(atomicLoad(&gathered.bands), arrayLength(&bands)));
 }
 
 // Rounding of places, and what the rasteriser moves corners by, texels.
@@ -382,12 +398,86 @@ fn line_of(a: vec2f, b: vec2f, turned: f32) -> vec3f {
     return vec3f(n, -dot(n, a));
 }
 
-fn clip_of(at: vec2f) -> vec4f {
+fn clip_of(at: vec2f, depth: f32) -> vec4f {
     let side = light_view.resolution;
-    return vec4f(2.0 * at.x / side - 1.0, 1.0 - 2.0 * at.y / side, 0.5, 1.0);
+    return vec4f(2.0 * at.x / side - 1.0, 1.0 - 2.0 * at.y / side, depth, 1.0);
 }
 
 var<storage, read> drawn: array<Caster>;
+
+// A caster's edges as lines, and how it is drawn.
+struct Shape {
+    x: vec3f,
+    y: vec3f,
+    z: vec3f,
+    // Moved outwards its edges would meet far away.
+    spiked: bool,
+    // It is drawn as it is, moved outwards: so wide that its depth there lies little beyond its own range.
+    plain: bool,
+}
+
+// By how much depth may differ within a texel from that at its middle.
+fn rise(slope: vec2f) -> f32 {
+    return select(0.0, half_square() * (abs(slope.x) + abs(slope.y)), conservative.conservative_depth != 0u);
+}
+
+fn shape_of(t: Caster) -> Shape {
+    let turned = select(-1.0, 1.0, doubled_area(t.a, t.b, t.c) > 0.0);
+    let sides = vec3f(distance(t.a, t.b), distance(t.b, t.c), distance(t.c, t.a));
+    let longest = max(max(sides.x, sides.y), sides.z);
+    let area = abs(doubled_area(t.a, t.b, t.c));
+    let h = shift_most();
+    let scale = 1.0 + h * (sides.x + sides.y + sides.z) / max(area, 1e-12);
+    let width = area / max(longest, 1e-12);
+    let spiked = !(0.5 * area * scale * scale < (longest + 2.0 * h) * (width + 2.0 * h)) || width < 1e-3 || min(min(sides.x, sides.y), sides.z) < 1e-3;
+    let x = line_of(t.a, t.b, turned);
+    let y = line_of(t.b, t.c, turned);
+    let z = line_of(t.c, t.a, turned);
+    // Corners of 37° and more move by less than 3.2 times the shift.
+    let blunt = 1.0 + min(min(dot(x.xy, y.xy), dot(y.xy, z.xy)), dot(z.xy, x.xy)) >= 0.2;
+    // Wholly between the near and the far plane, also where it is grown.
+    let more = rise(t.slope) + 3.2 * h * length(t.slope);
+    let plain = blunt && !spiked && width >= 2.0 && t.ends.x + more < 1.0 && t.ends.y - more > 0.0;
+    return Shape(x, y, z, spiked, plain);
+}
+
+// Where the lines n and m meet, moved inwards by h.x and h.y, seen from where they meet unmoved.
+fn moved(n: vec2f, m: vec2f, h: vec2f) -> vec2f {
+    let determinant = n.x * m.y - n.y * m.x;
+    return vec2f(h.x * m.y - h.y * n.y, h.y * n.x - h.x * m.x) / select(determinant, 1e-12, determinant == 0.0);
+}
+
+// The corner k of a caster with its edges moved by the share `by` of their shift: outwards -1, inwards 1.
+fn moved_corner(t: Caster, s: Shape, k: u32, by: f32) -> vec2f {
+    let n = select(select(s.y.xy, s.x.xy, k == 1u), s.z.xy, k == 0u);
+    let m = select(select(s.z.xy, s.y.xy, k == 1u), s.x.xy, k == 0u);
+    let corner = select(select(t.c, t.b, k == 1u), t.a, k == 0u);
+    return corner + moved(n, m, by * vec2f(shift(n), shift(m)));
+}
+
+// Casters that are drawn without a look at each texel.
+@vertex
+fn grow_plain(@builtin(vertex_index) index: u32) -> @builtin(position) vec4f {
+    let t = drawn[index / 3u];
+    let s = shape_of(t);
+    let at = moved_corner(t, s, index % 3u, -1.0);
+    let depth = t.depth + dot(t.slope, at - t.a) + rise(t.slope);
+    return select(vec4f(0.0, 0.0, 0.5, 1.0), clip_of(at, depth), s.plain);
+}
+
+// What each caster covers wholly by itself.
+@vertex
+fn shrink(@builtin(vertex_index) index: u32) -> @builtin(position) vec4f {
+    let t = drawn[index / 3u];
+    let s = shape_of(t);
+    let k = index % 3u;
+    let at = moved_corner(t, s, k, 1.0);
+    // Of a small one nothing is left: where two moved edges meet lies beyond the third.
+    let third = select(select(s.x, s.z, k == 1u), s.y, k == 0u);
+    let left = dot(third, vec3f(at, 1.0)) > shift(third.xy) && (t.bits & 64u) != 0u;
+    let depth = t.depth + dot(t.slope, at - t.a) - rise(t.slope);
+    return select(vec4f(0.0, 0.0, 0.5, 1.0), clip_of(at, depth), left);
+}
 
 struct Grown {
     @builtin(position) clip: vec4f,
@@ -402,59 +492,49 @@ struct Grown {
     @location(5) @interpolate(flat, either) rest: vec4f,
 }
 
-// Two triangles that hold all texels whose squares a caster touches: its own with each edge moved outwards, or, where that has
-// spikes, the box along its longest side.
+// The other casters: two triangles that hold all texels whose squares one touches. Its own with each edge moved outwards, or, where
+// that has spikes, the box along its longest side.
 @vertex
 fn grow(@builtin(vertex_index) index: u32) -> Grown {
     let t = drawn[index / 6u];
-    let turned = select(-1.0, 1.0, doubled_area(t.a, t.b, t.c) > 0.0);
-    let x = line_of(t.a, t.b, turned);
-    let y = line_of(t.b, t.c, turned);
-    let z = line_of(t.c, t.a, turned);
+    let s = shape_of(t);
     let h = shift_most();
     let k = index % 6u;
     let aside = conservative.eta * 0.5 + spare_texels();
     let low = min(min(t.a, t.b), t.c) - aside;
     let high = max(max(t.a, t.b), t.c) + aside;
-
-    let sides = vec3f(distance(t.a, t.b), distance(t.b, t.c), distance(t.c, t.a));
-    let longest = max(max(sides.x, sides.y), sides.z);
-    let area = abs(doubled_area(t.a, t.b, t.c));
-    let scale = 1.0 + h * (sides.x + sides.y + sides.z) / max(area, 1e-12);
-    let width = area / max(longest, 1e-12);
-    let spiked = !(0.5 * area * scale * scale < (longest + 2.0 * h) * (width + 2.0 * h)) || width < 1e-3 || min(min(sides.x, sides.y), sides.z) < 1e-3;
     var at = t.a;
-    if spiked {
+    if s.spiked {
         // Along the longest side.
-        var from_corner = t.a;
-        var to_corner = t.b;
+        let sides = vec3f(distance(t.a, t.b), distance(t.b, t.c), distance(t.c, t.a));
+        let longest = max(max(sides.x, sides.y), sides.z);
+        var start = t.a;
+        var end = t.b;
         var tip = t.c;
         if sides.y >= longest {
-            from_corner = t.b;
-            to_corner = t.c;
+            start = t.b;
+            end = t.c;
             tip = t.a;
         } else if sides.z >= longest {
-            from_corner = t.c;
-            to_corner = t.a;
+            start = t.c;
+            end = t.a;
             tip = t.b;
         }
-        let u = select(vec2f(1.0, 0.0), (to_corner - from_corner) / max(longest, 1e-12), longest > 1e-6);
+        let u = select(vec2f(1.0, 0.0), (end - start) / max(longest, 1e-12), longest > 1e-6);
         let off = vec2f(-u.y, u.x);
-        let along = vec3f(0.0, dot(to_corner - from_corner, u), dot(tip - from_corner, u));
-        let across = vec2f(0.0, dot(tip - from_corner, off));
+        let along = vec3f(0.0, dot(end - start, u), dot(tip - start, u));
+        let across = vec2f(0.0, dot(tip - start, off));
         let first = vec2f(min(min(along.x, along.y), along.z), min(across.x, across.y)) - h;
         let last = vec2f(max(max(along.x, along.y), along.z), max(across.x, across.y)) + h;
         let right = k == 1u || k == 2u || k == 4u;
         let upper = k == 2u || k == 4u || k == 5u;
         let place = vec2f(select(first.x, last.x, right), select(first.y, last.y, upper));
-        at = from_corner + place.x * u + place.y * off;
+        at = start + place.x * u + place.y * off;
     } else if k < 3u {
-        let n = select(select(y.xy, x.xy, k == 1u), z.xy, k == 0u);
-        let m = select(select(z.xy, y.xy, k == 1u), x.xy, k == 0u);
-        let corner = select(select(t.c, t.b, k == 1u), t.a, k == 0u);
-        at = corner - h * (n + m) / max(1.0 + dot(n, m), 1e-6);
+        at = moved_corner(t, s, k, -1.0);
     }
-    return Grown(clip_of(at), x, y, z, vec4f(low, high), vec4f(t.a, t.depth, 0.0), vec4f(t.slope, t.ends));
+    let clip = select(clip_of(at, 0.5), vec4f(0.0, 0.0, 0.5, 1.0), s.plain);
+    return Grown(clip, s.x, s.y, s.z, vec4f(low, high), vec4f(t.a, t.depth, 0.0), vec4f(t.slope, t.ends));
 }
 
 @fragment
@@ -464,10 +544,7 @@ fn keep_grown(in: Grown) -> @builtin(frag_depth) f32 {
     if outside || any(p.xy < in.extent.xy) || any(p.xy > in.extent.zw) {
         discard;
     }
-    var depth = in.plane.z + dot(in.rest.xy, p.xy - in.plane.xy);
-    if conservative.conservative_depth != 0u {
-        depth += half_square() * (abs(in.rest.x) + abs(in.rest.y));
-    }
+    let depth = in.plane.z + dot(in.rest.xy, p.xy - in.plane.xy) + rise(in.rest.xy);
     return saturate(clamp(depth, in.rest.w, in.rest.z));
 }
 
@@ -478,51 +555,38 @@ struct Shrunk {
     @location(0) @interpolate(flat, either) a: vec4f,
     @location(1) @interpolate(flat, either) b: vec4f,
     @location(2) @interpolate(flat, either) c: vec4f,
-    @location(3) @interpolate(flat, either) rest: vec4f,
-    @location(4) @interpolate(flat, either) x: vec4f,
-    @location(5) @interpolate(flat, either) y: vec4f,
-    @location(6) @interpolate(flat, either) z: vec4f,
-    @location(7) @interpolate(flat, either) ends: vec4f,
-    @location(8) @interpolate(flat, either) around_a: vec4f,
-    @location(9) @interpolate(flat, either) around_b: vec4f,
-    @location(10) @interpolate(flat, either) around_c: vec4f,
+    @location(3) @interpolate(flat, either) x: vec4f,
+    @location(4) @interpolate(flat, either) y: vec4f,
+    @location(5) @interpolate(flat, either) z: vec4f,
+    @location(6) @interpolate(flat, either) ends: vec4f,
+    @location(7) @interpolate(flat, either) around_a: vec4f,
+    @location(8) @interpolate(flat, either) around_b: vec4f,
+    @location(9) @interpolate(flat, either) around_c: vec4f,
 }
 
-fn shrunk_corner(index: u32) -> Shrunk {
-    let t = drawn[index / 3u];
-    var corner = t.a;
-    corner = select(corner, t.b, index % 3u == 1u);
-    corner = select(corner, t.c, index % 3u == 2u);
-    var s: Shrunk;
-    // What is masked, or cut, covers nothing for certain.
-    s.clip = select(vec4f(0.0, 0.0, 0.5, 1.0), clip_of(corner), (t.bits & 64u) != 0u);
-    s.a = vec4f(t.a, t.depth, bitcast<f32>(t.bits | 0x40000000u));
-    s.b = vec4f(t.b, t.slope);
-    s.c = vec4f(t.c, t.ends);
-    return s;
-}
+var<storage, read> bands_drawn: array<u32>;
 
+// Two triangles along an edge behind which a neighbour casts: the texels there that cross it.
 @vertex
-fn shrink(@builtin(vertex_index) index: u32) -> Shrunk {
-    return shrunk_corner(index);
-}
-
-@vertex
-fn shrink_beside(@builtin(vertex_index) index: u32) -> Shrunk {
-    var s = shrunk_corner(index);
-    let other = beyond_drawn[index / 3u];
-    s.x = other.sides[0];
-    s.y = other.sides[1];
-    s.z = other.sides[2];
-    s.ends = other.ends;
-    s.around_a = other.around[0];
-    s.around_b = other.around[1];
-    s.around_c = other.around[2];
-    return s;
-}
-
-fn farthest(slope: vec2f) -> f32 {
-    return select(0.0, half_square() * (abs(slope.x) + abs(slope.y)), conservative.conservative_depth != 0u);
+fn shrink_band(@builtin(vertex_index) index: u32) -> Shrunk {
+    let band = bands_drawn[index / 6u];
+    let t = drawn[band >> 2u];
+    let other = beyond_drawn[band >> 2u];
+    let edge = band & 3u;
+    let start = select(select(t.c, t.b, edge == 1u), t.a, edge == 0u);
+    let end = select(select(t.a, t.c, edge == 1u), t.b, edge == 0u);
+    let turned = select(-1.0, 1.0, doubled_area(t.a, t.b, t.c) > 0.0);
+    let inwards = line_of(start, end, turned).xy;
+    let u = (end - start) / max(distance(start, end), 1e-12);
+    let h = shift_most();
+    let k = index % 6u;
+    let right = k == 1u || k == 2u || k == 4u;
+    let inner = k == 2u || k == 4u || k == 5u;
+    // A little beyond the edge, so that no texel on it is lost between the two.
+    let at = select(start - h * u, end + h * u, right) + select(-0.02, h, inner) * inwards;
+    return Shrunk(
+        clip_of(at, 0.5), vec4f(t.a, t.depth, bitcast<f32>(t.bits | 0x40000000u)), vec4f(t.b, t.slope), vec4f(t.c, t.ends),
+        other.sides[0], other.sides[1], other.sides[2], other.ends, other.around[0], other.around[1], other.around[2]);
 }
 
 // Whether a texel's square lies within the neighbour across the edge ab, but for that edge: within the lines to its opposite
@@ -548,11 +612,8 @@ fn keep_shrunk(in: Shrunk) -> @builtin(frag_depth) f32 {
     let z = line_of(in.c.xy, in.a.xy, turned);
     let crossed = vec3<bool>(dot(x, p) < shift(x.xy), dot(y, p) < shift(y.xy), dot(z, p) < shift(z.xy));
     let at = in.a.z + dot(in.b.zw, p.xy - in.a.xy);
-    var depth = clamp(at - farthest(in.b.zw), in.c.w, in.c.z);
+    var depth = clamp(at - rise(in.b.zw), in.c.w, in.c.z);
     if any(crossed) {
-        if conservative.mode == mode_none {
-            discard;
-        }
         let bits = bitcast<u32>(in.a.w);
         var held = false;
         if u32(crossed.x) + u32(crossed.y) + u32(crossed.z) == 1u {
@@ -578,7 +639,7 @@ fn keep_shrunk(in: Shrunk) -> @builtin(frag_depth) f32 {
             }
             start_depth += dot(in.b.zw, first - in.a.xy);
             held = (bits & (1u << edge)) != 0u && holds_rest(p, first, second, side.xy, turned);
-            let other = start_depth + dot(side.zw, p.xy - first) - farthest(side.zw);
+            let other = start_depth + dot(side.zw, p.xy - first) - rise(side.zw);
             depth = select(depth, min(depth, max(other, end)), held);
         }
         if !held && conservative.mode == mode_fan {

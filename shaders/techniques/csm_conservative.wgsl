@@ -45,14 +45,14 @@ fn answers(s: Surface, light: LightSample) -> Answers {
     let spare = spare_depth(v, s);
     // Depth is reversed, and 0 where nothing is.
     let far = linear_depth(v, max(closed, others));
-    var grown_lit = (closed <= 0.0 || linear_depth(v, closed) > z + spare);
+    var grown_lit = closed <= 0.0 || linear_depth(v, closed) > z + spare;
     var compared = z + spare;
-    let own = own_planes[s.triangle];
-    if own.w > 0.0 && conservative.self_plane != 0u {
+    if conservative.self_plane != 0u {
+        let own = own_planes[s.triangle];
         // The nearest that its own plane is in this texel: as the grown map has it. What lies between is taken for the surface itself.
         let half = select(0.0, 0.52 + 2e-6 * v.resolution, conservative.conservative_depth != 0u);
         let nearest = stored_depth(v, z) + dot(own.xy, vec2f(texel) + 0.5 - at) + half * (abs(own.x) + abs(own.y));
-        compared = linear_depth(v, saturate(min(nearest, own.z))) - spare;
+        compared = select(compared, linear_depth(v, saturate(min(nearest, own.z))) - spare, own.w > 0.0);
     }
     grown_lit = grown_lit && (others <= 0.0 || linear_depth(v, others) > compared);
     let shrunk_lit = shrunk <= 0.0 || linear_depth(v, shrunk) >= z - spare;

@@ -60,13 +60,14 @@ pub struct Conservative {
     around: Pass,
     gather: [Option<Pass>; 2],
     arrange: Pass,
-    grow: Pass,
+    /// Casters without and with a look at each texel.
+    grow: [Pass; 2],
     shrink: [Pass; 2],
     gathered: Buffer,
     draws: Buffer,
     scene: Option<(u64, OfScene)>,
     /// For so many triangles, or 0 where none are kept.
-    beyond: Option<(u64, Buffer)>,
+    beyond: Option<(u64, [Buffer; 2])>,
     fans: Option<(u64, [Buffer; 3])>,
 }
 
@@ -85,7 +86,7 @@ impl Conservative {
         let render = |name, vertex, fragment| {
             let raster = Raster {
                 vertex,
-                fragment: Some(fragment),
+                fragment,
                 depth: Raster::nearest(wgpu::TextureFormat::Depth32Float),
                 ..Raster::default()
             };
@@ -99,13 +100,10 @@ impl Conservative {
             around: compute("fans", "look_around")?,
             gather: [None, None],
             arrange: compute("casters", "arrange")?,
-            grow: render("grown map", "grow", "keep_grown")?,
-            shrink: [
-                render("shrunk map", "shrink", "keep_shrunk")?,
-                render("shrunk map", "shrink_beside", "keep_shrunk")?,
-            ],
+            grow: [render("grown map", "grow_plain", None)?, render("grown map", "grow", Some("keep_grown"))?],
+            shrink: [render("shrunk map", "shrink", None)?, render("shrunk map", "shrink_band", Some("keep_shrunk"))?],
             gathered: gpu.buffer("casters found", &[0; 48], Use::STORAGE | Use::COPY_DST),
-            draws: gpu.buffer("draws of casters", &[0; 64], Use::STORAGE | Use::INDIRECT),
+            draws: gpu.buffer("draws of casters", &[0; 80], Use::STORAGE | Use::INDIRECT),
             scene: None,
             beyond: None,
             fans: None,
@@ -144,8 +142,9 @@ impl Conservative {
             f.note("edges (CPU)", start.elapsed().as_secs_f64() * 1e3);
             self.scene = Some((revision, made));
         }
-        let made = |kept: &u64| Ok(gpu.room("beyond casters", kept * BEYOND, Use::STORAGE));
-        let beyond = hold(&mut self.beyond, kept, made)?.clone();
+        let room_of = |label, bytes| gpu.room(label, kept * bytes, Use::STORAGE);
+        let made = |_: &u64| Ok([room_of("beyond casters", BEYOND), room_of("bands of casters", 12)]);
+        let [beyond, bands] = hold(&mut self.beyond, kept, made)?.clone();
         if p.mode != "fan" {
             self.fans = None;
         } else if self.fans.as_ref().is_none_or(|(of, _)| *of != revision) {
@@ -191,39 +190,50 @@ impl Conservative {
             .bind("neighbours", &scene.neighbours)
             .bind("casters", &scene.casters)
             .bind("beyond", &beyond)
+            .bind("bands", &bands)
             .bind("own_planes", &scene.own_planes)
             .bind("gathered", &self.gathered)
             .bind("fans_around", fans_around)
             .dispatch(x, y, 1);
         f.run(&self.arrange)
             .bind("casters", &scene.casters)
+            .bind("bands", &bands)
             .bind("gathered", &self.gathered)
             .bind("draws", &self.draws)
             .dispatch(1, 1, 1);
         let draws = &self.draws;
         let viewport = |p: &mut wgpu::RenderPass| p.set_viewport(0.0, 0.0, side as f32, side as f32, 0.0, 1.0);
-        for layer in 0..2 {
-            f.run(&self.grow).bind("light_view", &light_view).bind("drawn", &scene.casters).draw(
-                &[],
-                Some((&layers.each[layer], 0.0)),
-                true,
-                |p| {
-                    viewport(p);
-                    p.draw_indirect(draws, layer as u64 * 16);
-                },
-            );
+        for (layer, view) in layers.each[..2].iter().enumerate() {
+            for (k, grow) in self.grow.iter().enumerate() {
+                f.run(grow).bind("light_view", &light_view).bind("drawn", &scene.casters).draw(
+                    &[],
+                    Some((view, 0.0)),
+                    k == 0,
+                    |p| {
+                        viewport(p);
+                        p.draw_indirect(draws, (2 * k + layer) as u64 * 16);
+                    },
+                );
+            }
         }
-        let shrink = &self.shrink[(p.mode != "none") as usize];
-        f.run(shrink).bind("light_view", &light_view).bind("drawn", &scene.casters).bind("beyond_drawn", &beyond).draw(
-            &[],
-            Some((&layers.each[2], 0.0)),
-            true,
-            |p| {
-                viewport(p);
-                p.draw_indirect(draws, 32);
-                p.draw_indirect(draws, 48);
-            },
-        );
+        let [inner, along] = &self.shrink;
+        let shrunk = Some((&layers.each[2], 0.0));
+        f.run(inner).bind("light_view", &light_view).bind("drawn", &scene.casters).draw(&[], shrunk, true, |p| {
+            viewport(p);
+            p.draw_indirect(draws, 0);
+            p.draw_indirect(draws, 16);
+        });
+        if p.mode != "none" {
+            f.run(along)
+                .bind("light_view", &light_view)
+                .bind("drawn", &scene.casters)
+                .bind("beyond_drawn", &beyond)
+                .bind("bands_drawn", &bands)
+                .draw(&[], shrunk, false, |p| {
+                    viewport(p);
+                    p.draw_indirect(draws, 64);
+                });
+        }
         let size = size_of::<LightView>() as u64;
         for layer in 0..3 {
             f.copy_to(&light_view, &self.light_views, layer * size, size);
