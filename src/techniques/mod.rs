@@ -3,8 +3,8 @@
 mod csm_convolution;
 mod cube;
 mod dsm;
-mod edsm;
 mod dual_paraboloid;
+mod edsm;
 mod esm;
 mod evsm;
 mod fem_grid;
