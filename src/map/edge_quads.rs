@@ -103,8 +103,7 @@ impl EdgeQuads {
         };
         let targets = [format];
         let fragment = Some(fragment);
-        let raster =
-            Raster { vertex: "corner", fragment, targets: &targets, depth: Some(depth), ..Raster::default() };
+        let raster = Raster { vertex: "corner", fragment, targets: &targets, depth: Some(depth), ..Raster::default() };
         Pass::render(gpu, name, self.file, raster, self.groups)
     }
 
@@ -142,9 +141,8 @@ impl EdgeQuads {
                     Raster { vertex, fragment: Some(fragment), targets: &[Format::R32Float], ..Raster::default() };
                 Pass::render(gpu, "edge lines", file, raster, groups)
             };
-            let lines = hold(&mut self.lines, (), |()| {
-                Ok([pass("wire_corner", "wire")?, pass("line_corner", "edge_line")?])
-            })?;
+            let lines =
+                hold(&mut self.lines, (), |()| Ok([pass("wire_corner", "wire")?, pass("line_corner", "edge_line")?]))?;
             let run = f.run(&lines[i]).bind_all(&bound).uncounted();
             let run = if i == 1 { run.of_picture() } else { run };
             run.draw(&[&drawn], None, true, |p| edges.draw(p));

@@ -148,8 +148,11 @@ impl Technique for Edsm {
         } else {
             self.second = Default::default();
         }
-        let own: [(&'static str, Resource); 3] =
-            [("edge_map", (&kept).into()), ("second_edge_map", (&beside).into()), ("edge_priority", (&priority).into())];
+        let own: [(&'static str, Resource); 3] = [
+            ("edge_map", (&kept).into()),
+            ("second_edge_map", (&beside).into()),
+            ("edge_priority", (&priority).into()),
+        ];
         bound.extend(own);
         self.look_up.run(f, &maps, &FILTER, &bound)
     }

@@ -12,7 +12,8 @@ use crate::view::{self, View};
 use anyhow::Result;
 
 /// One comparison with the nearest texel.
-pub static FILTER: Filter = Filter { id: "nearest", file: "map/filter/nearest.wgsl", smooth: |_| false, ..Filter::PLAIN };
+pub static FILTER: Filter =
+    Filter { id: "nearest", file: "map/filter/nearest.wgsl", smooth: |_| false, ..Filter::PLAIN };
 
 /// The parameters of a single fitted map, beside its filter's.
 pub const GROUPS: &[Group] = &[

@@ -384,8 +384,7 @@ pub fn artefacts(b: &mut Bench) -> Result<String> {
             start.light = scene_light(renderer.scene(), light)?;
         }
         start.size = SIZE;
-        let mut setups: Vec<Setup> =
-            modes.iter().map(|(_, id, sets)| with(&start, id, sets)).collect::<Result<_>>()?;
+        let mut setups: Vec<Setup> = modes.iter().map(|(_, id, sets)| with(&start, id, sets)).collect::<Result<_>>()?;
         let map = modes[0].2[0];
         setups.push(with(&start, "shadow-map", &[map])?);
         let records = measured(b, &setups)?;
