@@ -46,6 +46,8 @@ fn whole() -> Vec<(String, &'static [Group])> {
         "map/analysis.wgsl",
         "map/single.wgsl",
         "map/around.wgsl",
+        "map/edge_quads.wgsl",
+        "map/edge_zoom.wgsl",
         "map/prefilter.wgsl",
         "map/sums.wgsl",
     ];
