@@ -663,7 +663,9 @@ fn from_two_places(check: impl Fn(&str, &mut Renderer, &Setup, [Camera; 2])) {
         let (mut r, mut s) = start(scene, [96, 72]);
         for info in shadowscope::techniques::ALL.iter().filter(|i| i.id != "rt-hard" && i.refuses(&light).is_none()) {
             s.select(info.id).unwrap();
-            s.set("resolution=256", &[info.id.into()]).unwrap();
+            if info.specs().any(|spec| spec.name == "resolution") {
+                s.set("resolution=256", &[info.id.into()]).unwrap();
+            }
             check(&format!("{} under a {} light", info.id, light.kind()), &mut r, &s, views);
         }
     }
@@ -692,6 +694,15 @@ fn maps_stay_with_the_frozen_camera() {
         let fitted = fits(r, s);
         let (at, lit) = (r.read_position().unwrap(), r.read_visibility().unwrap());
         let flown = Setup { camera: there, shadow_camera: Some(here), ..s.clone() };
+        if what.starts_with("shadow-volume") {
+            // Without maps the picture is that of its own camera.
+            let seen = [&flown, &Setup { camera: there, ..s.clone() }].map(|s| {
+                r.render(s, ask(s)).unwrap();
+                r.read_visibility().unwrap()
+            });
+            assert!(fitted.is_empty() && seen[0] == seen[1], "{what}");
+            return;
+        }
         assert!(!fitted.is_empty() && fits(r, &flown) == fitted, "{what}: another fit");
         let (at_there, lit_there) = (r.read_position().unwrap(), r.read_visibility().unwrap());
         let mask = r.read_mask().unwrap();
