@@ -162,8 +162,8 @@ impl Edges {
     /// The triangles around each vertex, one after the other.
     pub fn fans(&self, geometry: &Geometry) -> Fans {
         let first = geometry.welded();
-        let mut fans = Fans::default();
-        fans.of_vertices = first.iter().map(|v| Fan { vertex: *v, ..Fan::default() }).collect();
+        let of_vertices = first.iter().map(|v| Fan { vertex: *v, ..Fan::default() }).collect();
+        let mut fans = Fans { of_vertices, triangles: Vec::new() };
         let mut gap = vec![false; first.len()];
         let used = || {
             let triangles = geometry.triangles.iter().zip(&self.of_triangles).enumerate();
