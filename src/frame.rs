@@ -173,6 +173,9 @@ fn drawn_map(drawn: &Drawn) -> u32 {
     }
 }
 
+/// A number that the GPU counts, and what is told of it.
+type CountedNote = (Buffer, fn(u32) -> String);
+
 /// What a technique is given: the G-buffer, the scene and the light, through the names its shaders use.
 pub struct Frame<'a> {
     recorder: Recorder<'a>,
@@ -207,7 +210,7 @@ pub struct Frame<'a> {
     pub history: History,
     frames: [u32; 2],
     notes: Vec<String>,
-    counted_notes: Vec<(Buffer, fn(u32) -> String)>,
+    counted_notes: Vec<CountedNote>,
     offered: Option<Offered>,
     indirect: Option<Indirect>,
     splits: Option<(Buffer, u32)>,
@@ -607,7 +610,7 @@ pub struct Renderer {
     /// What the technique told of the last frame.
     technique_notes: Vec<String>,
     /// Those of numbers that the GPU counts.
-    counted_notes: Vec<(Buffer, fn(u32) -> String)>,
+    counted_notes: Vec<CountedNote>,
     /// The last frame's depth maps.
     offered: Option<Offered>,
     read_map: Option<Pass>,

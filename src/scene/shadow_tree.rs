@@ -237,7 +237,9 @@ impl ShadowTree {
                     let [a, b, c] = build.corners[i as usize];
                     (b - a).cross(c - a).length()
                 };
-                first.par_sort_by(|i, j| area(*j).total_cmp(&area(*i)).then(i.cmp(j)));
+                // Equal ones by chance: in a row they would make a chain.
+                let chance = |i: u32| (hash(all[i as usize]), i);
+                first.par_sort_by(|i, j| area(*j).total_cmp(&area(*i)).then_with(|| chance(*i).cmp(&chance(*j))));
             }
         }
         let root = first.first().map_or(0, |i| i + 1);

@@ -33,6 +33,7 @@ pub static INFO: Info = Info {
           ray is traced. As exact as rays, for a share of them. With triangles smaller than texels nearly all shadows ask rays.",
     lights: &["directional", "spot"],
     filter: None,
+    smooth: |_| false,
     params: &[FitParams::GROUP, MapParams::GROUP, ConservativeParams::GROUP, DecidingParams::GROUP],
     main: &[("resolution", "256..8192*2"), ("mode", "none,adjacency,fan")],
     maps: &[&OWN, &[MAPS[1], MAPS[3], MAPS[4], MAPS[5], MAPS[6]]],

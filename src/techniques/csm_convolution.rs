@@ -56,6 +56,7 @@ pub static INFO: Info = Info {
           texel, rings, and leaks near contacts.",
     lights: &["directional", "spot"],
     filter: Some(&FILTER),
+    smooth: |_| false,
     params: crate::groups!(&[PrefilterParams::GROUP, CsmConvolutionParams::GROUP], GROUPS),
     main: &[("resolution", "256..2048*2"), ("terms", "4,8,16")],
     maps: &[MAPS],

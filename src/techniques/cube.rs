@@ -32,6 +32,7 @@ pub static INFO: Info = Info {
           lamp in view all six may be needed.",
     lights: faces::LIGHTS,
     filter: None,
+    smooth: |_| false,
     params: crate::groups!(
         &[CubeParams::GROUP, FaceParams::GROUP, CasterParams::GROUP],
         FILTERING,

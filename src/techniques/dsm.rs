@@ -43,6 +43,7 @@ pub static INFO: Info = Info {
           get more texels. It knows nothing of the camera: edges that nobody sees get just as many.",
     lights: &["directional", "spot"],
     filter: Some(NEAREST),
+    smooth: |_| false,
     params: &[DsmParams::GROUP, RasterParams::GROUP, MapParams::GROUP, CasterParams::GROUP, BiasParams::GROUP],
     main: &[("resolution", "256..4096*2"), ("grid", "16,32,64"), ("iterations", "50,200")],
     maps: &[

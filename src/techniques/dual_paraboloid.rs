@@ -35,6 +35,7 @@ pub static INFO: Info = Info {
           large triangles miss unless they are split or met exactly, and the middle of each map is four times as coarse as its rim.",
     lights: faces::LIGHTS,
     filter: None,
+    smooth: |_| false,
     params: crate::groups!(
         &[SideParams::GROUP, FaceParams::GROUP, CurvedParams::GROUP, CasterParams::GROUP],
         FILTERING,

@@ -57,6 +57,7 @@ pub static INFO: Info = Info {
           exact; corners are cut, and edges less than two texels apart get in each other's way.",
     lights: &["directional", "spot"],
     filter: Some(&FILTER),
+    smooth: |_| false,
     params: crate::groups!(&[EdsmParams::GROUP, QuadParams::GROUP], GROUPS),
     main: &[("resolution", "256..8192*2"), ("corners", "rounded,exact")],
     maps: &[

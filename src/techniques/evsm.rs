@@ -57,6 +57,7 @@ pub static INFO: Info = Info {
           it takes twice the memory, and more bits.",
     lights: &["directional", "spot"],
     filter: Some(&FILTER),
+    smooth: |_| false,
     params: crate::groups!(&[PrefilterParams::GROUP, EvsmParams::GROUP, ChebyshevParams::GROUP], GROUPS),
     main: &[("resolution", "256..4096*2"), ("blur_radius", "1,3,7")],
     maps: &[MAPS],

@@ -46,6 +46,7 @@ pub static INFO: Info = Info {
           other until their areas follow the errors. Its seed, a system of springs solved at once, folds the grid.",
     lights: &["directional", "spot"],
     filter: Some(NEAREST),
+    smooth: |_| false,
     params: &[FemGridParams::GROUP, RasterParams::GROUP, MapParams::GROUP, CasterParams::GROUP, BiasParams::GROUP],
     main: &[("resolution", "256..4096*2"), ("grid", "8,16,32"), ("steps", "0,100,300")],
     maps: &[

@@ -34,6 +34,7 @@ pub static INFO: Info = Info {
           agree may all be wrong: what is thinner than one is lost.",
     lights: &["directional", "spot"],
     filter: Some(NEAREST),
+    smooth: |_| false,
     params: &[
         FitParams::GROUP,
         MapParams::GROUP,

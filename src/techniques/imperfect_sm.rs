@@ -68,6 +68,7 @@ pub static INFO: Info = Info {
           things leave no indirect shadow, and where they touch the floor light leaks.",
     lights: &["directional", "spot", "omni", "hemisphere"],
     filter: Some(NEAREST),
+    smooth: |_| false,
     params: crate::groups!(&[ImperfectSmParams::GROUP], GROUPS, &[FaceParams::GROUP]),
     main: &[("resolution", "256..8192*2")],
     maps: &[

@@ -44,6 +44,7 @@ pub static INFO: Info = Info {
           stands outside the view; once it is inside, two plain ones are all that is left, and the picture changes abruptly.",
     lights: faces::LIGHTS,
     filter: None,
+    smooth: |_| false,
     params: crate::groups!(
         &[IpsmParams::GROUP, SideParams::GROUP, FaceParams::GROUP, CurvedParams::GROUP, CasterParams::GROUP],
         FILTERING,

@@ -41,6 +41,7 @@ pub static INFO: Info = Info {
           cell.",
     lights: &["directional", "spot", "omni", "hemisphere"],
     filter: None,
+    smooth: averages,
     params: &[IzbParams::GROUP],
     main: &[("resolution", "128..2048*2"), ("samples", "1,32")],
     maps: &[&[

@@ -39,6 +39,7 @@ pub static INFO: Info = Info {
           light are parallel there is nothing to gain, and the warp fades out.",
     lights: &["directional", "spot"],
     filter: None,
+    smooth: |_| false,
     params: crate::groups!(
         &[LispsmParams::GROUP, MapParams::GROUP, CasterParams::GROUP],
         FILTERING,

@@ -41,6 +41,7 @@ pub static INFO: Info = Info {
           split, or drawn exactly.",
     lights: &["directional", "spot"],
     filter: Some(NEAREST),
+    smooth: |_| false,
     params: &[LogpsmParams::GROUP, RasterParams::GROUP, MapParams::GROUP, CasterParams::GROUP, BiasParams::GROUP],
     main: &[("resolution", "256..4096*2"), ("strength", "0.5,0.75,1")],
     maps: &[

@@ -64,6 +64,8 @@ pub struct Info {
     pub lights: &'static [&'static str],
     /// How it looks its maps up, where that is not for `filter` to say.
     pub filter: Option<&'static Filter>,
+    /// Whether it aims at the mean visibility over a pixel, as some filters do ([`Filter::smooth`]), without one.
+    pub smooth: fn(&Values) -> bool,
     /// Its parameters; names are unique across the groups.
     pub params: &'static [Group],
     /// The parameters that decide between speed and accuracy, with values worth trying as `sweep` writes them. A chart's
@@ -244,7 +246,7 @@ impl Info {
     /// Whether it aims at the mean visibility over a pixel, as filters do, and not at that of one sample: views and the
     /// window then show the averaged truth beside it ([`crate::truth::Samples::Auto`]).
     pub fn filters(&self, values: &Values) -> bool {
-        self.filter(values).is_some_and(|f| (f.smooth)(values)) || self.id == izb::INFO.id && izb::averages(values)
+        (self.smooth)(values) || self.filter(values).is_some_and(|f| (f.smooth)(values))
     }
 
     /// Views of its own with these values: its maps', then its filter's.

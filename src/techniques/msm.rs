@@ -66,6 +66,7 @@ pub static INFO: Info = Info {
           with more, light leaks.",
     lights: &["directional", "spot"],
     filter: Some(&FILTER),
+    smooth: |_| false,
     params: crate::groups!(&[PrefilterParams::GROUP, MsmParams::GROUP], GROUPS),
     main: &[("resolution", "256..4096*2"), ("blur_radius", "1,3,7")],
     maps: &[MAPS],

@@ -72,6 +72,7 @@ pub static INFO: Info = Info {
           texels are equally busy. Where the warp turns fast between a triangle's corners, its shadow goes astray.",
     lights: &["directional", "spot"],
     filter: Some(NEAREST),
+    smooth: |_| false,
     params: &[
         CropParams::GROUP,
         NotwParams::GROUP,
@@ -95,6 +96,7 @@ pub static CUBE: Info = Info {
           that no pixel looks up cost nothing; but one face holds most of the pixels, and the others' texels cannot help it.",
     lights: faces::LIGHTS,
     filter: Some(NEAREST),
+    smooth: |_| false,
     params: &[
         FaceCropParams::GROUP,
         NotwParams::GROUP,
@@ -119,6 +121,7 @@ pub static PARABOLOID: Info = Info {
           busy. A side holds more of the scene than a cube's face, and so has more idle texels to give away.",
     lights: faces::LIGHTS,
     filter: Some(NEAREST),
+    smooth: |_| false,
     params: &[
         FaceCropParams::GROUP,
         NotwParams::GROUP,

@@ -66,6 +66,7 @@ pub static INFO: Info = Info {
           Each of many lights can have maps as large as it is important, cut from one atlas.",
     lights: faces::LIGHTS,
     filter: None,
+    smooth: |_| false,
     params: crate::groups!(
         &[AtlasParams::GROUP, FaceParams::GROUP, CasterParams::GROUP],
         FILTERING,

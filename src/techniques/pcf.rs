@@ -73,6 +73,7 @@ pub static INFO: Info = Info {
           is equally wide everywhere, even where the shadow touches its caster.",
     lights: &["directional", "spot"],
     filter: Some(&FILTER),
+    smooth: |_| false,
     params: crate::groups!(&[PcfParams::GROUP, NoiseParams::GROUP], GROUPS),
     main: &[("resolution", "256..8192*2"), ("mode", "grid,tent"), ("kernel", "3,5,7")],
     maps: &[MAPS],

@@ -60,6 +60,7 @@ pub static INFO: Info = Info {
           at several depths their mean is the depth of none.",
     lights: &["directional", "spot"],
     filter: Some(&FILTER),
+    smooth: |_| false,
     params: crate::groups!(&[PcssParams::GROUP, NoiseParams::GROUP], GROUPS),
     main: &[("resolution", "256..4096*2"), ("filter_taps", "16,49"), ("search_taps", "16,25")],
     maps: &[MAPS],

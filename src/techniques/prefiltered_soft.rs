@@ -65,6 +65,7 @@ pub static INFO: Info = Info {
           they leave. The light needs a size, unless the box's width is given. Light leaks where casters lie at several depths.",
     lights: &["directional", "spot"],
     filter: Some(&FILTER),
+    smooth: |_| false,
     params: crate::groups!(&[PrefilteredSoftParams::GROUP], GROUPS),
     main: &[("resolution", "256..4096*2"), ("soft_kind", "vssm,mssm")],
     maps: &[MAPS],

@@ -42,6 +42,7 @@ pub static INFO: Info = Info {
           of the camera the light becomes a point, behind it a sink, and the map changes as the camera turns.",
     lights: &["directional", "spot"],
     filter: None,
+    smooth: |_| false,
     params: crate::groups!(
         &[PsmParams::GROUP, MapParams::GROUP, CasterParams::GROUP],
         FILTERING,

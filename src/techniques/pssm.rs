@@ -65,6 +65,7 @@ pub static INFO: Info = Info {
           all maps cover the same area.",
     lights: &["directional", "spot"],
     filter: None,
+    smooth: |_| false,
     params: crate::groups!(
         &[CascadeParams::GROUP, CasterParams::GROUP, PssmParams::GROUP],
         FILTERING,

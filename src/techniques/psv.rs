@@ -14,8 +14,8 @@ crate::params! {
     /// The tree of shadow planes.
     pub struct PsvParams {
         "Tree" {
-            /// The order in which triangles are inserted. Random: by chance, from the set-up's seed. As-is: as the scene has them. Area: the largest first, which shadow most.
-            order: choice("random", ["random", "as-is", "area"]),
+            /// The order in which triangles are inserted. Area: the largest first, which shadow most. Random: by chance, from the set-up's seed. As-is: as the scene has them.
+            order: choice("area", ["area", "random", "as-is"]),
             /// Leave out parts of the tree that lie farther from the light than the pixel does.
             prune: flag(true),
             /// How many places in the tree a pixel can keep to come back to. Where these are too few a ray decides.
@@ -34,8 +34,9 @@ pub static INFO: Info = Info {
           Exact, and no mesh is too broken for it, but the tree is made anew when the light moves.",
     lights: &["directional", "spot", "omni", "hemisphere"],
     filter: None,
+    smooth: |_| false,
     params: &[PsvParams::GROUP],
-    main: &[("order", "random,area"), ("prune", "false,true")],
+    main: &[("order", "area,random"), ("prune", "false,true")],
     maps: &[&[
         map(
             "visits",

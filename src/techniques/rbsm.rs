@@ -90,6 +90,7 @@ pub static INFO: Info = Info {
           so that it serves any map; short steps stay, and thin things break up.",
     lights: &["directional", "spot"],
     filter: Some(&FILTER),
+    smooth: |_| false,
     params: crate::groups!(&[RbsmParams::GROUP], GROUPS),
     main: &[("resolution", "256..8192*2"), ("walk", "4,16,64")],
     maps: &[MAPS],

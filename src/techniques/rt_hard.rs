@@ -31,6 +31,7 @@ pub static INFO: Info = Info {
           that all others are measured against.",
     lights: &["directional", "spot", "omni", "hemisphere"],
     filter: None,
+    smooth: |_| false,
     params: &[RtParams::GROUP],
     main: &[],
     maps: &[&[view::map(

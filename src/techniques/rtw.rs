@@ -76,6 +76,7 @@ pub static INFO: Info = Info {
           diagonal waste texels on the diagonal's other two corners.",
     lights: &["directional", "spot"],
     filter: Some(NEAREST),
+    smooth: |_| false,
     params: &[
         AnalysisParams::GROUP,
         RtwParams::GROUP,
@@ -99,6 +100,7 @@ pub static CUBE: Info = Info {
           up cost nothing.",
     lights: faces::LIGHTS,
     filter: Some(NEAREST),
+    smooth: |_| false,
     params: &[
         AnalysisParams::GROUP,
         RtwParams::GROUP,
@@ -123,6 +125,7 @@ pub static PARABOLOID: Info = Info {
           need lies slantwise across a side more often than not, and then both corners beside it get texels too.",
     lights: faces::LIGHTS,
     filter: Some(NEAREST),
+    smooth: |_| false,
     params: &[
         AnalysisParams::GROUP,
         RtwParams::GROUP,

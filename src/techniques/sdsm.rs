@@ -43,6 +43,7 @@ pub static INFO: Info = Info {
           picture: no texel for what nobody sees. Something that comes into view can stretch a map suddenly: it pops.",
     lights: &["directional", "spot"],
     filter: None,
+    smooth: |_| false,
     params: crate::groups!(
         &[CascadeParams::GROUP, CasterParams::GROUP, SdsmParams::GROUP],
         FILTERING,

@@ -35,6 +35,7 @@ pub static INFO: Info = Info {
           without a bias surfaces shadow themselves (acne).",
     lights: &["directional", "spot"],
     filter: Some(&FILTER),
+    smooth: |_| false,
     params: GROUPS,
     main: &[("resolution", "256..8192*2")],
     maps: &[MAPS],

@@ -19,8 +19,8 @@ crate::params! {
         "Volumes" {
             /// Where a pixel's ray counts the volumes that it is in. Zfail: behind the surface, up to infinity, which is always right. Zpass: before it, which takes fewer triangles, but is wrong where the eye is in a volume or the near plane cuts one. Auto: before it, unless some triangle stands between the light and the near plane.
             method: choice("zfail", ["zfail", "zpass", "auto"]),
-            /// What counts. Stencil8: the stencil, which runs over at 256. Additive: blending into 16-bit floats, exact up to 2048.
-            counting: choice("stencil8", ["stencil8", "additive"]),
+            /// What counts. Additive: blending into 16-bit floats, exact up to 2048; faces that stand for several count as many at once. Stencil8: the stencil, as when volumes were new, which runs over at 256.
+            counting: choice("additive", ["additive", "stencil8"]),
             /// What says whether a volume's face lies before or behind the surface. Exact: the face's plane and the surface's position, in the fragment shader. Buffer: the depth test, as when volumes were new; it is faster, and wrong here and there at edges, by the rounding of what the rasteriser interpolates.
             depth_test: choice("exact", ["exact", "buffer"]) if counting = "stencil8",
             /// What triangles cast that have holes by their texture, as leaves and grass: a volume can have none. Nothing is right more often.
@@ -74,6 +74,7 @@ pub static INFO: Info = Info {
           and no bias: the hard shadow is exact. It takes fill rate instead, and knows no holes in leaves.",
     lights: &["directional", "spot", "omni", "hemisphere"],
     filter: None,
+    smooth: |_| false,
     params: &[VolumeParams::GROUP, TopologyParams::GROUP],
     main: &[],
     maps: &[&[COUNT, OVERDRAW, SILHOUETTE, LINES]],
@@ -90,6 +91,7 @@ pub static TRIANGLES: Info = Info {
           and draws many times the sides that a silhouette has.",
     lights: INFO.lights,
     filter: None,
+    smooth: |_| false,
     params: &[VolumeParams::GROUP],
     main: &[],
     maps: &[&[COUNT, OVERDRAW, LINES]],
@@ -137,6 +139,9 @@ struct Views {
     silhouette: Option<(Pass, Pass, Buffer)>,
 }
 
+/// What decides whether something stands before the eye: the scene's revision, camera, picture and light.
+type Eye = (u64, Camera, [u32; 2], Light);
+
 struct Volumes {
     file: &'static str,
     info: &'static Info,
@@ -152,7 +157,7 @@ struct Volumes {
     passes: Option<(State, Passes)>,
     views: Option<((), Views)>,
     /// Whether something stands between the light and the near plane.
-    before_eye: Option<((u64, Camera, [u32; 2], Light), bool)>,
+    before_eye: Option<(Eye, bool)>,
 }
 
 const COUNTED: Format = Format::R16Float;

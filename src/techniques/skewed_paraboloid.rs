@@ -35,6 +35,7 @@ pub static INFO: Info = Info {
           What lies on the far side of the rim gets few.",
     lights: faces::LIGHTS,
     filter: None,
+    smooth: |_| false,
     params: crate::groups!(
         &[SkewedParams::GROUP, SideParams::GROUP, FaceParams::GROUP, CurvedParams::GROUP, CasterParams::GROUP],
         FILTERING,

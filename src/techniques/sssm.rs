@@ -45,6 +45,7 @@ pub static INFO: Info = Info {
           square are not.",
     lights: &["directional", "spot"],
     filter: Some(&FILTER),
+    smooth: |_| false,
     params: crate::groups!(&[SssmParams::GROUP, QuadParams::GROUP], GROUPS),
     main: &[("resolution", "256..8192*2"), ("store", "vertex,mid")],
     maps: &[

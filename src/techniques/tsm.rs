@@ -37,6 +37,7 @@ pub static INFO: Info = Info {
           It depends on the frustum alone, so that it moves steadily. Nothing is gained where light and gaze are parallel.",
     lights: &["directional", "spot"],
     filter: None,
+    smooth: |_| false,
     params: crate::groups!(
         &[TsmParams::GROUP, MapParams::GROUP, CasterParams::GROUP],
         FILTERING,

@@ -71,6 +71,7 @@ pub static INFO: Info = Info {
           inequality then bounds the light. Cheap and smooth, but light leaks through behind two casters one after the other.",
     lights: &["directional", "spot"],
     filter: Some(&FILTER),
+    smooth: |_| false,
     params: crate::groups!(&[PrefilterParams::GROUP, VsmParams::GROUP, ChebyshevParams::GROUP], GROUPS),
     main: &[("resolution", "256..4096*2"), ("blur_radius", "1,3,7")],
     maps: &[MAPS],
