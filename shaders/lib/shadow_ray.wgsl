@@ -16,7 +16,9 @@ fn shadow_ray(s: Surface, light: LightSample) -> Ray {
     let rounding = 8.0 * unit * size;
     // It ends before the lamp by more than that rounding: one in the plane of a ceiling is not hidden by it.
     let short = max(1.0 - 64.0 * unit * max(size, largest(frame.light_position)) / length(light.to_light), 0.0);
-    let far = select(short, 3.4e38, frame.light_kind == directional);
+    let sun = frame.light_kind == directional;
+    let far = select(short, 3.4e38, sun);
     let start = 0.5 * rounding / length(light.to_light);
-    return Ray(s.position + rounding * s.normal, light.to_light, start, far, triangles[s.triangle].w, true, 65536u);
+    let lift = rounding * s.normal;
+    return Ray(s.position + lift, light.to_light - select(lift, vec3f(0.0), sun), start, far, triangles[s.triangle].w, true, 65536u);
 }

@@ -34,9 +34,16 @@ fn face(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
         return;
     }
     let t = triangles[i];
-    let a = vertices[t.x].position;
-    let ab = vertices[t.y].position - a;
-    let ac = vertices[t.z].position - a;
+    // From the corner of the largest angle, opposite the longest edge: there rounding is least, also of a sliver.
+    let p = vertices[t.x].position;
+    let q = vertices[t.y].position;
+    let r = vertices[t.z].position;
+    let longest = vec3f(distance(q, r), distance(r, p), distance(p, q));
+    let at_p = longest.x >= max(longest.y, longest.z);
+    let at_q = !at_p && longest.y >= longest.z;
+    let a = select(select(r, q, at_q), p, at_p);
+    let ab = select(select(p, r, at_q), q, at_p) - a;
+    let ac = select(select(q, p, at_q), r, at_p) - a;
     var to_light = frame.light_position;
     if frame.light_kind != directional {
         to_light -= a;

@@ -70,6 +70,7 @@ const WANTED: wgpu::Features = wgpu::Features::TIMESTAMP_QUERY
     .union(wgpu::Features::DEPTH32FLOAT_STENCIL8)
     .union(wgpu::Features::PIPELINE_STATISTICS_QUERY)
     .union(wgpu::Features::FLOAT32_FILTERABLE)
+    .union(wgpu::Features::FLOAT32_BLENDABLE)
     .union(wgpu::Features::TEXTURE_FORMAT_16BIT_NORM)
     .union(wgpu::Features::TEXTURE_ADAPTER_SPECIFIC_FORMAT_FEATURES);
 
@@ -182,6 +183,14 @@ impl Gpu {
         match self.features.contains(wgpu::Features::DEPTH32FLOAT_STENCIL8) {
             true => wgpu::TextureFormat::Depth32FloatStencil8,
             false => wgpu::TextureFormat::Depth24PlusStencil8,
+        }
+    }
+
+    /// The format of sums that are blended: whole numbers are exact up to 16,777,216, or 2048 where 32-bit floats cannot be blended.
+    pub fn blended_sums(&self) -> wgpu::TextureFormat {
+        match self.features.contains(wgpu::Features::FLOAT32_BLENDABLE) {
+            true => wgpu::TextureFormat::R32Float,
+            false => wgpu::TextureFormat::R16Float,
         }
     }
 

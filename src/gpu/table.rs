@@ -18,7 +18,8 @@ pub struct Table {
 impl Table {
     /// A table of the given contents, whole texels.
     pub fn new(gpu: &Gpu, label: &'static str, contents: &[u8]) -> Table {
-        let height = contents.len().div_ceil(WIDTH * TEXEL).max(1) as u32;
+        // Drivers round the height up: what is told is what is held.
+        let height = contents.len().div_ceil(WIDTH * TEXEL).max(1).next_multiple_of(4) as u32;
         let usage = wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST;
         let texture = texture(gpu, label, [WIDTH as u32, height, 1], 1, wgpu::TextureFormat::Rgba32Uint, usage);
         let view = texture.create_view(&Default::default());

@@ -237,9 +237,9 @@ impl ShadowTree {
                     let [a, b, c] = build.corners[i as usize];
                     (b - a).cross(c - a).length()
                 };
-                // Equal ones by chance: in a row they would make a chain.
-                let chance = |i: u32| (hash(all[i as usize]), i);
-                first.par_sort_by(|i, j| area(*j).total_cmp(&area(*i)).then_with(|| chance(*i).cmp(&chance(*j))));
+                // Those of one size, up to a factor of four, by chance: areas that fall from place to place would make a chain.
+                let class = |i: u32| (area(i).max(1e-300).log2() / 2.0).floor() as i32;
+                first.par_sort_by_cached_key(|i| (-class(*i), hash(all[*i as usize]), *i));
             }
         }
         let root = first.first().map_or(0, |i| i + 1);
@@ -250,9 +250,13 @@ impl ShadowTree {
         let tests = build.tests.load(Ordering::Relaxed);
         ensure!(
             tests <= MOST_TESTS,
-            "the tree of shadow planes degenerates: {} triangles were compared {tests} times, and most are still to come; choose \
-             order = \"random\"",
-            all.len()
+            "the tree of shadow planes degenerates: {} triangles were compared {tests} times, and most are still to come; {}",
+            all.len(),
+            match order {
+                Order::Random(_) =>
+                    "choose another technique: many triangles with holes lie behind one another, or the light is among them",
+                _ => "choose order = \"random\"",
+            }
         );
         let covered = build.covered.load(Ordering::Relaxed);
         Ok(ShadowTree {

@@ -21,11 +21,11 @@ crate::params! {
     pub struct IzbParams {
         "Lists" {
             /// Cells along each side of the light's image (of each of six around a lamp). Too few: lists are long. Too many: triangles touch many cells, most of them empty. The result is the same.
-            resolution: int(512, 128..=2048, "cells"),
+            list_resolution: int(512, 128..=2048, "cells"),
             /// Samples of each pixel: one at its centre, or 32 spread over the part of the receiver's plane that the pixel covers.
             samples: choice("1", ["1", "32"]),
             /// The most entries that a list may have. What does not fit in is answered by rays.
-            longest: int(4096, 16..=65536, "entries"),
+            longest: int(4096, 16..=12000, "entries"),
         }
     }
 }
@@ -43,7 +43,7 @@ pub static INFO: Info = Info {
     filter: None,
     smooth: averages,
     params: &[IzbParams::GROUP],
-    main: &[("resolution", "128..2048*2"), ("samples", "1,32")],
+    main: &[("list_resolution", "128..2048*2"), ("samples", "1,32")],
     maps: &[&[
         map(
             "list-length",
@@ -188,11 +188,11 @@ fn side(room: u64, images: u32, asked: u32) -> u32 {
 impl Technique for Izb {
     fn render(&mut self, f: &mut Frame) -> Result<()> {
         let p = IzbParams::read(f.values);
-        let views = images(f, p.resolution)?;
+        let views = images(f, p.list_resolution)?;
         let plan = Plan {
             triangles: f.geometry.bvh.order.len() as u32,
             images: views.len() as u32,
-            side: side(f.gpu.most_bound(), views.len() as u32, p.resolution),
+            side: side(f.gpu.most_bound(), views.len() as u32, p.list_resolution),
             padding: 0,
             places: std::array::from_fn(|k| truth::offset(k as u32, 32).into()),
         };
@@ -214,7 +214,7 @@ impl Technique for Izb {
             most >> 20
         );
         let bytes = list_bytes(plan.images, plan.side);
-        if plan.side < p.resolution {
+        if plan.side < p.list_resolution {
             f.tell_note(format!(
                 "There is room for lists of {0} × {0} cells in each of six images, no more.",
                 plan.side

@@ -19,7 +19,7 @@ crate::params! {
         "Volumes" {
             /// Where a pixel's ray counts the volumes that it is in. Zfail: behind the surface, up to infinity, which is always right. Zpass: before it, which takes fewer triangles, but is wrong where the eye is in a volume or the near plane cuts one. Auto: before it, unless some triangle stands between the light and the near plane.
             method: choice("zfail", ["zfail", "zpass", "auto"]),
-            /// What counts. Additive: blending into 16-bit floats, exact up to 2048; faces that stand for several count as many at once. Stencil8: the stencil, as when volumes were new, which runs over at 256.
+            /// What counts. Additive: blending into floats; faces that stand for several count as many at once. It runs over at 16 million faces behind a pixel, or at 2048 on adapters that blend 16-bit floats only. Stencil8: the stencil, as when volumes were new, which runs over at 256.
             counting: choice("additive", ["additive", "stencil8"]),
             /// What says whether a volume's face lies before or behind the surface. Exact: the face's plane and the surface's position, in the fragment shader. Buffer: the depth test, as when volumes were new; it is faster, and wrong here and there at edges, by the rounding of what the rasteriser interpolates.
             depth_test: choice("exact", ["exact", "buffer"]) if counting = "stencil8",
@@ -76,7 +76,7 @@ pub static INFO: Info = Info {
     filter: None,
     smooth: |_| false,
     params: &[VolumeParams::GROUP, TopologyParams::GROUP],
-    main: &[],
+    main: &[("method", "zfail,auto")],
     maps: &[&[COUNT, OVERDRAW, SILHOUETTE, LINES]],
     make: |gpu, info| Ok(Box::new(Volumes::new(gpu, info, "techniques/shadow_volume.wgsl")?)),
 };
@@ -93,7 +93,7 @@ pub static TRIANGLES: Info = Info {
     filter: None,
     smooth: |_| false,
     params: &[VolumeParams::GROUP],
-    main: &[],
+    main: &[("method", "zfail,auto")],
     maps: &[&[COUNT, OVERDRAW, LINES]],
     make: |gpu, info| Ok(Box::new(Volumes::new(gpu, info, "techniques/shadow_volume_tri.wgsl")?)),
 };
@@ -159,8 +159,6 @@ struct Volumes {
     /// Whether something stands between the light and the near plane.
     before_eye: Option<(Eye, bool)>,
 }
-
-const COUNTED: Format = Format::R16Float;
 
 impl Volumes {
     fn new(gpu: &Gpu, info: &'static Info, file: &'static str) -> Result<Volumes> {
@@ -234,11 +232,12 @@ impl Passes {
             (false, true) => Some("keep_before"),
             (false, false) => Some("keep_behind"),
         };
+        let sums = [gpu.blended_sums()];
         let draw = |name, vertex, turned| {
             let raster = Raster {
                 vertex,
                 fragment: fragment.filter(|_| state.exact),
-                targets: if state.additive { &[COUNTED] } else { &[] },
+                targets: if state.additive { &sums } else { &[] },
                 depth: (!state.additive).then(|| stencil(gpu, state, turned)),
                 blend: state.additive.then_some(ADDED),
                 ..Raster::default()
@@ -281,7 +280,7 @@ impl Views {
             let raster = Raster {
                 vertex,
                 fragment: Some(fragment),
-                targets: &[COUNTED],
+                targets: &[gpu.blended_sums()],
                 topology,
                 blend: Some(wgpu::BlendState { color: part, alpha: part }),
                 ..Raster::default()
@@ -417,7 +416,7 @@ impl Technique for Volumes {
             self.receivers = Slot::default();
         }
         if state.additive {
-            let sums = self.sums.get(gpu, "sums", f.size, COUNTED, DRAWN);
+            let sums = self.sums.get(gpu, "sums", f.size, gpu.blended_sums(), DRAWN);
             f.run(&passes.caps[0]).of_picture().draw(&[&sums], None, true, caps);
             f.run(&passes.sides[0]).of_picture().draw(&[&sums], None, false, sides);
             f.run(&passes.resolve).bind("sums", &sums).of_picture().per_pixel();
@@ -456,7 +455,7 @@ impl Technique for Volumes {
             return Ok(());
         }
         let views = hold(&mut self.views, (), |_| Views::new(gpu, file, info.params, silhouettes))?;
-        let drawn = self.drawn.get(gpu, "drawn for a view", f.size, COUNTED, DRAWN);
+        let drawn = self.drawn.get(gpu, "drawn for a view", f.size, gpu.blended_sums(), DRAWN);
         if f.view == OVERDRAW.id {
             let [cap, side] = &views.overdraw;
             f.run(cap).of_picture().uncounted().draw(&[&drawn], None, true, caps);

@@ -53,8 +53,8 @@ fn lights() -> [Light; 5] {
 /// Parameters under which both must be right: lists too short for most, a stack too small for most, every order.
 const WAYS: [(&str, &[&str]); 7] = [
     ("izb", &[]),
-    ("izb", &["resolution=128", "longest=16"]),
-    ("izb", &["resolution=2048"]),
+    ("izb", &["list_resolution=128", "longest=16"]),
+    ("izb", &["list_resolution=2048"]),
     ("psv", &[]),
     ("psv", &["order=area", "prune=false"]),
     ("psv", &["order=as-is"]),
@@ -108,7 +108,7 @@ fn samples_on_the_micro_quad_are_averaged() {
         (of_lit(r.read_visibility().unwrap()), of_lit(r.read_truth().unwrap()))
     };
     let [(one, _), (many, mean), (few, _)] =
-        [&["samples=1"][..], &["samples=32"], &["samples=32", "longest=16", "resolution=128"]].map(&mut seen);
+        [&["samples=1"][..], &["samples=32"], &["samples=32", "longest=16", "list_resolution=128"]].map(&mut seen);
     let rmse = |v: &[f32]| v.iter().zip(&mean).map(|(v, t)| ((v - t) as f64).powi(2)).sum::<f64>().sqrt();
     assert!(rmse(&many) < 0.6 * rmse(&one), "{} of 32 samples, {} of one", rmse(&many), rmse(&one));
     // What finds no room in the lists is traced, with the same result.
@@ -120,7 +120,7 @@ fn samples_on_the_micro_quad_are_averaged() {
 fn lists_hold_every_sample() {
     for light in lights() {
         let (mut r, mut s) = start(heap_scene(light), [96, 64]);
-        select(&mut s, "izb", &["resolution=128"]);
+        select(&mut s, "izb", &["list_resolution=128"]);
         s.view = "list-length".into();
         r.render(&s, ask(&s)).unwrap();
         let lengths = r.read_map().unwrap();

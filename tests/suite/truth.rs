@@ -413,3 +413,27 @@ fn too_many_vertices_are_refused() {
     assert!(error.starts_with(&format!("test has {} vertices in 2 triangles: that takes ", most + 1)), "{error}");
     assert!(error.contains("MiB in one buffer") && !error.contains('\n'), "{error}");
 }
+
+/// A lamp in the plane of a wide ceiling lights the floor as far as it goes, where its rays come in lower than any rounding.
+#[test]
+fn a_lamp_in_a_wide_ceiling_lights_all_of_the_floor() {
+    for (half, height) in [(30.0, 3.0), (40.0, 0.5)] {
+        let mut triangles = floor(Vec2::splat(-half), Vec2::splat(half), 0.0);
+        triangles.extend(floor(Vec2::splat(-half), Vec2::splat(half), height).into_iter().map(|[a, b, c]| [a, c, b]));
+        let view = camera(Vec3::new(0.6 * half, 0.4 * height, 0.7 * half), Vec3::new(0.0, 0.0, 0.0));
+        let light = lamp(Vec3::new(0.0, height, 0.0));
+        let light = match light {
+            Light::Omni { position, radius, color, .. } => Light::Omni { position, radius, color, range: 1000.0 },
+            other => other,
+        };
+        let (mut r, mut s) =
+            start(scene(vec![mesh(&triangles, 0)], vec![material(Vec3::ONE)], view, light), [160, 120]);
+        s.select("rt-hard").unwrap();
+        r.render(&s, ask(&s)).unwrap();
+        let (position, mask, truth) = (r.read_position().unwrap(), r.read_mask().unwrap(), r.read_truth().unwrap());
+        let below: Vec<usize> =
+            (0..truth.len()).filter(|i| mask[*i] == FACING && position[*i][1] < 0.1 * height).collect();
+        let dark = below.iter().filter(|i| truth[**i] < 0.5).count();
+        assert!(below.len() > 2000 && dark == 0, "{height} m: {dark} of {} are dark", below.len());
+    }
+}

@@ -235,7 +235,7 @@ pub fn times(b: &mut Bench) -> Result<String> {
             let resolution_set = format!("resolution={resolution}");
             let mut setups = vec![with(&start, "rt-hard", &[])?, with(&start, "shadow-map", &[&resolution_set])?];
             for mode in ["mode=none", "mode=adjacency", "mode=fan"] {
-                setups.push(with(&start, ID, &[&resolution_set, mode])?);
+                setups.push(with(&start, ID, &[&resolution_set, mode, "shift=worst"])?);
             }
             let times = timing::briefly(renderer, &setups, 3)?;
             let all = times[0].gpu.median;
