@@ -22,7 +22,7 @@ crate::params! {
             priority: choice("segment", ["segment", "seed", "min", "order"]),
             /// Rounded: one distance a texel, mixed between four texels, so that corners are cut off. Exact: each texel names its two nearest edges, and each is tested by itself.
             corners: choice("rounded", ["rounded", "exact"]),
-            /// Take distances only where they say the same of each of the four texels as its comparison does, so that an edge which casts elsewhere leaves the plain map's result. Off, as the paper has it: whatever is kept there decides.
+            /// Take distances only where they say the same of each of the four texels as its comparison does, with exact corners of three of them, so that an edge which casts elsewhere leaves the plain map's result. Off, as the paper has it: whatever is kept there decides.
             check: flag(true),
             /// Where quads get their width. Screen: in the light's image. World: in space before a spot's projection, so that far ones are too thin to be looked up. The same under the sun.
             quads_in: choice("screen", ["screen", "world"]),

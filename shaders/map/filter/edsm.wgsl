@@ -108,14 +108,27 @@ fn nearest_edges(r: Receiver, s: Surface, place: vec2f, low: vec2i, lit: vec4f) 
     if !first.there {
         return found;
     }
-    for (var i = 0u; i < 4u && edsm.check != 0u; i++) {
-        let middle = vec2f(low + vec2i(i32(i & 1u), i32(i >> 1u))) + 0.5;
-        if !agrees(from_edges(first, second, middle), lit[i]) {
+    if edsm.check != 0u {
+        // A third edge may have one of the four another way: that says nothing of the place. And the second may cast elsewhere.
+        let both = agreeing(first, second, low, lit);
+        let alone = agreeing(first, nowhere, low, lit);
+        if max(both, alone) < 3u {
             return found;
         }
+        second.there = second.there && both >= alone;
     }
     found.signed = from_edges(first, second, place);
     return found;
+}
+
+// How many of the four texels two edges have as their comparisons do.
+fn agreeing(first: Segment, second: Segment, low: vec2i, lit: vec4f) -> u32 {
+    var number = 0u;
+    for (var i = 0u; i < 4u; i++) {
+        let middle = vec2f(low + vec2i(i32(i & 1u), i32(i >> 1u))) + 0.5;
+        number += u32(agrees(from_edges(first, second, middle), lit[i]));
+    }
+    return number;
 }
 
 fn from_edges(first: Segment, second: Segment, place: vec2f) -> f32 {
