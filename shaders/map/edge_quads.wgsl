@@ -189,30 +189,12 @@ fn quad_corner(i: u32, moved: f32) -> Quad {
 // Of the picture: outlines of quads in the map, or edges over the scene; texels of a small scale.
 var edge_lines: texture_2d<f32>;
 
-struct Fitted {
-    // The map's place, texels.
-    place: vec2f,
-    inside: bool,
-    // Texels a pixel.
-    scale: f32,
-}
-
-// The map fitted into the picture.
-fn fitted(at: vec2f) -> Fitted {
-    let size = vec2f(frame.size);
-    let side = light_views[0].resolution;
-    let scale = side / min(size.x, size.y);
-    let place = (at - 0.5 * size) * scale + 0.5 * side;
-    return Fitted(place, all(place >= vec2f(0.0)) && all(place < vec2f(side)), scale);
-}
-
 @vertex
 fn wire_corner(@builtin(vertex_index) i: u32) -> Quad {
     var q = quad_corner(i, 0.0);
     if q.number > 0u {
-        let size = vec2f(frame.size);
-        // The map's square in the middle of the picture.
-        q.at = vec4f(q.at.xy * min(size.x, size.y) / size, 0.5, 1.0);
+        let shown = pixel_of(light_view, q.place) / vec2f(frame.size);
+        q.at = vec4f(2.0 * shown.x - 1.0, 1.0 - 2.0 * shown.y, 0.5, 1.0);
     }
     return q;
 }
@@ -220,12 +202,15 @@ fn wire_corner(@builtin(vertex_index) i: u32) -> Quad {
 // The outline of a quad, and the edge in it.
 @fragment
 fn wire(q: Quad) -> @location(0) f32 {
+    if any(q.place < vec2f(0.0)) || any(q.place > vec2f(light_view.resolution)) {
+        discard;
+    }
     let s = segment_of(q);
     let b = by_segment(s, q.place);
     let share = saturate(b.along / b.length);
     let reach = vec2f(distance(corner_of(light_view, s, 0u), s.a), distance(corner_of(light_view, s, 2u), s.b)) * 0.70710678;
     let width = mix(reach.x, reach.y, share);
-    let pixel = light_view.resolution / f32(min(frame.size.x, frame.size.y));
+    let pixel = laid_out(q.at.xy).scale;
     let rim = min(width - abs(b.signed), min(b.along + reach.x, b.length + reach.y - b.along));
     if abs(b.off) < 0.6 * pixel {
         return 2.0;
@@ -283,16 +268,17 @@ fn inspect_edges(pixel: vec2u) -> f32 {
     if frame.map == shows_silhouette_edges {
         return label(0u, select(0.0, 1.0, line > 0.0));
     }
-    let f = fitted(vec2f(pixel) + 0.5);
+    let at = laid_out(vec2f(pixel) + 0.5);
     if line > 0.0 {
         return drawn(select(3u, 0u, line > 1.5), 0.9);
     }
-    if !f.inside {
-        return drawn(white, 0.0);
+    if !at.inside || at.rim {
+        return drawn(white, select(0.0, 0.4, at.rim));
     }
-    return drawn(white, 0.1 + 0.5 * depth_share_of(f.place));
+    return drawn(white, 0.1 + 0.5 * nearness_of(at));
 }
 
-fn depth_share_of(place: vec2f) -> f32 {
-    return 1.0 - depth_share(light_views[0], textureLoad(depth_map, vec2u(place), 0));
+// What the map holds there, linear: 1 at its near, 0 at its far end.
+fn nearness_of(at: Laid) -> f32 {
+    return 1.0 - depth_share(light_views[at.layer], drawn_depth(at.layer, vec2u(at.place)));
 }

@@ -7,6 +7,7 @@ struct Zoom {
     // Whether the probe meets a surface that is looked up.
     valid: bool,
     s: Surface,
+    layer: u32,
     place: vec2f,
     // Texels a pixel.
     scale: f32,
@@ -20,7 +21,9 @@ fn zoom(pixel: vec2u) -> Zoom {
     let size = vec2f(frame.size);
     z.scale = zoomed_texels / min(size.x, size.y);
     z.valid = z.s.valid;
-    let here = map_texel(light_views[0], light_clip(light_views[0], z.s.position));
+    z.layer = select(0u, choose(z.s).layer, z.valid);
+    let v = light_views[z.layer];
+    let here = map_texel(v, light_clip(v, z.s.position));
     z.place = (vec2f(pixel) + 0.5 - 0.5 * size) * z.scale + select(vec2f(0.5), floor(here) + 0.5, z.valid);
     return z;
 }

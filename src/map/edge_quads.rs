@@ -1,7 +1,9 @@
-//! Silhouette edges drawn into a single map as quads around them (`shaders/map/edge_quads.wgsl`).
+//! Silhouette edges drawn into maps as quads around them (`shaders/map/edge_quads.wgsl`).
 
-use super::Maps;
+use super::filter::{Filter, shader};
+use super::plain::PlainMaps;
 use super::silhouettes::Silhouettes;
+use super::{Layers, MOST, Maps};
 use crate::frame::Frame;
 use crate::gpu::{Buffer, Gpu, Pass, Raster, Resource, Slot, hold};
 use crate::params::{Group, Params};
@@ -9,7 +11,7 @@ use crate::scene::edges::Found;
 use crate::view::{self, Class, Drawn, Legend, View};
 use anyhow::Result;
 use wgpu::TextureFormat as Format;
-use wgpu::TextureUsages as Use;
+use wgpu::{BufferUsages, TextureUsages as Use};
 
 crate::params! {
     /// Which edges are drawn into the map.
@@ -51,40 +53,79 @@ pub const USE: View = view::map(
     ])),
 );
 
-/// Finds the edges and draws them.
+/// Draws maps, finds the edges, draws these into them and looks both up.
 pub struct EdgeQuads {
-    file: &'static str,
+    files: [&'static str; 2],
+    filter: &'static Filter,
     groups: &'static [Group],
+    maps: PlainMaps,
     silhouettes: Silhouettes,
-    lines: Option<((), [Pass; 2])>,
+    /// Of maps around a lamp: writes the draws of each.
+    each: Option<((), (Pass, Buffer))>,
+    lines: Option<(String, [Pass; 2])>,
     drawn: Slot,
 }
 
-/// The edges that a frame draws.
-pub enum Edges {
-    /// Arguments of an indirect draw.
-    Silhouette(Buffer),
-    /// So many.
-    All(u32),
+/// The maps of a frame, and its edges.
+pub struct Edges {
+    pub maps: Maps,
+    all: Draw,
+    /// Of each map.
+    onto: Vec<Onto>,
 }
 
-impl Edges {
-    pub fn draw(&self, p: &mut wgpu::RenderPass) {
+/// A map as edges are drawn into it.
+struct Onto {
+    light_view: Buffer,
+    draw: Draw,
+}
+
+#[derive(Clone)]
+enum Draw {
+    /// Arguments of an indirect draw, from a byte on.
+    Indirect(Buffer, u64),
+    /// So many edges.
+    Edges(u32),
+}
+
+impl Draw {
+    fn draw(&self, p: &mut wgpu::RenderPass) {
         match self {
-            Edges::Silhouette(draw) => p.draw_indirect(draw, 0),
-            Edges::All(count) => p.draw(0..6 * count, 0..1),
+            Draw::Indirect(draw, at) => p.draw_indirect(draw, *at),
+            Draw::Edges(count) => p.draw(0..6 * count, 0..1),
         }
     }
 }
 
+/// What edges leave in each map, and the priorities that decide between them.
+#[derive(Default)]
+pub struct Kept {
+    what: Option<Layers>,
+    priority: Option<Layers>,
+}
+
 impl EdgeQuads {
-    /// `file`: the technique's shader, which includes `map/edge_quads.wgsl`, with its filter; `groups`: all of its parameters.
+    /// `files`: the technique's shaders for a single map and for those around a lamp, which include `map/edge_quads.wgsl`;
+    /// `filter`: what looks them up; `groups`: all of its parameters.
     ///
     /// # Errors
     /// Passes that cannot be made.
-    pub fn new(gpu: &Gpu, file: &'static str, groups: &'static [Group]) -> Result<EdgeQuads> {
-        let silhouettes = Silhouettes::new(gpu, 6, true)?;
-        Ok(EdgeQuads { file, groups, silhouettes, lines: None, drawn: Slot::default() })
+    pub fn new(
+        gpu: &Gpu,
+        files: [&'static str; 2],
+        filter: &'static Filter,
+        groups: &'static [Group],
+    ) -> Result<EdgeQuads> {
+        Ok(EdgeQuads {
+            files,
+            filter,
+            groups,
+            maps: PlainMaps::new(files, groups),
+            silhouettes: Silhouettes::new(gpu, 6, true)?,
+            each: None,
+            lines: None,
+            drawn: Slot::default(),
+        })
     }
 
     /// A pass that draws quads: `fragment` leaves what `format` holds and a priority, of which the smallest wins; with `last`, what
@@ -104,51 +145,110 @@ impl EdgeQuads {
         let targets = [format];
         let fragment = Some(fragment);
         let raster = Raster { vertex: "corner", fragment, targets: &targets, depth: Some(depth), ..Raster::default() };
-        Pass::render(gpu, name, self.file, raster, self.groups)
+        // Whatever the light, as edges know the view of a map alone.
+        Pass::render(gpu, name, &shader(self.files[0], self.filter, None), raster, self.groups)
     }
 
-    /// The edges for the frame's light, and what the mesh makes of them, told in a note.
+    /// Draws the maps and finds the edges for the frame's light; what the mesh makes of them is told in a note.
     ///
     /// # Errors
-    /// More edges than the adapter can bind at once.
+    /// More edges than the adapter can bind at once, or maps that it cannot hold.
     pub fn find(&mut self, f: &mut Frame) -> Result<Edges> {
-        let (draw, found) = self.silhouettes.find(f)?;
+        let maps = self.maps.draw(f, (self.filter.reach)(f))?;
+        let (listed, found) = self.silhouettes.find(f)?;
         tell(f, found);
-        Ok(match QuadParams::read(f.values).edges.as_str() {
-            "all" => Edges::All(self.silhouettes.edges.get(f)?.count),
-            _ => Edges::Silhouette(draw),
-        })
+        let all = match QuadParams::read(f.values).edges.as_str() {
+            "all" => Draw::Edges(self.silhouettes.edges.get(f)?.count),
+            _ => Draw::Indirect(listed.clone(), 0),
+        };
+        let Some((views, face_draws)) = self.maps.faces() else {
+            self.each = None;
+            let onto = vec![Onto { light_view: maps.light_views.clone(), draw: all.clone() }];
+            return Ok(Edges { maps, all, onto });
+        };
+        let gpu = f.gpu;
+        let (pass, draws) = hold(&mut self.each, (), |()| {
+            let pass = Pass::compute(gpu, "edge draws", "map/edge_draws.wgsl", "draw_edges", &[QuadParams::GROUP])?;
+            Ok((pass, gpu.room("draws of edges", MOST as u64 * 16, BufferUsages::STORAGE | BufferUsages::INDIRECT)))
+        })?;
+        let (pass, draws) = (&*pass, &*draws);
+        f.run(pass)
+            .bind("listed_draw", &listed)
+            .bind("face_draws", &face_draws)
+            .bind("edge_draws", draws)
+            .dispatch(1, 1, 1);
+        let onto = |(i, light_view)| Onto { light_view, draw: Draw::Indirect(draws.clone(), 16 * i as u64) };
+        let onto = views.into_iter().take(maps.layers.each.len()).enumerate().map(onto).collect();
+        Ok(Edges { maps, all, onto })
     }
 
-    /// What passes over the map bind: the map that is drawn already, and where edges are looked at the lines of the view.
+    /// Draws the edges into all maps, by a pass of [`EdgeQuads::pass`]: what they leave, and its priority. `beside`: what each map
+    /// holds that the pass reads, by name.
+    ///
+    /// # Errors
+    /// Maps that the adapter cannot hold.
+    pub fn draw(
+        &self,
+        f: &mut Frame,
+        (pass, format): (&Pass, Format),
+        edges: &Edges,
+        kept: &mut Kept,
+        beside: Option<(&'static str, &Layers)>,
+    ) -> Result<[Layers; 2]> {
+        let maps = &edges.maps;
+        let what = Layers::hold(&mut kept.what, f.gpu, &maps.sides, format)?;
+        let priority = Layers::hold(&mut kept.priority, f.gpu, &maps.sides, Format::Depth32Float)?;
+        for (i, (onto, map)) in edges.onto.iter().zip(&maps.layers.each).enumerate() {
+            let run = f.run(pass).bind("light_view", &onto.light_view).bind("depth_map", map).for_layer(map);
+            let run = match beside {
+                Some((name, layers)) => run.bind(name, &layers.each[i]),
+                None => run,
+            };
+            let depth = Some((&priority.each[i], 1.0));
+            run.draw(&[&what.each[i]], depth, true, |p| onto.draw.draw(p));
+        }
+        Ok([what, priority])
+    }
+
+    /// Looks maps and edges up, and draws the views. `bound`: what the filter and the technique's views read, by name.
     ///
     /// # Errors
     /// Passes that cannot be made.
-    pub fn bound(&mut self, f: &mut Frame, maps: &Maps, edges: &Edges) -> Result<Vec<(&'static str, Resource)>> {
-        let mut bound: Vec<(&'static str, Resource)> =
-            vec![("light_view", (&maps.light_views).into()), ("depth_map", (&maps.layers.each[0]).into())];
-        if !f.wants_any_map() {
+    pub fn look_up(&mut self, f: &mut Frame, edges: &Edges, mut bound: Vec<(&'static str, Resource)>) -> Result<()> {
+        if f.wants_any_map() {
+            bound.push(("edge_lines", (&self.lines(f, edges)?).into()));
+        } else {
             self.drawn = Slot::default();
-            return Ok(bound);
         }
+        self.maps.look_up(f, &edges.maps, self.filter, &bound)
+    }
+
+    /// The lines that a view shows: none but in the views of lines.
+    fn lines(&mut self, f: &mut Frame, edges: &Edges) -> Result<wgpu::TextureView> {
         let usage = Use::RENDER_ATTACHMENT | Use::TEXTURE_BINDING;
         let drawn = self.drawn.get(f.gpu, "edge lines", f.size, Format::R32Float, usage);
-        let shown = VIEWS.iter().position(|v| v.id == f.view);
-        if let Some(i) = shown {
-            let (gpu, file, groups) = (f.gpu, self.file, self.groups);
+        let Some(shown) = VIEWS.iter().position(|v| v.id == f.view) else { return Ok(drawn) };
+        let (gpu, groups, maps) = (f.gpu, self.groups, &edges.maps);
+        let file = shader(self.maps.file(), self.filter, None);
+        let [wire, line] = hold(&mut self.lines, file, |file| {
             let pass = |vertex, fragment| {
                 let raster =
                     Raster { vertex, fragment: Some(fragment), targets: &[Format::R32Float], ..Raster::default() };
                 Pass::render(gpu, "edge lines", file, raster, groups)
             };
-            let lines =
-                hold(&mut self.lines, (), |()| Ok([pass("wire_corner", "wire")?, pass("line_corner", "edge_line")?]))?;
-            let run = f.run(&lines[i]).bind_all(&bound).uncounted();
-            let run = if i == 1 { run.of_picture() } else { run };
-            run.draw(&[&drawn], None, true, |p| edges.draw(p));
+            Ok([pass("wire_corner", "wire")?, pass("line_corner", "edge_line")?])
+        })?;
+        if VIEWS[shown].id == "silhouette-edges" {
+            let run = f.run(line).uncounted().of_picture();
+            run.draw(&[&drawn], None, true, |p| edges.all.draw(p));
+            return Ok(drawn);
         }
-        bound.push(("edge_lines", (&drawn).into()));
-        Ok(bound)
+        for (i, onto) in edges.onto.iter().enumerate() {
+            let run = f.run(wire).bind_all(&maps.bound).bind("light_view", &onto.light_view);
+            let run = run.bind("light_views", &maps.light_views).uncounted();
+            run.draw(&[&drawn], None, i == 0, |p| onto.draw.draw(p));
+        }
+        Ok(drawn)
     }
 }
 

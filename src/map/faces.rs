@@ -249,6 +249,16 @@ impl Faces {
         }
     }
 
+    /// Of each face its light view alone, for drawing.
+    pub fn single_views(&self) -> Vec<Buffer> {
+        self.single.iter().map(|[view, _, _]| view.clone()).collect()
+    }
+
+    /// Which faces are drawn, as `draws` in `shaders/map/faces.wgsl`.
+    pub fn draws(&self) -> &Buffer {
+        &self.draws
+    }
+
     /// What was prepared is changed on the GPU, and must be written anew.
     pub fn rewritten(&mut self) {
         self.written = None;

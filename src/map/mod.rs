@@ -17,6 +17,7 @@ mod layers;
 pub mod noise;
 pub mod paraboloid;
 pub mod peel;
+pub mod plain;
 pub mod prefilter;
 pub mod silhouettes;
 pub mod single;
@@ -71,7 +72,7 @@ crate::params! {
             /// Tilts the comparison along the receiver's plane, so that wide filters need no larger bias.
             receiver_plane: flag(false) if bias_kind = "slope",
             /// The largest tangent of the receiver's slope that is followed; 57 is what the sun 1° above the ground needs.
-            slope_limit: float(10.0, 1.0..=60.0, "") if slope_bias > 0.0 or receiver_plane = true or bias_kind = "ray-plane" or bias_kind = "slope" and subdivision > 1,
+            slope_limit: float(10.0, 1.0..=60.0, "") if slope_bias > 0.0 or receiver_plane = true or bias_kind = "ray-plane" or bias_kind = "slope" and subdivision > 1 or edges = "silhouette" or edges = "all" or change = "both" or change = "conservative",
             /// Moves the receiver along its normal before the look-up, farther where light grazes it. Shifts the edges of all shadows sideways.
             normal_offset: float(0.0, 0.0..=4.0, "texels") if bias_kind = "slope",
         }

@@ -3,16 +3,14 @@
 use super::shadow_map::GROUPS;
 use super::{Info, MAPS, Technique};
 use crate::frame::Frame;
-use crate::gpu::{Pass, Resource, Slot, hold};
-use crate::map::MapParams;
-use crate::map::edge_quads::{self, EdgeQuads, QuadParams};
-use crate::map::filter::{Filter, LookUp, Reach};
-use crate::map::single::ShadowMap;
+use crate::gpu::{Pass, hold};
+use crate::map::edge_quads::{self, EdgeQuads, Kept, QuadParams};
+use crate::map::faces::FaceParams;
+use crate::map::filter::{Filter, Reach};
 use crate::params::Params;
 use crate::view::{self, Class, Drawn, Legend};
 use anyhow::Result;
 use wgpu::TextureFormat as Format;
-use wgpu::TextureUsages as Use;
 
 crate::params! {
     /// What edges leave in the map, and how it is looked up.
@@ -24,7 +22,7 @@ crate::params! {
             priority: choice("segment", ["segment", "seed", "min", "order"]),
             /// Rounded: one distance a texel, mixed between four texels, so that corners are cut off. Exact: each texel names its two nearest edges, and each is tested by itself.
             corners: choice("rounded", ["rounded", "exact"]),
-            /// Take distances only where they say the same of each of the four texels as its comparison does, so that an edge which casts elsewhere leaves the plain map's result. Off, as the paper has it: whatever is kept there decides.
+            /// Take distances only where they say the same of each of the four texels as its comparison does, with exact corners of three of them, so that an edge which casts elsewhere leaves the plain map's result. Off, as the paper has it: whatever is kept there decides.
             check: flag(true),
             /// Where quads get their width. Screen: in the light's image. World: in space before a spot's projection, so that far ones are too thin to be looked up. The same under the sun.
             quads_in: choice("screen", ["screen", "world"]),
@@ -36,7 +34,8 @@ crate::params! {
     }
 }
 
-const FILE: &str = "techniques/edsm.wgsl map/filter/edsm.wgsl";
+/// For a single map, and for those around a lamp.
+const FILES: [&str; 2] = ["techniques/edsm.wgsl", "techniques/edsm/around.wgsl"];
 
 static FILTER: Filter = Filter {
     id: "edsm",
@@ -55,10 +54,10 @@ pub static INFO: Info = Info {
     doc: "A plain map, and beside it the distance from the silhouette's edges, drawn in quads along them: where the map's \
           texels differ, the distance mixed between them says on which side of the edge a pixel lies. Straight edges are \
           exact; corners are cut, and edges less than two texels apart get in each other's way.",
-    lights: &["directional", "spot"],
+    lights: &["directional", "spot", "omni", "hemisphere"],
     filter: Some(&FILTER),
     smooth: |_| false,
-    params: crate::groups!(&[EdsmParams::GROUP, QuadParams::GROUP], GROUPS),
+    params: crate::groups!(&[EdsmParams::GROUP, QuadParams::GROUP], GROUPS, &[FaceParams::GROUP]),
     main: &[("resolution", "256..8192*2"), ("corners", "rounded,exact")],
     maps: &[
         MAPS,
@@ -94,33 +93,26 @@ pub static INFO: Info = Info {
     ],
     make: |gpu, info| {
         Ok(Box::new(Edsm {
-            map: ShadowMap::new(gpu)?,
-            quads: EdgeQuads::new(gpu, FILE, info.params)?,
+            quads: EdgeQuads::new(gpu, FILES, &FILTER, info.params)?,
             passes: None,
-            kept: Default::default(),
-            second: Default::default(),
-            look_up: LookUp::new(gpu, "techniques/edsm.wgsl", info.params),
+            kept: Kept::default(),
+            second: Kept::default(),
         }))
     },
 };
 
 struct Edsm {
-    map: ShadowMap,
     quads: EdgeQuads,
     /// The first's and the second's; whether what comes last stays.
     passes: Option<(bool, [Pass; 2])>,
-    /// What texels keep, and its priority.
-    kept: [Slot; 2],
-    second: [Slot; 2],
-    look_up: LookUp,
+    kept: Kept,
+    second: Kept,
 }
 
 impl Technique for Edsm {
     fn render(&mut self, f: &mut Frame) -> Result<()> {
         let p = EdsmParams::read(f.values);
-        let maps = self.map.render(f, (FILTER.reach)(f))?;
         let edges = self.quads.find(f)?;
-        let mut bound = self.quads.bound(f, &maps, &edges)?;
         let (gpu, quads) = (f.gpu, &self.quads);
         let [first, second] = hold(&mut self.passes, p.priority == "order", |last| {
             Ok([
@@ -128,33 +120,19 @@ impl Technique for Edsm {
                 quads.pass(gpu, "second edge quads", "keep_second", Format::R32Uint, *last)?,
             ])
         })?;
-        let side = [MapParams::read(f.values).resolution; 2];
-        let usage = Use::RENDER_ATTACHMENT | Use::TEXTURE_BINDING;
-        let targets = |[kept, priority]: &mut [Slot; 2]| {
-            [
-                kept.get(gpu, "edges", side, Format::R32Uint, usage),
-                priority.get(gpu, "edge priority", side, Format::Depth32Float, usage),
-            ]
-        };
-        let layer = &maps.layers.each[0];
-        let [kept, priority] = targets(&mut self.kept);
-        let draw = |p: &mut wgpu::RenderPass| edges.draw(p);
-        f.run(first).bind_all(&bound).for_layer(layer).draw(&[&kept], Some((&priority, 1.0)), true, draw);
+        let [kept, priority] = quads.draw(f, (first, Format::R32Uint), &edges, &mut self.kept, None)?;
         let mut beside = kept.clone();
         if p.corners == "exact" {
-            let [next, priority] = targets(&mut self.second);
-            let run = f.run(second).bind_all(&bound).bind("first_numbers", &kept).for_layer(layer);
-            run.draw(&[&next], Some((&priority, 1.0)), true, draw);
-            beside = next;
+            let first = Some(("first_numbers", &kept));
+            [beside, _] = quads.draw(f, (second, Format::R32Uint), &edges, &mut self.second, first)?;
         } else {
-            self.second = Default::default();
+            self.second = Kept::default();
         }
-        let own: [(&'static str, Resource); 3] = [
-            ("edge_map", (&kept).into()),
-            ("second_edge_map", (&beside).into()),
-            ("edge_priority", (&priority).into()),
+        let bound = vec![
+            ("edge_map", (&kept.all).into()),
+            ("second_edge_map", (&beside.all).into()),
+            ("edge_priority", (&priority.all).into()),
         ];
-        bound.extend(own);
-        self.look_up.run(f, &maps, &FILTER, &bound)
+        self.quads.look_up(f, &edges, bound)
     }
 }

@@ -5,10 +5,9 @@ use super::{Info, MAPS, NEAREST, Technique};
 use crate::frame::{Frame, Indirect, SAMPLED, STORED};
 use crate::gpu::{self, Buffer, Gpu, Pass, Resource, Slot, Texture, hold};
 use crate::light::Light;
-use crate::map::MapParams;
-use crate::map::faces::{self, FaceParams, Faces, around};
-use crate::map::filter::{LookUp, Reach, alone};
-use crate::map::single::ShadowMap;
+use crate::map::faces::FaceParams;
+use crate::map::filter::{Reach, alone};
+use crate::map::plain::PlainMaps;
 use crate::params::{Params, Values};
 use crate::scene::Camera;
 use crate::scene::geometry::Geometry;
@@ -128,7 +127,7 @@ const VPL: u64 = 48;
 const MOST_VPLS: u64 = 1024;
 
 struct ImperfectSm {
-    direct: Direct,
+    direct: PlainMaps,
     shoot: Pass,
     choose: Pass,
     place_points: Pass,
@@ -152,36 +151,6 @@ struct ImperfectSm {
     lights_of: Option<LightsOf>,
     tiles_of: Option<(LightsOf, Values)>,
     gathered_of: Option<(LightsOf, Values, Camera, [u32; 2])>,
-}
-
-/// Direct light: by a single shadow map, or by a cube's where the light shines in all directions.
-struct Direct {
-    map: ShadowMap,
-    look_up: LookUp,
-    around: Option<(Faces, LookUp)>,
-}
-
-impl Direct {
-    /// Fills the visibility and draws the views. `bound`: what the views of indirect light need, by name.
-    fn render(&mut self, f: &mut Frame, bound: &[(&'static str, Resource)]) -> Result<()> {
-        if !faces::LIGHTS.contains(&f.light.kind()) {
-            self.around = None;
-            let maps = self.map.render(f, Reach::default())?;
-            return self.look_up.run(f, &maps, NEAREST, bound);
-        }
-        let (cube, look_up) = match &mut self.around {
-            Some(held) => held,
-            None => {
-                let made = (Faces::new(f.gpu)?, LookUp::new(f.gpu, AROUND, INFO.params));
-                self.around.insert(made)
-            }
-        };
-        let around = around(f, MapParams::read(f.values).resolution, Reach::default())?;
-        let views = around.cube();
-        cube.prepare(f, &around, &views);
-        let maps = cube.draw(f, &around, &views)?;
-        look_up.run(f, &maps, NEAREST, bound)
-    }
 }
 
 /// What bounce lights depend on.
@@ -326,7 +295,7 @@ impl ImperfectSm {
     fn new(gpu: &Gpu) -> Result<ImperfectSm> {
         let pass = |name, entry| Pass::compute(gpu, name, &alone(FILE), entry, INFO.params);
         Ok(ImperfectSm {
-            direct: Direct { map: ShadowMap::new(gpu)?, look_up: LookUp::new(gpu, FILE, INFO.params), around: None },
+            direct: PlainMaps::new([FILE, AROUND], INFO.params),
             shoot: pass("rays from the light", "shoot")?,
             choose: pass("bounce lights", "choose_lights")?,
             place_points: pass("scene points", "place_points")?,
@@ -476,6 +445,7 @@ impl Technique for ImperfectSm {
             ("splatted", splatted.into()),
             ("tiles", tiles.into()),
         ];
-        self.direct.render(f, &bound)
+        let maps = self.direct.draw(f, Reach::default())?;
+        self.direct.look_up(f, &maps, NEAREST, &bound)
     }
 }

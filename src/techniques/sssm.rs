@@ -3,16 +3,14 @@
 use super::shadow_map::GROUPS;
 use super::{Info, MAPS, Technique};
 use crate::frame::Frame;
-use crate::gpu::{Pass, Slot};
-use crate::map::MapParams;
-use crate::map::edge_quads::{self, EdgeQuads, QuadParams};
-use crate::map::filter::{Filter, LookUp, Reach};
-use crate::map::single::ShadowMap;
+use crate::gpu::Pass;
+use crate::map::edge_quads::{self, EdgeQuads, Kept, QuadParams};
+use crate::map::faces::FaceParams;
+use crate::map::filter::{Filter, Reach};
 use crate::params::Params;
 use crate::view::{self, Class, Drawn, Legend};
 use anyhow::Result;
 use wgpu::TextureFormat as Format;
-use wgpu::TextureUsages as Use;
 
 crate::params! {
     /// What edges leave in the map.
@@ -24,7 +22,8 @@ crate::params! {
     }
 }
 
-const FILE: &str = "techniques/sssm.wgsl map/filter/sssm.wgsl";
+/// For a single map, and for those around a lamp.
+const FILES: [&str; 2] = ["techniques/sssm.wgsl", "techniques/sssm/around.wgsl"];
 
 static FILTER: Filter = Filter {
     id: "sssm",
@@ -43,10 +42,10 @@ pub static INFO: Info = Info {
     doc: "A plain map, and a point of the silhouette in each square between four of its texels. Lines between neighbouring \
           points part each square into four quadrants, one for each texel. Edges and corners are nearly exact; two edges in one \
           square are not.",
-    lights: &["directional", "spot"],
+    lights: &["directional", "spot", "omni", "hemisphere"],
     filter: Some(&FILTER),
     smooth: |_| false,
-    params: crate::groups!(&[SssmParams::GROUP, QuadParams::GROUP], GROUPS),
+    params: crate::groups!(&[SssmParams::GROUP, QuadParams::GROUP], GROUPS, &[FaceParams::GROUP]),
     main: &[("resolution", "256..8192*2"), ("store", "vertex,mid")],
     maps: &[
         MAPS,
@@ -68,14 +67,11 @@ pub static INFO: Info = Info {
         ],
     ],
     make: |gpu, info| {
-        let quads = EdgeQuads::new(gpu, FILE, info.params)?;
+        let quads = EdgeQuads::new(gpu, FILES, &FILTER, info.params)?;
         Ok(Box::new(Sssm {
-            map: ShadowMap::new(gpu)?,
             keep: quads.pass(gpu, "edge quads", "keep", POINTS, false)?,
             quads,
-            points: Slot::default(),
-            priority: Slot::default(),
-            look_up: LookUp::new(gpu, "techniques/sssm.wgsl", info.params),
+            points: Kept::default(),
         }))
     },
 };
@@ -83,26 +79,15 @@ pub static INFO: Info = Info {
 const POINTS: Format = Format::Rg16Float;
 
 struct Sssm {
-    map: ShadowMap,
     quads: EdgeQuads,
     keep: Pass,
-    points: Slot,
-    priority: Slot,
-    look_up: LookUp,
+    points: Kept,
 }
 
 impl Technique for Sssm {
     fn render(&mut self, f: &mut Frame) -> Result<()> {
-        let maps = self.map.render(f, (FILTER.reach)(f))?;
         let edges = self.quads.find(f)?;
-        let mut bound = self.quads.bound(f, &maps, &edges)?;
-        let side = [MapParams::read(f.values).resolution; 2];
-        let usage = Use::RENDER_ATTACHMENT | Use::TEXTURE_BINDING;
-        let points = self.points.get(f.gpu, "silhouette points", side, POINTS, usage);
-        let priority = self.priority.get(f.gpu, "point priority", side, Format::Depth32Float, usage);
-        let run = f.run(&self.keep).bind_all(&bound).for_layer(&maps.layers.each[0]);
-        run.draw(&[&points], Some((&priority, 1.0)), true, |p| edges.draw(p));
-        bound.push(("silhouette_points", (&points).into()));
-        self.look_up.run(f, &maps, &FILTER, &bound)
+        let [points, _] = self.quads.draw(f, (&self.keep, POINTS), &edges, &mut self.points, None)?;
+        self.quads.look_up(f, &edges, vec![("silhouette_points", (&points.all).into())])
     }
 }

@@ -25,6 +25,9 @@ fn groups(file: &str) -> &'static [Group] {
     if ["map/faces.wgsl", "map/paraboloid.wgsl", "map/moved.wgsl"].contains(&file) {
         return techniques::find("dual-paraboloid").map_or(&[], |i| i.params);
     }
+    if file == "map/edge_draws.wgsl" {
+        return techniques::find("edsm").map_or(&[], |i| i.params);
+    }
     if file == "map/conservative.wgsl" {
         return techniques::find("csm-conservative").map_or(&[], |i| i.params);
     }
@@ -76,6 +79,10 @@ fn whole() -> Vec<(String, &'static [Group])> {
                 .iter()
                 .map(|filter| (shader(file, filter, filter.moments.map(|of| of(&Values::new()))), info.params)),
         );
+        // Those with a single map and maps around a lamp have the latter's in a folder of their own.
+        let folder = format!("techniques/{}/around.wgsl", info.id.replace('-', "_"));
+        let in_folder = filters.iter().filter(|_| held(&folder));
+        all.extend(in_folder.map(|filter| (shader(&folder, filter, None), info.params)));
         if filters.is_empty() {
             all.push((own, info.params));
         }

@@ -4,6 +4,7 @@ use crate::common::*;
 use crate::edges::box_of;
 use glam::{Vec2, Vec3, vec2, vec3};
 use shadowscope::frame::Renderer;
+use shadowscope::light::Light;
 use shadowscope::measure::metrics::FACING;
 use shadowscope::scene::Scene;
 use shadowscope::setup::Setup;
@@ -14,7 +15,12 @@ const HEIGHT: f32 = 6.0;
 
 /// A floor seen from above, and flat polygons beside the view whose shadows fall into it.
 fn under_polygons(polygons: &[Vec<Vec2>]) -> Scene {
-    let at = |p: Vec2| vec3(p.x, HEIGHT, p.y);
+    polygons_at(HEIGHT, polygons, sun(TO_LIGHT))
+}
+
+/// A floor seen from above, and flat polygons at a height over it.
+fn polygons_at(height: f32, polygons: &[Vec<Vec2>], light: Light) -> Scene {
+    let at = |p: Vec2| vec3(p.x, height, p.y);
     let mut triangles = floor(Vec2::splat(-8.0), Vec2::splat(8.0), 0.0);
     for p in polygons {
         // Fans, seen from above counter-clockwise.
@@ -24,7 +30,7 @@ fn under_polygons(polygons: &[Vec<Vec2>]) -> Scene {
         }
     }
     let view = camera(vec3(0.0, 5.4, 0.02), Vec3::ZERO);
-    scene(vec![mesh(&triangles, 0)], vec![material(Vec3::ONE)], view, sun(TO_LIGHT))
+    scene(vec![mesh(&triangles, 0)], vec![material(Vec3::ONE)], view, light)
 }
 
 /// Where the light's ray of a place on the floor passes the polygons' plane.
@@ -57,18 +63,20 @@ fn wrong(r: &mut Renderer, s: &mut Setup, polygons: &[Vec<Vec2>], technique: &st
 }
 
 /// Convex polygons of several sizes and a star with points of 40°, apart from one another, where their shadows are in view.
-fn shapes() -> Vec<Vec<Vec2>> {
+/// `above`: where the light's ray of a place on the floor passes the polygons' plane.
+fn shapes(above: fn(Vec2) -> Vec2) -> Vec<Vec<Vec2>> {
     let mut random = Random(7);
     let mut shapes: Vec<Vec<Vec2>> = (0..11)
         .map(|i| {
-            let center = above(vec2((i % 4) as f32 - 1.5, (i / 4) as f32 - 1.0) * 1.15);
+            let center = vec2((i % 4) as f32 - 1.5, (i / 4) as f32 - 1.0) * 1.15;
             let (n, turn) = (3 + i % 4, random.next() * TAU);
             let corner = |k: usize| Vec2::from_angle(turn - TAU * k as f32 / n as f32);
-            (0..n).map(|k| center + corner(k) * (0.36 + 0.12 * random.next())).collect()
+            (0..n).map(|k| above(center + corner(k) * (0.36 + 0.12 * random.next()))).collect()
         })
         .collect();
-    let center = above(vec2(1.5, 1.0) * 1.15);
-    shapes.push((0..10).map(|k| center + Vec2::from_angle(-TAU * k as f32 / 10.0) * [0.5, 0.2][k % 2]).collect());
+    let center = vec2(1.5, 1.0) * 1.15;
+    let corner = |k: usize| center + Vec2::from_angle(-TAU * k as f32 / 10.0) * [0.5, 0.2][k % 2];
+    shapes.push((0..10).map(|k| above(corner(k))).collect());
     shapes
 }
 
@@ -77,7 +85,7 @@ const MAP: &str = "resolution=96";
 /// Silhouettes decide nearly all pixels that a plain map of the same size gets wrong; corners need more than one distance.
 #[test]
 fn silhouettes_straighten_polygons() {
-    let shapes = shapes();
+    let shapes = shapes(above);
     let (mut r, mut s) = start(under_polygons(&shapes), [320, 240]);
     assert_eq!(wrong(&mut r, &mut s, &shapes, "rt-hard", &[])[0], 0);
     let mut share = |technique: &str, sets: &[&str]| {
@@ -103,6 +111,97 @@ fn silhouettes_straighten_polygons() {
     // Half the four texels around an edge keep nothing of quads that are too thin.
     let thin = share("edsm", &["reach=0.5"]);
     assert!(thin > 3.0 * rounded && thin < 1.05 * plain, "{thin} {plain}");
+}
+
+/// A lamp over the floor's middle, near enough that the view spans five of its faces, and the height of what hangs below it.
+const LAMP: Vec3 = Vec3::new(0.13, 1.0, -0.07);
+const BELOW: f32 = 0.75;
+
+/// Where the lamp's ray of a place on the floor passes the polygons' plane.
+fn below_lamp(p: Vec2) -> Vec2 {
+    let foot = vec2(LAMP.x, LAMP.z);
+    foot + (p - foot) * (1.0 - BELOW / LAMP.y)
+}
+
+/// Pixels of the floor that are wrong by the closed form: in the face below the lamp, in those beside it, and of both those close to
+/// the seam between them; and how many there are.
+fn wrong_around(r: &mut Renderer, s: &Setup, polygons: &[Vec<Vec2>]) -> [[u32; 2]; 3] {
+    r.render(s, ask(s)).unwrap();
+    let (mask, at) = (r.read_mask().unwrap(), r.read_position().unwrap());
+    let seen = r.read_visibility().unwrap();
+    let mut found = [[0; 2]; 3];
+    for ((_, p), v) in mask.iter().zip(&at).zip(&seen).filter(|((m, p), _)| **m == FACING && p[1] < 0.1) {
+        let lit = !polygons.iter().any(|polygon| inside(polygon, below_lamp(vec2(p[0], p[2]))));
+        let aside = (p[0] - LAMP.x).abs().max((p[2] - LAMP.z).abs()) - LAMP.y;
+        let classes = [aside < 0.0, aside >= 0.0, aside.abs() < 0.1];
+        for (class, found) in classes.into_iter().zip(&mut found).filter(|(class, _)| *class) {
+            found[0] += (class && (*v > 0.5) != lit) as u32;
+            found[1] += 1;
+        }
+    }
+    found
+}
+
+/// Around a lamp silhouettes decide in every face what they decide in a single map, and no seam shows; faces that no pixel looks
+/// up do without.
+#[test]
+fn silhouettes_straighten_polygons_around_a_lamp() {
+    let shapes = shapes(below_lamp);
+    let (mut r, mut s) = start(polygons_at(BELOW, &shapes, lamp(LAMP)), [320, 240]);
+    let mut bad = |technique: &str, sets: &[&str]| {
+        select(&mut s, technique, sets);
+        let found = wrong_around(&mut r, &s, &shapes);
+        println!("{technique} {sets:?}: {found:?}");
+        (found, r.read_visibility().unwrap())
+    };
+    let (truth, _) = bad("rt-hard", &[]);
+    assert!(truth.iter().all(|[bad, all]| *bad == 0 && *all > 1500), "{truth:?}");
+    let small = "resolution=96";
+    let (plain, _) = bad("cube", &[small]);
+    assert!(plain.iter().all(|[bad, _]| *bad > 20), "{plain:?}");
+    for (technique, sets, times) in
+        [("edsm", &[small][..], 8), ("edsm", &[small, "corners=exact"], 30), ("sssm", &[small], 8)]
+    {
+        let (found, seen) = bad(technique, sets);
+        for (([bad, _], [plain, _]), class) in found.iter().zip(&plain).zip(["below", "beside", "seam"]) {
+            assert!(times * bad <= times.max(*plain), "{technique} {sets:?}, {class}: {bad} of {plain}");
+        }
+        let (_, all) = bad(technique, &[sets, &["culling=none"]].concat());
+        assert!(seen == all, "{technique} {sets:?}: idle faces are looked up");
+    }
+}
+
+/// Around a lamp too: pixels whose four texels keep one and the same edge.
+#[test]
+fn straight_edges_are_exact_around_a_lamp() {
+    let light = lamp(vec3(-0.5, 3.0, 2.0));
+    let view = camera(vec3(0.0, 5.0, 9.0), Vec3::ZERO);
+    let (mut r, mut s) = start(scene(vec![mesh(&yard(), 0)], vec![material(Vec3::ONE)], view, light), [320, 200]);
+    let map = "resolution=128";
+    select(&mut s, "rt-hard", &[]);
+    r.render(&s, ask(&s)).unwrap();
+    let truth = r.read_visibility().unwrap();
+    s.view = "edge-use".into();
+    select(&mut s, "edsm", &[map, "corners=exact"]);
+    r.render(&s, ask(&s)).unwrap();
+    let facing = r.read_mask().unwrap();
+    let straight: Vec<bool> =
+        r.read_map().unwrap().iter().zip(&facing).map(|(x, m)| (3.0..4.0).contains(x) && *m == FACING).collect();
+    s.view = "shaded".into();
+    let mut bad = |technique: &str, sets: &[&str]| {
+        select(&mut s, technique, &[&[map], sets].concat());
+        r.render(&s, ask(&s)).unwrap();
+        let seen = r.read_visibility().unwrap();
+        let all = seen.iter().zip(&truth).zip(&straight).filter(|((v, t), here)| **here && (*v - **t).abs() > 0.5);
+        let bad = all.count();
+        println!("{technique} {sets:?}: {bad}");
+        bad
+    };
+    let plain = bad("cube", &[]);
+    assert!(plain > 60, "{plain}");
+    assert!(10 * bad("edsm", &["corners=exact"]) <= plain);
+    assert!(10 * bad("edsm", &[]) <= plain);
+    assert!(10 * bad("sssm", &[]) <= plain);
 }
 
 /// Tips of ten degrees: each of the two edges tested by itself.

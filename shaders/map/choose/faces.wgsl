@@ -1,6 +1,7 @@
 //!include map/faces_of.wgsl
 //!include map/look_up.wgsl
 //!include lib/labels.wgsl
+//!include map/laid.wgsl
 // Choosing among the faces around a light, and the maps that techniques with faces show. Each face's map goes so far beyond its
 // edges as the filter reaches (a guard band): nothing is looked up twice at a seam. Taps that lie farther off all the same
 // are looked up where their direction belongs.
@@ -157,28 +158,60 @@ fn face_at(layer: u32, texel: vec2f) -> u32 {
     return 0u;
 }
 
-// The maps laid out, fitted into the picture; near bright. Borders in the face's colour; what was not drawn is dark.
-fn unfolded(pixel: vec2u) -> f32 {
+fn laid_tile(layer: u32) -> vec2u {
+    let l = tiling();
+    if l.columns == 4u {
+        return array<vec2u, 6>(vec2u(0u, 1u), vec2u(2u, 1u), vec2u(1u, 0u), vec2u(1u, 2u), vec2u(1u, 1u), vec2u(3u, 1u))[layer];
+    }
+    return vec2u(layer % l.columns, layer / l.columns);
+}
+
+// Texels a pixel where all tiles are fitted into the picture.
+fn laid_scale() -> f32 {
+    let l = tiling();
+    let whole = light_views[0].resolution * vec2f(vec2u(l.columns, l.rows)) / vec2f(frame.size);
+    return max(whole.x, whole.y);
+}
+
+fn laid_out(pixel: vec2f) -> Laid {
     let l = tiling();
     let side = light_views[0].resolution;
     let whole = side * vec2f(vec2u(l.columns, l.rows));
-    let picture = vec2f(frame.size);
-    let scale = max(whole.x / picture.x, whole.y / picture.y);
-    let at = (vec2f(pixel) + 0.5 - 0.5 * picture) * scale + 0.5 * whole;
+    let scale = laid_scale();
+    let at = (pixel - 0.5 * vec2f(frame.size)) * scale + 0.5 * whole;
     let tile = vec2u(max(at, vec2f(0.0)) / side);
     if any(at < vec2f(0.0)) || any(at >= whole) || layer_in(tile) < 0 {
-        return drawn(white, 0.0);
+        return Laid(false, 0u, vec2f(0.0), scale, false);
     }
     let inner = at - vec2f(tile) * side;
-    let layer = u32(layer_in(tile));
-    let i = face_at(layer, inner);
+    let rim = any(inner < vec2f(2.0 * scale)) || any(inner >= vec2f(side - 2.0 * scale));
+    return Laid(true, u32(layer_in(tile)), inner, scale, rim);
+}
+
+// The pixel at which that shows a place of a view's map.
+fn pixel_of(v: LightView, place: vec2f) -> vec2f {
+    let l = tiling();
+    let side = v.resolution;
+    let tile = laid_tile(texture_layer(face_of(v.axis.xyz)));
+    let at = vec2f(tile) * side + place - 0.5 * side * vec2f(vec2u(l.columns, l.rows));
+    return at / laid_scale() + 0.5 * vec2f(frame.size);
+}
+
+// The maps laid out, fitted into the picture; near bright. Borders in the face's colour; what was not drawn is dark.
+fn unfolded(pixel: vec2u) -> f32 {
+    let at = laid_out(vec2f(pixel) + 0.5);
+    if !at.inside {
+        return drawn(white, 0.0);
+    }
+    let inner = at.place;
+    let i = face_at(at.layer, inner);
     // The seam: where another face takes over.
     let v = light_views[i];
-    let step = 1.5 * scale;
+    let step = 1.5 * at.scale;
     let here = face_of(ray_of(v, inner));
     let seam = here == i && (face_of(ray_of(v, inner + vec2f(step, 0.0))) != i || face_of(ray_of(v, inner - vec2f(step, 0.0))) != i
         || face_of(ray_of(v, inner + vec2f(0.0, step))) != i || face_of(ray_of(v, inner - vec2f(0.0, step))) != i);
-    if seam || any(inner < vec2f(2.0 * scale)) || any(inner >= vec2f(side - 2.0 * scale)) {
+    if seam || at.rim {
         return drawn(i, select(0.3, 0.9, face_drawn(i)));
     }
     if !face_drawn(i) {

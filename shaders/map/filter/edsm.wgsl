@@ -2,15 +2,15 @@
 
 // Of each texel the distance of the edge kept there, texels as bits of a float, positive in shadow; or 1 more than the edge's number.
 // 0: none. The second only of numbers.
-var edge_map: texture_2d<u32>;
-var second_edge_map: texture_2d<u32>;
+var edge_map: texture_2d_array<u32>;
+var second_edge_map: texture_2d_array<u32>;
 
-fn kept_at(texel: vec2i) -> u32 {
-    return textureLoad(edge_map, clamp(texel, vec2i(0), vec2i(textureDimensions(edge_map)) - 1), 0).x;
+fn kept_at(layer: u32, texel: vec2i) -> u32 {
+    return textureLoad(edge_map, clamp(texel, vec2i(0), vec2i(textureDimensions(edge_map)) - 1), layer, 0).x;
 }
 
-fn second_at(texel: vec2i) -> u32 {
-    return textureLoad(second_edge_map, clamp(texel, vec2i(0), vec2i(textureDimensions(second_edge_map)) - 1), 0).x;
+fn second_at(layer: u32, texel: vec2i) -> u32 {
+    return textureLoad(second_edge_map, clamp(texel, vec2i(0), vec2i(textureDimensions(second_edge_map)) - 1), layer, 0).x;
 }
 
 // Each of the four texels is compared at its own place on the receiver's plane.
@@ -76,9 +76,9 @@ fn nearest_edges(r: Receiver, s: Surface, place: vec2f, low: vec2i, lit: vec4f) 
         let texel = low + vec2i(i32(i & 1u), i32(i >> 1u & 1u));
         var number = 0u;
         if i < 4u {
-            number = kept_at(texel);
+            number = kept_at(texture_layer(r.layer), texel);
         } else {
-            number = second_at(texel);
+            number = second_at(texture_layer(r.layer), texel);
         }
         if number == 0u || any(numbers == vec2u(number)) {
             continue;
@@ -108,14 +108,27 @@ fn nearest_edges(r: Receiver, s: Surface, place: vec2f, low: vec2i, lit: vec4f) 
     if !first.there {
         return found;
     }
-    for (var i = 0u; i < 4u && edsm.check != 0u; i++) {
-        let middle = vec2f(low + vec2i(i32(i & 1u), i32(i >> 1u))) + 0.5;
-        if !agrees(from_edges(first, second, middle), lit[i]) {
+    if edsm.check != 0u {
+        // A third edge may have one of the four another way: that says nothing of the place. And the second may cast elsewhere.
+        let both = agreeing(first, second, low, lit);
+        let alone = agreeing(first, nowhere, low, lit);
+        if max(both, alone) < 3u {
             return found;
         }
+        second.there = second.there && both >= alone;
     }
     found.signed = from_edges(first, second, place);
     return found;
+}
+
+// How many of the four texels two edges have as their comparisons do.
+fn agreeing(first: Segment, second: Segment, low: vec2i, lit: vec4f) -> u32 {
+    var number = 0u;
+    for (var i = 0u; i < 4u; i++) {
+        let middle = vec2f(low + vec2i(i32(i & 1u), i32(i >> 1u))) + 0.5;
+        number += u32(agrees(from_edges(first, second, middle), lit[i]));
+    }
+    return number;
 }
 
 fn from_edges(first: Segment, second: Segment, place: vec2f) -> f32 {
@@ -148,7 +161,7 @@ fn look_at(r: Receiver, s: Surface, place: vec2f) -> EdgeLook {
     }
     var signed: vec4f;
     for (var i = 0u; i < 4u; i++) {
-        let kept = kept_at(vec2i(low) + vec2i(i32(i & 1u), i32(i >> 1u)));
+        let kept = kept_at(texture_layer(r.layer), vec2i(low) + vec2i(i32(i & 1u), i32(i >> 1u)));
         signed[i] = bitcast<f32>(kept);
         look.kept += u32(kept != 0u && (edsm.check == 0u || edsm.corners == corners_exact || agrees(signed[i], lit[i])));
     }

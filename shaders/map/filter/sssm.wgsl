@@ -1,26 +1,27 @@
 // Four comparisons around a square; its point and those of the squares beside it part it into quadrants, one for each corner.
 
-var silhouette_points: texture_2d<f32>;
+var silhouette_points: texture_2d_array<f32>;
 
 // Square (i, j) has its upper left corner in the middle of texel (i, j).
-fn stored_point(square: vec2i) -> vec2f {
-    return textureLoad(silhouette_points, clamp(square, vec2i(0), vec2i(textureDimensions(silhouette_points)) - 1), 0).xy;
+fn stored_point(layer: u32, square: vec2i) -> vec2f {
+    let last = vec2i(textureDimensions(silhouette_points)) - 1;
+    return textureLoad(silhouette_points, clamp(square, vec2i(0), last), texture_layer(layer), 0).xy;
 }
 
-fn has_point(square: vec2i) -> bool {
-    return stored_point(square).x > 0.0;
+fn has_point(layer: u32, square: vec2i) -> bool {
+    return stored_point(layer, square).x > 0.0;
 }
 
 // Its place in the square; the middle, where no edge left one.
-fn point_of(square: vec2i) -> vec2f {
-    let stored = stored_point(square);
+fn point_of(layer: u32, square: vec2i) -> vec2f {
+    let stored = stored_point(layer, square);
     return select(vec2f(0.5), stored - 1.0, stored.x > 0.0);
 }
 
 // The point of the square beside it, in its own coordinates: 0 right, 1 below, 2 left, 3 above.
-fn point_beyond(square: vec2i, k: u32) -> vec2f {
+fn point_beyond(layer: u32, square: vec2i, k: u32) -> vec2f {
     let by = array<vec2i, 4>(vec2i(1, 0), vec2i(0, 1), vec2i(-1, 0), vec2i(0, -1))[k];
-    return point_of(square + by) + vec2f(by);
+    return point_of(layer, square + by) + vec2f(by);
 }
 
 fn edge_receiver(s: Surface, layer: u32) -> Receiver {
@@ -51,14 +52,14 @@ fn light_in(r: Receiver, place: vec2f) -> f32 {
         return four.x;
     }
     let square = vec2i(low);
-    let point = point_of(square);
+    let point = point_of(r.layer, square);
     let p = place - 0.5 - low - point;
     // Clockwise, as rows run down: between right and below lies the lower right corner's quadrant, and so on.
     let corners = array<u32, 4>(3u, 2u, 0u, 1u);
     var nearest = four[u32(p.x + point.x >= 0.5) + 2u * u32(p.y + point.y >= 0.5)];
-    var from_ = point_beyond(square, 0u) - point;
+    var from_ = point_beyond(r.layer, square, 0u) - point;
     for (var k = 0u; k < 4u; k++) {
-        let to = point_beyond(square, (k + 1u) % 4u) - point;
+        let to = point_beyond(r.layer, square, (k + 1u) % 4u) - point;
         let straight = turn_between(from_, p) >= 0.0 && turn_between(p, to) >= 0.0;
         // Of a quadrant wider than half a turn it is what the rest is not.
         let wide = !(turn_between(to, p) > 0.0 && turn_between(p, from_) > 0.0);
