@@ -47,9 +47,7 @@ pub static INFO: Info = Info {
     ],
     main: &[("resolution", "256..8192*2"), ("window", "2..4")],
     maps: &[&OWN, MAPS],
-    make: |gpu, _| {
-        Ok(Box::new(HybridPcf { rays: ListedRays::new(gpu)?, single: None, around: None }))
-    },
+    make: |gpu, _| Ok(Box::new(HybridPcf { rays: ListedRays::new(gpu)?, single: None, around: None })),
 };
 
 /// One map, and a cube's.
