@@ -54,9 +54,10 @@ const BEYOND: u64 = 112;
 const PLANE: u64 = 16;
 /// Of a face, as `Gathered` in WGSL.
 const GATHERED: usize = 48;
-/// Most faces, and layers of each.
+/// Faces of a cube.
 const FACES: usize = 6;
-const LAYERS: usize = 3;
+/// Layers of each view: see [`ConservativeMaps::layers`].
+pub const LAYERS: usize = 3;
 
 /// Draws them.
 pub struct Conservative {

@@ -5,7 +5,8 @@ use crate::frame::{ANALYSIS, Frame, MapSizes};
 use crate::gpu::{Pass, Resource, hold};
 use crate::listed_rays::ListedRays;
 use crate::map::MapParams;
-use crate::map::conservative::{Conservative, ConservativeParams};
+use crate::map::conservative::{Conservative, ConservativeParams, LAYERS};
+use crate::map::faces::looked_at;
 use crate::map::single::FitParams;
 use crate::params::Params;
 use crate::view::{Class, Drawn, Legend, View, map};
@@ -30,7 +31,8 @@ pub static INFO: Info = Info {
     family: "Hybrid",
     mark: 35,
     doc: "Two maps, of casters grown and of casters shrunk by half a texel: where both agree the answer is certain, elsewhere a \
-          ray is traced. As exact as rays, for a share of them. With triangles smaller than texels nearly all shadows ask rays.",
+          ray is traced. As exact as rays, for a share of them. With triangles smaller than texels nearly all shadows ask rays. \
+          Around a lamp each face of a cube has its maps.",
     lights: &["directional", "spot", "omni", "hemisphere"],
     filter: None,
     params: &[FitParams::GROUP, MapParams::GROUP, ConservativeParams::GROUP, DecidingParams::GROUP],
@@ -121,9 +123,12 @@ impl Technique for CsmConservative {
         let (mut each, side) = (maps.layers.each.clone(), maps.layers.texture.width());
         each.rotate_left(shown);
         if maps.faces > 1 {
-            each = each.into_iter().step_by(3).collect();
+            each = each.into_iter().step_by(LAYERS).collect();
         }
         f.offer_maps(&each, &maps.light_views, &vec![side; each.len()]);
+        if maps.faces > 1 {
+            f.show_map(looked_at(f));
+        }
         if f.wants_analysis() {
             let analyse = hold(&mut self.analyse, (), |()| pass(ANALYSIS, "analyse"))?;
             f.analyse(analyse, MapSizes::of(&vec![side; maps.faces]), &bound);

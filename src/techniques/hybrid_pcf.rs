@@ -4,7 +4,7 @@ use super::{Info, MAPS, NEAREST, Technique};
 use crate::frame::{ANALYSIS, Frame, MapSizes};
 use crate::gpu::{Gpu, Pass, Resource, hold};
 use crate::listed_rays::ListedRays;
-use crate::map::faces::{self, FaceParams, Faces, around};
+use crate::map::faces::{self, FaceParams, Faces, around, looked_at};
 use crate::map::filter::{Reach, alone};
 use crate::map::peel::StoredParams;
 use crate::map::single::{FitParams, ShadowMap};
@@ -32,7 +32,7 @@ pub static INFO: Info = Info {
     family: "Hybrid",
     mark: 36,
     doc: "A shadow map where the texels around the receiver agree, a ray where they do not. Sharp edges for few rays; but texels that \
-          agree may all be wrong: what is thinner than one is lost.",
+          agree may all be wrong: what is thinner than one is lost. Around a lamp the maps are a cube's.",
     lights: &["directional", "spot", "omni", "hemisphere"],
     filter: Some(NEAREST),
     params: &[
@@ -96,6 +96,9 @@ impl Passes {
         bound.extend([("shadow_maps", (&maps.layers.all).into()), ("light_views", (&maps.light_views).into())]);
         f.keep_table("light_views", &maps.light_views);
         f.offer_maps(&maps.layers.each, &maps.light_views, &maps.sides);
+        if file == AROUND {
+            f.show_map(looked_at(f));
+        }
         if f.wants_analysis() {
             let analyse = hold(&mut self.analyse, (), |()| pass(ANALYSIS, "analyse"))?;
             f.analyse(analyse, MapSizes::of(&maps.sides), &bound);
