@@ -519,7 +519,7 @@ impl Shading {
                 run = run.bind("map", aliasing);
             }
             (Drawn::Depth, Some(maps), _) => {
-                run = run.bind("shown", &maps.layers[0]).bind("light_view", &maps.light_views);
+                run = run.bind("shown", &maps.layers[maps.shown]).bind("light_view", &maps.light_views);
             }
             _ => {}
         }

@@ -1,6 +1,5 @@
-//!include lib/frame.wgsl
-//!include lib/scene.wgsl
-//!include map/light_view.wgsl
+//!include lib/gbuffer.wgsl
+//!include map/view_of.wgsl
 // Conservative maps (Hertel, Hormann, Westermann 2009; Morais 2015): casters grown, so that each texel that one touches holds
 // the nearest depth it has there; and casters shrunk, so that a texel holds one only where casters cover all of it, and then the
 // farthest depth they have there.
@@ -9,7 +8,7 @@
 // whether the neighbour holds the rest of its square (`adjacency`), or all casters that meet at a corner do (`fan`).
 //
 // Places are texels of the map from its upper left corner, depths the light view's stored ones: both are affine along a plane,
-// perspective or not.
+// perspective or not. Around a lamp each face of a cube has its maps; `light_view.layer` is its number.
 
 var<uniform> conservative: ConservativeParams;
 // Of each triangle first the vertices opposite to its three edges, edge k running from corner k to the next, in the one neighbour
@@ -47,18 +46,22 @@ var<storage, read_write> casters: array<Caster>;
 var<storage, read_write> beyond: array<Beyond>;
 // Edges behind which a neighbour casts: their casters × 4 + the edge.
 var<storage, read_write> bands: array<u32>;
-// Of each triangle that casts and whose lit side may be seen: change of depth per texel, nearest depth, and 1; else 0.
+// Of each triangle that casts and whose lit side may be seen: change of depth per texel, nearest depth, and 1; else 0. For each face,
+// or one entry where nothing asks.
 var<storage, read_write> own_planes: array<vec4f>;
 struct Gathered {
     // Casters of closed bodies, others, those for which there was no room, and all.
     casters: array<atomic<u32>, 4>,
-    // The box around all that the picture shows: -low and high, as words that grow with the number.
+    // The box around all lit samples of the picture that look this face up: -low and high, as words that grow with the number. 0: there
+    // are none.
     seen: array<atomic<u32>, 6>,
     // Edges behind which a neighbour casts.
     bands: atomic<u32>,
+    padding: u32,
 }
 
-var<storage, read_write> gathered: Gathered;
+// Of each face.
+var<storage, read_write> gathered: array<Gathered, 6>;
 
 // A place of the map, texels, and the stored depth there. w: the clip position's.
 struct Spot {
@@ -87,8 +90,6 @@ fn slope_of(a: Spot, b: Spot, c: Spot) -> vec2f {
     return clamp(slope, vec2f(-1e9), vec2f(1e9));
 }
 
-var g_position: texture_2d<f32>;
-
 fn word_of(x: f32) -> u32 {
     let bits = bitcast<u32>(x);
     return select(bits | 0x80000000u, ~bits, (bits & 0x80000000u) != 0u);
@@ -98,33 +99,46 @@ fn number_of(word: u32) -> f32 {
     return bitcast<f32>(select(~word, word & 0x7fffffffu, (word & 0x80000000u) != 0u));
 }
 
-// A workgroup takes 64 × 64 pixels.
+fn add_seen(face: u32, low: vec3f, high: vec3f) {
+    for (var k = 0u; k < 3u; k++) {
+        atomicMax(&gathered[face].seen[k], word_of(-low[k]));
+        atomicMax(&gathered[face].seen[3u + k], word_of(high[k]));
+    }
+}
+
+// A workgroup takes 64 × 64 pixels; a thread's mostly lie in one face.
 @compute @workgroup_size(8, 8)
 fn bound_seen(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) local: vec3u) {
     var low = vec3f(3.4e38);
     var high = vec3f(-3.4e38);
+    var face = 0u;
     for (var i = 0u; i < 64u; i++) {
-        let pixel = group.xy * 64u + vec2u(i % 8u, i / 8u) * 8u + local.xy;
-        if all(pixel < frame.size) {
-            let p = textureLoad(g_position, pixel, 0);
-            if p.w > 0.0 {
-                low = min(low, p.xyz);
-                high = max(high, p.xyz);
+        let p = lit_sample(group.xy * 64u + vec2u(i % 8u, i / 8u) * 8u + local.xy);
+        if p.w > 0.0 {
+            let own = view_of(p.xyz);
+            if own != face && low.x <= high.x {
+                add_seen(face, low, high);
+                low = vec3f(3.4e38);
+                high = vec3f(-3.4e38);
             }
+            face = own;
+            low = min(low, p.xyz);
+            high = max(high, p.xyz);
         }
     }
     if low.x <= high.x {
-        for (var k = 0u; k < 3u; k++) {
-            atomicMax(&gathered.seen[k], word_of(-low[k]));
-            atomicMax(&gathered.seen[3u + k], word_of(high[k]));
-        }
+        add_seen(face, low, high);
     }
 }
 
-// Whether something that the picture shows may lie behind a triangle, as the light sees it.
+fn seen_word(k: u32) -> f32 {
+    return number_of(atomicLoad(&gathered[light_view.layer].seen[k]));
+}
+
+// Whether something lit that the picture shows may lie behind a triangle, as the light sees it.
 fn may_shadow(p: vec3f, normal: vec3f) -> bool {
-    let low = -vec3f(number_of(atomicLoad(&gathered.seen[0])), number_of(atomicLoad(&gathered.seen[1])), number_of(atomicLoad(&gathered.seen[2])));
-    let high = vec3f(number_of(atomicLoad(&gathered.seen[3])), number_of(atomicLoad(&gathered.seen[4])), number_of(atomicLoad(&gathered.seen[5])));
+    let low = -vec3f(seen_word(0u), seen_word(1u), seen_word(2u));
+    let high = vec3f(seen_word(3u), seen_word(4u), seen_word(5u));
     let size = max(max(max(abs(low.x), abs(high.x)), max(abs(low.y), abs(high.y))), max(abs(low.z), abs(high.z)));
     // Rays start off their surface by 8 units.
     let farthest = dot(normal, select(low, high, normal < vec3f(0.0)) - p);
@@ -140,25 +154,38 @@ fn casts(area: f32, zero: f32, closed: bool) -> bool {
 }
 
 fn add(caster: Caster, closed: bool, other: Beyond) {
+    let face = light_view.layer;
     let room = arrayLength(&casters);
-    if atomicAdd(&gathered.casters[3], 1u) >= room {
-        atomicAdd(&gathered.casters[2], 1u);
+    if atomicAdd(&gathered[face].casters[3], 1u) >= room {
+        atomicAdd(&gathered[face].casters[2], 1u);
         return;
     }
-    let i = atomicAdd(&gathered.casters[select(1u, 0u, closed)], 1u);
+    let i = atomicAdd(&gathered[face].casters[select(1u, 0u, closed)], 1u);
     let at = select(room - 1u - i, i, closed);
     casters[at] = caster;
     if conservative.mode != mode_none {
         beyond[at] = other;
         for (var k = 0u; k < 3u; k++) {
             if (caster.bits & (1u << k)) != 0u {
-                let band = atomicAdd(&gathered.bands, 1u);
+                let band = atomicAdd(&gathered[face].bands, 1u);
                 if band < arrayLength(&bands) {
                     bands[band] = 4u * at + k;
                 }
             }
         }
     }
+}
+
+fn keep_plane(i: u32, plane: vec4f) {
+    let at = light_view.layer * (arrayLength(&neighbours) / 2u) + i;
+    if conservative.self_plane != 0u && at < arrayLength(&own_planes) {
+        own_planes[at] = plane;
+    }
+}
+
+// Places so far beside the map that their rounding counts in it.
+fn far_off(v: LightView, at: vec2f) -> bool {
+    return max(abs(at.x), abs(at.y)) > 16.0 * v.resolution;
 }
 
 const row = 2097152u;
@@ -169,13 +196,14 @@ override lamp = false;
 @compute @workgroup_size(64)
 fn gather(@builtin(global_invocation_id) id: vec3u) {
     let i = id.x + id.y * row;
-    if 2u * i + 1u >= arrayLength(&neighbours) || i >= arrayLength(&own_planes) {
+    // Nothing is asked of a face that no lit sample lies in.
+    if 2u * i + 1u >= arrayLength(&neighbours) || atomicLoad(&gathered[light_view.layer].seen[0]) == 0u {
         return;
     }
     let t = neighbours[2u * i + 1u];
     let beside = neighbours[2u * i];
     let closed = (beside.w & 1u) != 0u && conservative.casters == casters_auto;
-    own_planes[i] = vec4f(0.0);
+    keep_plane(i, vec4f(0.0));
     let v = light_view;
     let p = vertices[t.x].position;
     let q = vertices[t.y].position;
@@ -210,10 +238,14 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
     if any(high < vec2f(0.0)) || any(low > vec2f(v.resolution)) || near < 0.0 {
         return;
     }
+    if lamp && (far_off(v, a.at) || far_off(v, b.at) || far_off(v, c.at)) {
+        add_pieces(i, p, q, r);
+        return;
+    }
     let far = min(min(a.depth, b.depth), c.depth);
     let slope = slope_of(a, b, c);
     if !closed {
-        own_planes[i] = vec4f(slope, near, 1.0);
+        keep_plane(i, vec4f(slope, near, 1.0));
     }
     var caster = Caster(a.at, b.at, c.at, vec2f(near, far), slope, a.depth, 0u);
     var other: Beyond;
@@ -230,7 +262,7 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
                     let second = corners[(k + 1u) % 3u];
                     // On the other side of the edge, so that it is turned as this one is.
                     let away = doubled_area(first.at, second.at, o.at);
-                    if away * area < 0.0 && abs(away) > zero && (!lamp || o.w >= 1e-3 * v.near) {
+                    if away * area < 0.0 && abs(away) > zero && (!lamp || (o.w >= 1e-3 * v.near && !far_off(v, o.at))) {
                         caster.bits |= 1u << k;
                         other.sides[k] = vec4f(o.at, slope_of(first, o, second));
                         other.ends[k] = min(min(first.depth, second.depth), o.depth);
@@ -250,7 +282,7 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
     add(caster, closed, other);
 }
 
-// A triangle that passes the lamp's plane, cut down to what lies before the lamp and not far beside the map. Its pieces
+// A triangle that passes the lamp's plane or reaches far beside the map, cut down to what lies before the lamp and not far beside the map. Its pieces
 // hide what lies behind them, but are never relied on to do so.
 fn add_pieces(i: u32, p: vec3f, q: vec3f, r: vec3f) {
     let v = light_view;
@@ -288,7 +320,7 @@ fn add_pieces(i: u32, p: vec3f, q: vec3f, r: vec3f) {
         let near = max(max(a.depth, b.depth), c.depth);
         let far = min(min(a.depth, b.depth), c.depth);
         let slope = slope_of(a, b, c);
-        own_planes[i] = vec4f(slope, 3.4e38, 1.0);
+        keep_plane(i, vec4f(slope, 3.4e38, 1.0));
         var other: Beyond;
         add(Caster(a.at, b.at, c.at, vec2f(near, far), slope, a.depth, 0u), false, other);
     }
@@ -361,13 +393,13 @@ fn arrange_draw(i: u32, first: u32, count: u32) {
 @compute @workgroup_size(1)
 fn arrange() {
     let room = arrayLength(&casters);
-    let closed = atomicLoad(&gathered.casters[0]);
-    let others = atomicLoad(&gathered.casters[1]);
+    let closed = atomicLoad(&gathered[light_view.layer].casters[0]);
+    let others = atomicLoad(&gathered[light_view.layer].casters[1]);
     arrange_draw(0u, 0u, 3u * closed);
     arrange_draw(1u, 3u * (room - others), 3u * others);
     arrange_draw(2u, 0u, 6u * closed);
     arrange_draw(3u, 6u * (room - others), 6u * others);
-    arrange_draw(4u, 0u, 6u * min(atomicLoad(&gathered.bands), arrayLength(&bands)));
+    arrange_draw(4u, 0u, 6u * min(atomicLoad(&gathered[light_view.layer].bands), arrayLength(&bands)));
 }
 
 // Rounding of places, and what the rasteriser moves corners by, texels.

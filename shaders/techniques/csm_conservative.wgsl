@@ -3,13 +3,13 @@
 //!include lib/labels.wgsl
 //!include lib/cells.wgsl
 //!include lib/analysis.wgsl
-//!include map/light_view.wgsl
+//!include map/view_of.wgsl
 // Conservative shadow maps (Hertel, Hormann, Westermann 2009; Morais 2015): what the grown map leaves lit is lit, what the shrunk map
 // shadows is in shadow, the rest asks a ray.
 
 var<uniform> conservative: ConservativeParams;
 var<uniform> deciding: DecidingParams;
-// Grown casters of closed bodies, grown others, shrunk ones.
+// Grown casters of closed bodies, grown others, shrunk ones; of each face.
 var maps: texture_depth_2d_array;
 // See map/conservative.wgsl.
 var<storage, read> own_planes: array<vec4f>;
@@ -32,29 +32,32 @@ fn spare_depth(v: LightView, s: Surface) -> f32 {
 }
 
 fn answers(s: Surface, light: LightSample) -> Answers {
-    let v = light_view;
+    let face = view_of(s.position);
+    let v = light_views[face];
     let at = light_texel(v, light_clip(v, s.position));
-    if any(at < vec2f(0.0)) || any(at >= vec2f(v.resolution)) || gathered[2] > 0u {
+    // Words of each face: see `Gathered`.
+    if any(at < vec2f(0.0)) || any(at >= vec2f(v.resolution)) || gathered[12u * face + 2u] > 0u {
         return Answers(false, true, 3.4e38);
     }
     let texel = vec2u(at);
-    let closed = textureLoad(maps, texel, 0u, 0);
-    let others = textureLoad(maps, texel, 1u, 0);
-    let shrunk = textureLoad(maps, texel, 2u, 0);
+    let closed = textureLoad(maps, texel, 3u * face, 0);
+    let others = textureLoad(maps, texel, 3u * face + 1u, 0);
+    let shrunk = textureLoad(maps, texel, 3u * face + 2u, 0);
     let z = depth_in(v, s.position);
     let spare = spare_depth(v, s);
     // Depth is reversed, and 0 where nothing is.
     let far = linear_depth(v, max(closed, others));
-    var grown_lit = closed <= 0.0 || linear_depth(v, closed) > z + spare;
+    // What is stored as 1 may be nearer to the light than the map begins.
+    var grown_lit = closed <= 0.0 || (closed < 1.0 && linear_depth(v, closed) > z + spare);
     var compared = z + spare;
     if conservative.self_plane != 0u {
-        let own = own_planes[s.triangle];
+        let own = own_planes[face * (arrayLength(&own_planes) / select(1u, 6u, lights_around())) + s.triangle];
         // The nearest that its own plane is in this texel: as the grown map has it. What lies between is taken for the surface itself.
         let half = select(0.0, 0.52 + 2e-6 * v.resolution, conservative.conservative_depth != 0u);
         let nearest = stored_depth(v, z) + dot(own.xy, vec2f(texel) + 0.5 - at) + half * (abs(own.x) + abs(own.y));
         compared = select(compared, linear_depth(v, saturate(min(nearest, own.z))) - spare, own.w > 0.0);
     }
-    grown_lit = grown_lit && (others <= 0.0 || linear_depth(v, others) > compared);
+    grown_lit = grown_lit && (others <= 0.0 || (others < 1.0 && linear_depth(v, others) > compared));
     let shrunk_lit = shrunk <= 0.0 || linear_depth(v, shrunk) >= z - spare;
     // Depth falls along the ray by this share of `light.to_light`; a lamp's from z to 0.
     let fall = select(z, 1.0, frame.light_kind == directional);
@@ -92,8 +95,9 @@ fn inspect_at(pixel: vec2u) -> f32 {
     let s = load_surface(pixel);
     let light = light_at(s.position);
     if frame.map == shows_texels {
-        let at = light_texel(light_view, light_clip(light_view, s.position));
-        let inside = s.valid && all(at >= vec2f(0.0)) && all(at < vec2f(light_view.resolution));
+        let v = light_views[view_of(s.position)];
+        let at = light_texel(v, light_clip(v, s.position));
+        let inside = s.valid && all(at >= vec2f(0.0)) && all(at < vec2f(v.resolution));
         return select(-1.0, cell_value(vec2u(max(at, vec2f(0.0)))), inside);
     }
     if !s.valid || !light.reached || dot(s.normal, light.to_light) <= 0.0 {
@@ -127,10 +131,11 @@ fn inspect(@builtin(global_invocation_id) id: vec3u) {
 }
 
 fn place(s: Surface, dx: vec3f, dy: vec3f) -> Place {
-    let v = light_view;
+    let face = view_of(s.position);
+    let v = light_views[face];
     let clip = light_clip(v, s.position);
     // On the map's very edge, whatever the rounding, the map.
     let at = light_texel(v, clip);
     let inner = select(min(at, vec2f(v.resolution - 0.01)), vec2f(-1.0), any(at > vec2f(v.resolution + 0.02)));
-    return Place(inner, 0u, along(v, dx, clip).xy, along(v, dy, clip).xy);
+    return Place(inner, face, along(v, dx, clip).xy, along(v, dy, clip).xy);
 }

@@ -17,6 +17,8 @@ pub(super) struct Offered {
     pub(super) light_views: Buffer,
     /// Texels of each side.
     sides: Vec<u32>,
+    /// The one that a view of depth shows.
+    pub(super) shown: usize,
     warp: Option<Warp>,
 }
 
@@ -154,7 +156,14 @@ impl Frame<'_> {
     /// Offers the technique's depth maps to be looked at: a view and a side for each, and a buffer with their light views.
     pub fn offer_maps(&mut self, layers: &[wgpu::TextureView], light_views: &Buffer, sides: &[u32]) {
         let (layers, sides) = (layers.into(), sides.into());
-        self.offered = Some(Offered { layers, light_views: light_views.clone(), sides, warp: None });
+        self.offered = Some(Offered { layers, light_views: light_views.clone(), sides, shown: 0, warp: None });
+    }
+
+    /// Tells which of the maps offered last a view of depth shows, if not the first. All have the first one's depth range.
+    pub fn show_map(&mut self, layer: usize) {
+        if let Some(offered) = &mut self.offered {
+            offered.shown = layer;
+        }
     }
 
     /// Tells by which warp the maps offered last are bent. `bound`: what its shader needs, by name.
@@ -174,7 +183,7 @@ impl Renderer {
     /// Reads one of the last frame's maps back, the last one if there are fewer; None: there are none. That frame must have
     /// been analysed.
     pub fn read_layer(&mut self, layer: u32) -> Result<Option<MapLayer>> {
-        let Some(Offered { layers, light_views, sides, warp }) = self.offered.clone() else { return Ok(None) };
+        let Some(Offered { layers, light_views, sides, warp, .. }) = self.offered.clone() else { return Ok(None) };
         let layer = (layer as usize).min(layers.len() - 1);
         let (gpu, side) = (self.gpu.clone(), sides[layer]);
         if self.read_map.is_none() {

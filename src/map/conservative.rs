@@ -1,6 +1,7 @@
 //! Conservative maps of one light view (Hertel, Hormann, Westermann 2009; Morais 2015): casters grown and casters shrunk
 //! (`shaders/map/conservative.wgsl`).
 
+use super::faces::{self, around};
 use super::single::ShadowMap;
 use super::{Layers, MapParams, light_views};
 use crate::frame::Frame;
@@ -35,14 +36,15 @@ crate::params! {
 
 /// What of the light the maps hold.
 pub struct ConservativeMaps {
-    pub light_view: Buffer,
-    /// The same of each layer.
+    /// How many views there are: one, or those of a cube's faces.
+    pub faces: usize,
+    /// Of each face; of a single view for each of its layers.
     pub light_views: Buffer,
-    /// Grown casters of closed bodies, grown others, shrunk ones.
+    /// Of each face in turn grown casters of closed bodies, grown others, shrunk ones.
     pub layers: Layers,
-    /// Of each triangle its plane in the map, where it is a caster of the second layer: `own_planes` in WGSL.
+    /// Of each triangle its plane in each face, where it is a caster of the second layer: `own_planes` in WGSL.
     pub own_planes: Buffer,
-    /// Where its third word is not 0, casters were left out and nothing is certain.
+    /// Of each face [`GATHERED`] bytes. Where the third word is not 0, casters were left out and nothing is certain.
     pub gathered: Buffer,
 }
 
@@ -50,12 +52,21 @@ pub struct ConservativeMaps {
 const CASTER: u64 = 48;
 const BEYOND: u64 = 112;
 const PLANE: u64 = 16;
+/// Of a face, as `Gathered` in WGSL.
+const GATHERED: usize = 48;
+/// Faces of a cube.
+const FACES: usize = 6;
+/// Layers of each view: see [`ConservativeMaps::layers`].
+pub const LAYERS: usize = 3;
 
 /// Draws them.
 pub struct Conservative {
     map: ShadowMap,
     layers: Option<Layers>,
     light_views: Buffer,
+    /// Of a cube's faces each one's view alone, and what they and `light_views` say.
+    face_views: Vec<Buffer>,
+    written: Vec<LightView>,
     bound_seen: Pass,
     around: Pass,
     gather: [Option<Pass>; 2],
@@ -66,6 +77,8 @@ pub struct Conservative {
     gathered: Buffer,
     draws: Buffer,
     scene: Option<(u64, OfScene)>,
+    /// For so many bytes.
+    own_planes: Option<(u64, Buffer)>,
     /// For so many triangles, or 0 where none are kept.
     beyond: Option<(u64, [Buffer; 2])>,
     fans: Option<(u64, [Buffer; 3])>,
@@ -74,10 +87,10 @@ pub struct Conservative {
 struct OfScene {
     neighbours: Buffer,
     casters: Buffer,
-    own_planes: Buffer,
 }
 
 const FILE: &str = "map/conservative.wgsl";
+const REACH: Reach = Reach { texels: 1.0, metres: 0.0, casters: false };
 const GROUPS: &[Group] = &[ConservativeParams::GROUP];
 
 impl Conservative {
@@ -96,35 +109,67 @@ impl Conservative {
             map: ShadowMap::new(gpu)?,
             layers: None,
             light_views: light_views(gpu, "views of the layers"),
+            face_views: Vec::new(),
+            written: Vec::new(),
             bound_seen: compute("bounds of what is seen", "bound_seen")?,
             around: compute("fans", "look_around")?,
             gather: [None, None],
             arrange: compute("casters", "arrange")?,
             grow: [render("grown map", "grow_plain", None)?, render("grown map", "grow", Some("keep_grown"))?],
             shrink: [render("shrunk map", "shrink", None)?, render("shrunk map", "shrink_band", Some("keep_shrunk"))?],
-            gathered: gpu.buffer("casters found", &[0; 48], Use::STORAGE | Use::COPY_DST),
+            gathered: gpu.buffer("casters found", &[0; FACES * GATHERED], Use::STORAGE | Use::COPY_DST),
             draws: gpu.buffer("draws of casters", &[0; 80], Use::STORAGE | Use::INDIRECT),
             scene: None,
+            own_planes: None,
             beyond: None,
             fans: None,
         })
     }
 
-    /// Fits the light's view and draws all layers.
+    /// The views of the faces around a lamp, a buffer each. `light_views` holds all.
+    fn look_around(&mut self, f: &Frame, side: u32) -> Result<Vec<Buffer>> {
+        let cube = around(f, side, REACH)?.cube();
+        let views: Vec<_> = (0..).zip(cube).map(|(layer, face)| LightView { layer, ..face.view }).collect();
+        let buffer = |_| f.gpu.buffer("light view", &[0; size_of::<LightView>()], Use::UNIFORM);
+        if self.face_views.is_empty() {
+            self.face_views = (0..FACES).map(buffer).collect();
+        }
+        if self.written != views {
+            f.gpu.queue.write_buffer(&self.light_views, 0, bytemuck::cast_slice(&views));
+            for (view, to) in views.iter().zip(&self.face_views) {
+                f.gpu.queue.write_buffer(to, 0, bytemuck::bytes_of(view));
+            }
+            self.written = views;
+        }
+        Ok(self.face_views.clone())
+    }
+
+    /// Fits the light's view, or looks around the light, and draws all layers.
     ///
     /// # Errors
-    /// A light without a single view, or more than the adapter can hold.
+    /// A light that neither serves, or more than the adapter can hold.
     pub fn draw(&mut self, f: &mut Frame) -> Result<ConservativeMaps> {
         let p = ConservativeParams::read(f.values);
-        let light_view = self.map.fit(f, Reach { texels: 1.0, ..Reach::default() })?;
         let side = MapParams::read(f.values).resolution;
+        let views = if faces::LIGHTS.contains(&f.light.kind()) {
+            self.look_around(f, side)?
+        } else {
+            self.written.clear();
+            vec![self.map.fit(f, REACH)?]
+        };
         let format = wgpu::TextureFormat::Depth32Float;
-        let layers = Layers::hold(&mut self.layers, f.gpu, &[side; 3], format)?;
+        let layers = Layers::hold(&mut self.layers, f.gpu, &vec![side; LAYERS * views.len()], format)?;
         let (gpu, revision, triangles) = (f.gpu, f.revision, u64::from(f.scene.triangle_count));
         let lamp = !matches!(f.light, Light::Directional { .. });
         // A triangle may be cut into pieces before a lamp.
         let room = if lamp { triangles + triangles / 2 + 8192 } else { triangles };
         let kept = if p.mode == "none" { 1 } else { room };
+        let planes = if p.self_plane { triangles * views.len() as u64 } else { 1 };
+        ensure!(
+            planes * PLANE <= gpu.most_bound(),
+            "the scene has too many triangles for self_plane = on with this light on {}; turn it off",
+            gpu.info.name
+        );
         ensure!(
             kept * BEYOND <= gpu.most_bound() && room * CASTER <= gpu.most_bound(),
             "the scene has too many triangles for conservative maps on {}; choose mode = none or a scene with fewer",
@@ -137,7 +182,6 @@ impl Conservative {
             let made = OfScene {
                 neighbours: gpu.buffer("neighbours", bytemuck::cast_slice(&beside), Use::STORAGE),
                 casters: gpu.room("casters", room * CASTER, Use::STORAGE),
-                own_planes: gpu.room("planes of casters", triangles * PLANE, Use::STORAGE),
             };
             f.note("edges (CPU)", start.elapsed().as_secs_f64() * 1e3);
             self.scene = Some((revision, made));
@@ -145,6 +189,8 @@ impl Conservative {
         let room_of = |label, bytes| gpu.room(label, kept * bytes, Use::STORAGE);
         let made = |_: &u64| Ok([room_of("beyond casters", BEYOND), room_of("bands of casters", 12)]);
         let [beyond, bands] = hold(&mut self.beyond, kept, made)?.clone();
+        let made = |planes: &u64| Ok(gpu.room("planes of casters", planes * PLANE, Use::STORAGE));
+        let own_planes = hold(&mut self.own_planes, planes, made)?.clone();
         if p.mode != "fan" {
             self.fans = None;
         } else if self.fans.as_ref().is_none_or(|(of, _)| *of != revision) {
@@ -163,20 +209,11 @@ impl Conservative {
         let Some((_, scene)) = &self.scene else { unreachable!("made above") };
         f.clear(&self.gathered);
         let [w, h] = f.size.map(|side| side.div_ceil(64));
-        f.run(&self.bound_seen).of_picture().bind("gathered", &self.gathered).dispatch(w, h, 1);
-        let fans_around = match &self.fans {
-            Some((_, [fans, of, around])) => {
-                let [x, y] = groups((fans.size() / 16) as u32);
-                f.run(&self.around)
-                    .bind("light_view", &light_view)
-                    .bind("fans", fans)
-                    .bind("fan_triangles", of)
-                    .bind("fans_around", around)
-                    .dispatch(x, y, 1);
-                around
-            }
-            None => &self.gathered,
-        };
+        f.run(&self.bound_seen)
+            .of_picture()
+            .bind("light_views", &self.light_views)
+            .bind("gathered", &self.gathered)
+            .dispatch(w, h, 1);
         let gather = match &mut self.gather[lamp as usize] {
             Some(pass) => pass,
             none => {
@@ -184,65 +221,83 @@ impl Conservative {
                 none.insert(Pass::specialised(gpu, "casters", FILE, "gather", GROUPS, &constants)?)
             }
         };
-        let [x, y] = groups(triangles as u32);
-        f.run(gather)
-            .bind("light_view", &light_view)
-            .bind("neighbours", &scene.neighbours)
-            .bind("casters", &scene.casters)
-            .bind("beyond", &beyond)
-            .bind("bands", &bands)
-            .bind("own_planes", &scene.own_planes)
-            .bind("gathered", &self.gathered)
-            .bind("fans_around", fans_around)
-            .dispatch(x, y, 1);
-        f.run(&self.arrange)
-            .bind("casters", &scene.casters)
-            .bind("bands", &bands)
-            .bind("gathered", &self.gathered)
-            .bind("draws", &self.draws)
-            .dispatch(1, 1, 1);
-        let draws = &self.draws;
-        let viewport = |p: &mut wgpu::RenderPass| p.set_viewport(0.0, 0.0, side as f32, side as f32, 0.0, 1.0);
-        for (layer, view) in layers.each[..2].iter().enumerate() {
-            for (k, grow) in self.grow.iter().enumerate() {
-                f.run(grow).bind("light_view", &light_view).bind("drawn", &scene.casters).draw(
-                    &[],
-                    Some((view, 0.0)),
-                    k == 0,
-                    |p| {
+        for (light_view, into) in views.iter().zip(layers.each.chunks(LAYERS)) {
+            let fans_around = match &self.fans {
+                Some((_, [fans, of, around])) => {
+                    let [x, y] = groups((fans.size() / 16) as u32);
+                    f.run(&self.around)
+                        .bind("light_view", light_view)
+                        .bind("fans", fans)
+                        .bind("fan_triangles", of)
+                        .bind("fans_around", around)
+                        .dispatch(x, y, 1);
+                    around
+                }
+                None => &self.gathered,
+            };
+            let [x, y] = groups(triangles as u32);
+            f.run(gather)
+                .bind("light_view", light_view)
+                .bind("neighbours", &scene.neighbours)
+                .bind("casters", &scene.casters)
+                .bind("beyond", &beyond)
+                .bind("bands", &bands)
+                .bind("own_planes", &own_planes)
+                .bind("gathered", &self.gathered)
+                .bind("fans_around", fans_around)
+                .dispatch(x, y, 1);
+            f.run(&self.arrange)
+                .bind("light_view", light_view)
+                .bind("casters", &scene.casters)
+                .bind("bands", &bands)
+                .bind("gathered", &self.gathered)
+                .bind("draws", &self.draws)
+                .dispatch(1, 1, 1);
+            let draws = &self.draws;
+            let viewport = |p: &mut wgpu::RenderPass| p.set_viewport(0.0, 0.0, side as f32, side as f32, 0.0, 1.0);
+            for (layer, view) in into[..2].iter().enumerate() {
+                for (k, grow) in self.grow.iter().enumerate() {
+                    f.run(grow).bind("light_view", light_view).bind("drawn", &scene.casters).draw(
+                        &[],
+                        Some((view, 0.0)),
+                        k == 0,
+                        |p| {
+                            viewport(p);
+                            p.draw_indirect(draws, (2 * k + layer) as u64 * 16);
+                        },
+                    );
+                }
+            }
+            let [inner, along] = &self.shrink;
+            let shrunk = Some((&into[2], 0.0));
+            f.run(inner).bind("light_view", light_view).bind("drawn", &scene.casters).draw(&[], shrunk, true, |p| {
+                viewport(p);
+                p.draw_indirect(draws, 0);
+                p.draw_indirect(draws, 16);
+            });
+            if p.mode != "none" {
+                f.run(along)
+                    .bind("light_view", light_view)
+                    .bind("drawn", &scene.casters)
+                    .bind("beyond_drawn", &beyond)
+                    .bind("bands_drawn", &bands)
+                    .draw(&[], shrunk, false, |p| {
                         viewport(p);
-                        p.draw_indirect(draws, (2 * k + layer) as u64 * 16);
-                    },
-                );
+                        p.draw_indirect(draws, 64);
+                    });
             }
         }
-        let [inner, along] = &self.shrink;
-        let shrunk = Some((&layers.each[2], 0.0));
-        f.run(inner).bind("light_view", &light_view).bind("drawn", &scene.casters).draw(&[], shrunk, true, |p| {
-            viewport(p);
-            p.draw_indirect(draws, 0);
-            p.draw_indirect(draws, 16);
-        });
-        if p.mode != "none" {
-            f.run(along)
-                .bind("light_view", &light_view)
-                .bind("drawn", &scene.casters)
-                .bind("beyond_drawn", &beyond)
-                .bind("bands_drawn", &bands)
-                .draw(&[], shrunk, false, |p| {
-                    viewport(p);
-                    p.draw_indirect(draws, 64);
-                });
-        }
-        let size = size_of::<LightView>() as u64;
-        for layer in 0..3 {
-            f.copy_to(&light_view, &self.light_views, layer * size, size);
+        if let [light_view] = &views[..] {
+            let size = size_of::<LightView>() as u64;
+            for layer in 0..LAYERS as u64 {
+                f.copy_to(light_view, &self.light_views, layer * size, size);
+            }
         }
         Ok(ConservativeMaps {
-            light_view,
+            faces: views.len(),
             light_views: self.light_views.clone(),
             layers,
-            own_planes: scene.own_planes.clone(),
+            own_planes,
             gathered: self.gathered.clone(),
         })
     }

@@ -166,6 +166,13 @@ pub fn around(f: &Frame, side: u32, reach: Reach) -> Result<Around> {
     Ok(Around { light, near, far, side: side as f64, guard, metres: reach.metres as f64 })
 }
 
+/// Of a cube's faces the one that the camera's target lies in: where only one can be shown, this.
+pub fn looked_at(f: &Frame) -> usize {
+    let way = f.camera.target - f.light.position();
+    let axis = way.abs().max_position();
+    2 * axis + (way[axis] < 0.0) as usize
+}
+
 /// Bit i: what is looked up from the camera's frustum meets face i (King, Newhall 2005: two frusta are cut with each other).
 fn met(scope: &Scope, faces: &[Face], around: &Around) -> u32 {
     let seen = scope.seen_of(scope.cuboid());

@@ -5,7 +5,8 @@ use crate::frame::{ANALYSIS, Frame, MapSizes};
 use crate::gpu::{Pass, Resource, hold};
 use crate::listed_rays::ListedRays;
 use crate::map::MapParams;
-use crate::map::conservative::{Conservative, ConservativeParams};
+use crate::map::conservative::{Conservative, ConservativeParams, LAYERS};
+use crate::map::faces::looked_at;
 use crate::map::single::FitParams;
 use crate::params::Params;
 use crate::view::{Class, Drawn, Legend, View, map};
@@ -30,8 +31,9 @@ pub static INFO: Info = Info {
     family: "Hybrid",
     mark: 35,
     doc: "Two maps, of casters grown and of casters shrunk by half a texel: where both agree the answer is certain, elsewhere a \
-          ray is traced. As exact as rays, for a share of them. With triangles smaller than texels nearly all shadows ask rays.",
-    lights: &["directional", "spot"],
+          ray is traced. As exact as rays, for a share of them. With triangles smaller than texels nearly all shadows ask rays. \
+          Around a lamp each face of a cube has its maps.",
+    lights: &["directional", "spot", "omni", "hemisphere"],
     filter: None,
     smooth: |_| false,
     params: &[FitParams::GROUP, MapParams::GROUP, ConservativeParams::GROUP, DecidingParams::GROUP],
@@ -112,20 +114,25 @@ impl Technique for CsmConservative {
         let mut bound: Vec<(&'static str, Resource)> = self.rays.begin(f)?.into();
         bound.extend([
             ("maps", (&maps.layers.all).into()),
-            ("light_view", (&maps.light_view).into()),
+            ("light_views", (&maps.light_views).into()),
             ("own_planes", (&maps.own_planes).into()),
             ("gathered", (&maps.gathered).into()),
         ]);
         f.keep_table("light_views", &maps.light_views);
-        // The one that is looked at comes first.
+        // Those that are looked at come first; around a lamp they are all, one for each face.
         let shown = OWN[4..].iter().position(|v| v.id == f.view).map_or(0, |i| i + 1);
-        let mut each = maps.layers.each.clone();
+        let (mut each, side) = (maps.layers.each.clone(), maps.layers.texture.width());
         each.rotate_left(shown);
-        let side = maps.layers.texture.width();
-        f.offer_maps(&each, &maps.light_views, &[side; 3]);
+        if maps.faces > 1 {
+            each = each.into_iter().step_by(LAYERS).collect();
+        }
+        f.offer_maps(&each, &maps.light_views, &vec![side; each.len()]);
+        if maps.faces > 1 {
+            f.show_map(looked_at(f));
+        }
         if f.wants_analysis() {
             let analyse = hold(&mut self.analyse, (), |()| pass(ANALYSIS, "analyse"))?;
-            f.analyse(analyse, MapSizes::of(&[side]), &bound);
+            f.analyse(analyse, MapSizes::of(&vec![side; maps.faces]), &bound);
         }
         f.run(&self.resolve).bind_all(&bound).per_pixel();
         if DecidingParams::read(f.values).rays {
