@@ -404,7 +404,10 @@ fn arrange() {
 
 // Rounding of places, and what the rasteriser moves corners by, texels.
 fn spare_texels() -> f32 {
-    return 0.02 + 2e-6 * light_view.resolution;
+    // A sun's rays start off their surfaces by a share of the largest coordinate, and corners are rounded by it.
+    let size = max(abs(frame.bounds_min), abs(frame.bounds_max));
+    let moved = 1.5e-6 * max(size.x, max(size.y, size.z)) / max(light_view.texel, 1e-12);
+    return 0.02 + 2e-6 * light_view.resolution + select(0.0, min(moved, 0.5), frame.light_kind == directional);
 }
 
 // How far an edge with this unit normal is moved, texels: by half a texel's diagonal, or just so far that a square that touches it

@@ -10,7 +10,9 @@ use crate::light::{Light, LightView};
 use crate::map::filter::Reach;
 use crate::map::silhouettes::groups;
 use crate::params::{Group, Params};
+use crate::scene::edges::Bodies;
 use anyhow::{Result, ensure};
+use glam::Vec3;
 use std::time::Instant;
 use wgpu::BufferUsages as Use;
 
@@ -77,6 +79,8 @@ pub struct Conservative {
     gathered: Buffer,
     draws: Buffer,
     scene: Option<(u64, OfScene)>,
+    /// Which bodies count as closed, for an eye and a lamp at these places.
+    closed: Option<([Vec3; 2], Vec<bool>)>,
     /// For so many bytes.
     own_planes: Option<(u64, Buffer)>,
     /// For so many triangles, or 0 where none are kept.
@@ -85,6 +89,7 @@ pub struct Conservative {
 }
 
 struct OfScene {
+    bodies: Bodies,
     neighbours: Buffer,
     casters: Buffer,
 }
@@ -120,6 +125,7 @@ impl Conservative {
             gathered: gpu.buffer("casters found", &[0; FACES * GATHERED], Use::STORAGE | Use::COPY_DST),
             draws: gpu.buffer("draws of casters", &[0; 80], Use::STORAGE | Use::INDIRECT),
             scene: None,
+            closed: None,
             own_planes: None,
             beyond: None,
             fans: None,
@@ -178,13 +184,27 @@ impl Conservative {
         if self.scene.as_ref().is_none_or(|(of, s)| *of != revision || s.casters.size() != room * CASTER) {
             self.scene = None;
             let start = Instant::now();
-            let beside = f.geometry.edges().beside(f.geometry);
+            let bodies = f.geometry.edges().bodies(f.geometry);
+            let beside = f.geometry.edges().beside(f.geometry, &bodies.closed);
+            self.closed = None;
             let made = OfScene {
+                bodies,
                 neighbours: gpu.buffer("neighbours", bytemuck::cast_slice(&beside), Use::STORAGE),
                 casters: gpu.room("casters", room * CASTER, Use::STORAGE),
             };
             f.note("edges (CPU)", start.elapsed().as_secs_f64() * 1e3);
             self.scene = Some((revision, made));
+        }
+        let Some((_, scene)) = &self.scene else { unreachable!("made above") };
+        // A ray that begins or ends in a body may cross fronts only: there it counts as open.
+        let places = [f.eye.position, if lamp { f.light.position() } else { f.eye.position }];
+        if self.closed.as_ref().is_none_or(|(of, _)| *of != places) {
+            let closed = scene.bodies.without(f.geometry, &places);
+            if *self.closed.as_ref().map_or(&scene.bodies.closed, |(_, held)| held) != closed {
+                let beside = f.geometry.edges().beside(f.geometry, &closed);
+                gpu.queue.write_buffer(&scene.neighbours, 0, bytemuck::cast_slice(&beside));
+            }
+            self.closed = Some((places, closed));
         }
         let room_of = |label, bytes| gpu.room(label, kept * bytes, Use::STORAGE);
         let made = |_: &u64| Ok([room_of("beyond casters", BEYOND), room_of("bands of casters", 12)]);
@@ -206,7 +226,6 @@ impl Conservative {
             f.note("fans (CPU)", start.elapsed().as_secs_f64() * 1e3);
             self.fans = Some((revision, made));
         }
-        let Some((_, scene)) = &self.scene else { unreachable!("made above") };
         f.clear(&self.gathered);
         let [w, h] = f.size.map(|side| side.div_ceil(64));
         f.run(&self.bound_seen)

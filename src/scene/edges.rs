@@ -5,6 +5,7 @@ use crate::frame::Frame;
 use crate::gpu::{Buffer, Gpu};
 use anyhow::{Result, ensure};
 use bytemuck::{Pod, Zeroable};
+use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use std::time::Instant;
 
@@ -91,7 +92,7 @@ pub struct Beside {
     /// Across the edge from each corner to the next the opposite corner of the only neighbour there, if that runs the other way
     /// along the edge and is opaque; else [`NO_VERTEX`].
     pub opposite: [u32; 3],
-    /// Bit 0: it belongs to a closed body, all of whose edges have as many triangles on either side; bit 1: it is opaque.
+    /// Bit 0: it belongs to a closed body; bit 1: it is opaque.
     pub bits: u32,
     /// Its corners, of each place always the same vertex.
     pub corners: [u32; 3],
@@ -111,6 +112,40 @@ pub struct Fan {
     pub padding: u32,
 }
 
+/// Bodies of triangles that hang together, as [`Geometry::casters`] numbers them.
+#[derive(Debug)]
+pub struct Bodies {
+    /// Whether all edges have as many triangles on either side, none of them masked, and fronts are outside.
+    pub closed: Vec<bool>,
+    /// The box around each.
+    boxes: Vec<[Vec3; 2]>,
+}
+
+impl Bodies {
+    /// Which closed bodies neither of these points lies in.
+    pub fn without(&self, geometry: &Geometry, points: &[Vec3]) -> Vec<bool> {
+        let mut closed = self.closed.clone();
+        for p in points {
+            let around = |b: &[Vec3; 2]| p.cmpge(b[0]).all() && p.cmple(b[1]).all();
+            for body in (0..closed.len()).filter(|i| self.closed[*i] && around(&self.boxes[*i])) {
+                let own = geometry.casters().par_iter().enumerate().filter(|(_, b)| **b as usize == body);
+                let seen: f64 = own.map(|(i, _)| solid_angle(geometry.corners(i).map(|c| (c - p).as_dvec3()))).sum();
+                // All of the sphere from inside; half of it from a face.
+                closed[body] &= seen.abs() < std::f64::consts::PI;
+            }
+        }
+        closed
+    }
+}
+
+/// The solid angle of a triangle seen from the origin, positive from behind (Van Oosterom, Strackee 1983, equation 8).
+fn solid_angle([a, b, c]: [DVec3; 3]) -> f64 {
+    let lengths = [a.length(), b.length(), c.length()];
+    let below =
+        lengths[0] * lengths[1] * lengths[2] + a.dot(b) * lengths[2] + b.dot(c) * lengths[0] + c.dot(a) * lengths[1];
+    2.0 * a.dot(b.cross(c)).atan2(below)
+}
+
 /// The triangles around each vertex.
 #[derive(Debug, Default)]
 pub struct Fans {
@@ -120,10 +155,8 @@ pub struct Fans {
 }
 
 impl Edges {
-    /// What lies beside each triangle. Bodies are closed all of whose edges have as many triangles on either side, none of them
-    /// masked.
-    pub fn beside(&self, geometry: &Geometry) -> Vec<Beside> {
-        let first = geometry.welded();
+    /// The bodies that triangles make which hang together.
+    pub fn bodies(&self, geometry: &Geometry) -> Bodies {
         let bodies = geometry.casters();
         let mut closed = vec![true; bodies.iter().map(|b| *b as usize + 1).max().unwrap_or(0)];
         for (i, of) in self.of_triangles.iter().enumerate() {
@@ -137,6 +170,26 @@ impl Edges {
                 closed[bodies[i] as usize] = false;
             }
         }
+        let mut boxes = vec![[Vec3::INFINITY, Vec3::NEG_INFINITY]; closed.len()];
+        let mut volumes = vec![0.0; closed.len()];
+        let mut origins = vec![None; closed.len()];
+        for (i, body) in bodies.iter().enumerate() {
+            let corners = geometry.corners(i);
+            let [low, high] = &mut boxes[*body as usize];
+            corners.iter().for_each(|p| (*low, *high) = (low.min(*p), high.max(*p)));
+            // From one of the body's own corners, so that the digits of far ones are not lost.
+            let origin = *origins[*body as usize].get_or_insert(corners[0].as_dvec3());
+            let [a, b, c] = corners.map(|p| p.as_dvec3() - origin);
+            volumes[*body as usize] += a.dot(b.cross(c));
+        }
+        closed.iter_mut().zip(volumes).for_each(|(closed, volume)| *closed &= volume > 0.0);
+        Bodies { closed, boxes }
+    }
+
+    /// What lies beside each triangle. `closed`: which bodies are to count as closed.
+    pub fn beside(&self, geometry: &Geometry, closed: &[bool]) -> Vec<Beside> {
+        let first = geometry.welded();
+        let bodies = geometry.casters();
         (self.of_triangles.par_iter().enumerate())
             .map(|(i, of)| {
                 let corners = [0, 1, 2].map(|k| first[geometry.triangles[i][k] as usize]);

@@ -296,3 +296,31 @@ fn agreement_and_rays_err_less_than_the_map() {
         assert!(map > 50 && 3 * two < map && five <= two, "{light:?}: {map} {two} {five}");
     }
 }
+
+/// A room whose walls show the lamp inside their fronts, and a camera inside a closed body: neither body's backs alone will do.
+#[test]
+fn bodies_around_lamp_or_eye_are_not_closed() {
+    let mut room = box_of(vec3(-4.0, 0.0, -4.0), vec3(4.0, 3.0, 4.0));
+    let outward = room.clone();
+    room.iter_mut().for_each(|t| t.swap(1, 2));
+    let ground = floor(Vec2::splat(-20.0), Vec2::splat(20.0), -0.5);
+    let within = spot(vec3(0.0, 2.5, 0.0), vec3(3.0, 0.0, 1.0), 70.0);
+    let outside = camera(vec3(9.0, 4.0, 9.0), vec3(4.0, 0.0, 3.0));
+    let inside = camera(vec3(-3.0, 2.0, -3.0), vec3(3.0, 0.5, 3.0));
+    for (walls, view, light) in [
+        (&room, outside, within),
+        (&outward, outside, within),
+        (&room, inside, sun(vec3(0.4, 1.0, 0.3))),
+        (&outward, inside, sun(vec3(0.4, 1.0, 0.3))),
+        (&outward, inside, lamp(vec3(1.0, 2.0, 0.5))),
+    ] {
+        let triangles = [&ground[..], walls].concat();
+        let whole = scene(vec![mesh(&triangles, 0)], vec![material(Vec3::ONE)], view, light);
+        let (mut r, mut s) = start(whole, [96, 72]);
+        for mode in ["mode=none", "mode=adjacency", "mode=fan"] {
+            select(&mut s, ID, &["resolution=256", mode]);
+            let e = measure::errors(&mut r, &s).unwrap();
+            assert!(e.share() == 0.0 && e.facing > 300, "{mode} {light:?} {:?}: {e:?}", view.position);
+        }
+    }
+}
