@@ -453,7 +453,7 @@ struct Shape {
 
 // By how much depth may differ within a texel from that at its middle.
 fn rise(slope: vec2f) -> f32 {
-    return select(0.0, half_square() * (abs(slope.x) + abs(slope.y)), conservative.conservative_depth != 0u);
+    return select(0.0, half_square() * (abs(slope.x) + abs(slope.y)), conservative.safe_depth != 0u);
 }
 
 fn shape_of(t: Caster) -> Shape {

@@ -53,7 +53,7 @@ fn answers(s: Surface, light: LightSample) -> Answers {
     if conservative.self_plane != 0u {
         let own = own_planes[face * (arrayLength(&own_planes) / select(1u, 6u, lights_around())) + s.triangle];
         // The nearest that its own plane is in this texel: as the grown map has it. What lies between is taken for the surface itself.
-        let half = select(0.0, 0.52 + 2e-6 * v.resolution, conservative.conservative_depth != 0u);
+        let half = select(0.0, 0.52 + 2e-6 * v.resolution, conservative.safe_depth != 0u);
         let nearest = stored_depth(v, z) + dot(own.xy, vec2f(texel) + 0.5 - at) + half * (abs(own.x) + abs(own.y));
         compared = select(compared, linear_depth(v, saturate(min(nearest, own.z))) - spare, own.w > 0.0);
     }
@@ -61,7 +61,7 @@ fn answers(s: Surface, light: LightSample) -> Answers {
     let shrunk_lit = shrunk <= 0.0 || linear_depth(v, shrunk) >= z - spare;
     // Depth falls along the ray by this share of `light.to_light`; a lamp's from z to 0.
     let fall = select(z, 1.0, frame.light_kind == directional);
-    let ends = conservative.conservative_depth != 0u && conservative.eta >= 1.0 && max(closed, others) < 1.0;
+    let ends = conservative.safe_depth != 0u && conservative.eta >= 1.0 && max(closed, others) < 1.0;
     return Answers(grown_lit, shrunk_lit, select(3.4e38, (z - far + spare) / fall, ends));
 }
 

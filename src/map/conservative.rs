@@ -29,7 +29,7 @@ crate::params! {
             /// The same times this. Below 1 answers may be wrong, above it more rays are traced than need be.
             eta: float(1.0, 0.5..=4.0, "× texel"),
             /// Stores the nearest depth that a grown caster has in a texel, and the farthest of a shrunk one. Off: the depth at the texel's middle, so that answers may be wrong.
-            conservative_depth: flag(true),
+            safe_depth: flag(true),
             /// How surfaces that are casters themselves are compared, as those of bodies that are not closed. On: with the nearest depth that their own plane has in the texel; what lies between that and the surface is missed. Off: exactly, so that all of these that are lit ask a short ray.
             self_plane: flag(false),
         }

@@ -33,7 +33,7 @@ crate::params! {
 pub static INFO: Info = Info {
     id: "izb",
     title: "Irregular z-buffer",
-    paper: "Aila, Laine 2004; Johnson et al. 2005; Wyman, Hoetzlein, Lefohn 2015",
+    paper: "Aila, Laine 2004; Johnson et al. 2005; Wyman et al. 2015",
     family: "Hybrid",
     mark: 37,
     doc: "The light's image keeps the pixels themselves in place of depth: each of its cells has a list of those that lie in it, and \

@@ -28,7 +28,7 @@ pub static INFO: Info = Info {
     id: "psv",
     title: "Partitioned shadow volumes",
     paper: "Gerhards, Mora, Aveneau, Ghazanfarpour 2015; Mora et al. 2016",
-    family: "Shadow volumes",
+    family: "Volumes",
     mark: 38,
     doc: "All triangles' shadow volumes in one tree: at each plane through the light and an edge, a pixel goes on to its own side. \
           Exact, and no mesh is too broken for it, but the tree is made anew when the light moves.",

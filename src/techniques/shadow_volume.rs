@@ -67,8 +67,8 @@ const SILHOUETTE: View = view::map(
 pub static INFO: Info = Info {
     id: "shadow-volume",
     title: "Shadow volumes",
-    paper: "Crow 1977; Heidmann 1991; Everitt, Kilgard 2002; Kim, Kim, Turk 2008",
-    family: "Shadow volumes",
+    paper: "Crow 1977; Heidmann 1991; Kim, Kim, Turk 2008",
+    family: "Volumes",
     mark: 33,
     doc: "The space that triangles hide from the light, drawn as polygons and counted at each pixel. No map, no resolution \
           and no bias: the hard shadow is exact. It takes fill rate instead, and knows no holes in leaves.",
@@ -85,7 +85,7 @@ pub static TRIANGLES: Info = Info {
     id: "shadow-volume-tri",
     title: "Shadow volumes of triangles",
     paper: "Crow 1977; Heidmann 1991",
-    family: "Shadow volumes",
+    family: "Volumes",
     mark: 34,
     doc: "A closed volume for each triangle by itself. It asks nothing of the mesh, not even which triangles are neighbours, \
           and draws many times the sides that a silhouette has.",

@@ -18,6 +18,8 @@ const SHARE: f32 = 0.45;
 const PICTURE: f32 = 90.0;
 /// Width of a column with controls, points.
 const SIDE: f32 = 270.0;
+/// Height of the list of techniques in it at most, points.
+const MOST_CHIPS: f32 = 150.0;
 /// Below this width controls stand under the chart, points.
 const NARROW: f32 = 520.0;
 
@@ -126,7 +128,9 @@ pub fn pick_techniques(ui: &mut Ui, m: &mut Model) {
     });
     let serving: Vec<_> = techniques::ALL.iter().filter(|i| m.setup.refusal(i).is_none()).collect();
     let items = serving.iter().map(|i| (i.id, !m.left_out.contains(i.id), format!("{}\n{}", i.title, i.doc)));
-    if let Some(i) = chips(ui, items)
+    // As many as there is room for above what stands below them; the others are scrolled to.
+    let list = ScrollArea::vertical().id_salt("techniques").max_height(MOST_CHIPS);
+    if let Some(i) = list.show(ui, |ui| chips(ui, items)).inner
         && !m.left_out.remove(serving[i].id)
     {
         m.left_out.insert(serving[i].id);

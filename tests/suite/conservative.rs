@@ -262,7 +262,7 @@ fn rays_are_counted() {
     assert_eq!([classes[0], classes[2], classes[4]], [0, grown.shadow_incorrect, shrunk.lit_incorrect]);
     assert_eq!([classes[1], classes[7]], [grown.lit_correct, shrunk.shadow_correct]);
     // The stored depth ends rays early; without it they decide the same.
-    let far = errors(&mut r, &mut s, ID, &["resolution=128", "eta=4", "conservative_depth=false"]);
+    let far = errors(&mut r, &mut s, ID, &["resolution=128", "eta=4", "safe_depth=false"]);
     assert_eq!(far.lit_correct + far.shadow_correct, grown.facing, "{far:?}");
 }
 
