@@ -27,7 +27,7 @@ crate::params! {
 pub static INFO: Info = Info {
     id: "psv",
     title: "Partitioned shadow volumes",
-    paper: "Gerhards, Mora, Aveneau, Ghazanfarpour 2015; Mora et al. 2016",
+    paper: "Gerhards et al. 2015; Mora et al. 2016",
     family: "Volumes",
     mark: 38,
     doc: "All triangles' shadow volumes in one tree: at each plane through the light and an edge, a pixel goes on to its own side. \
