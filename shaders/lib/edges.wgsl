@@ -12,7 +12,3 @@ struct Edge {
 var<storage, read> edges: array<Edge>;
 // Triangles × 2, and 1 more of those that run along the edge from its second end to its first.
 var<storage, read> sides: array<u32>;
-// Of each triangle the edges behind its three corners, × 2, and 1 more as in `sides`; `no_edge` three times of a degenerate one.
-var<storage, read> triangle_edges: array<u32>;
-
-const no_edge = 0xffffffffu;

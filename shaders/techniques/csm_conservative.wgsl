@@ -27,8 +27,7 @@ struct Answers {
 
 // Rounding of depths, metres.
 fn spare_depth(v: LightView, s: Surface) -> f32 {
-    let size = max(abs(s.position.x), max(abs(s.position.y), abs(s.position.z)));
-    return 2e-6 * max(v.far, size);
+    return 2e-6 * max(v.far, largest(s.position));
 }
 
 fn answers(s: Surface, light: LightSample) -> Answers {

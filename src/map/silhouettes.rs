@@ -1,7 +1,7 @@
 //! The silhouette as the light sees it (`shaders/map/silhouettes.wgsl`): found on the GPU whenever it is drawn.
 
 use crate::frame::Frame;
-use crate::gpu::{Buffer, Gpu, Pass};
+use crate::gpu::{Buffer, Gpu, Pass, hold};
 use crate::scene::edges::{EdgeBuffers, Found};
 use anyhow::Result;
 use wgpu::BufferUsages as Use;
@@ -21,8 +21,8 @@ pub struct Silhouettes {
     draw: Buffer,
     /// An edge is listed as often as its weight says.
     repeated: bool,
-    /// For so many triangles and edges.
-    held: Option<([u32; 2], Held)>,
+    /// For so many triangles, edges and entries of the list.
+    held: Option<([u32; 3], Held)>,
 }
 
 struct Held {
@@ -100,20 +100,18 @@ impl Silhouettes {
             let held = self.edges.get(f)?;
             (held.count, held.found)
         };
-        let sizes = [f.scene.triangle_count, edges];
         let most_listed = if self.repeated { f.geometry.edges().sides.len() as u32 } else { edges };
-        if self.held.as_ref().is_none_or(|(of, _)| *of != sizes) {
+        let sizes = [f.scene.triangle_count, edges, most_listed];
+        let gpu = f.gpu;
+        let held = hold(&mut self.held, sizes, |_| {
             let room =
-                |label, count: u32, bytes| f.gpu.room(label, u64::from(count) * bytes, Use::STORAGE | Use::COPY_SRC);
-            self.held = None;
-            let held = Held {
+                |label, count: u32, bytes| gpu.room(label, u64::from(count) * bytes, Use::STORAGE | Use::COPY_SRC);
+            Ok(Held {
                 facing: room("facing", sizes[0], 4),
                 runs: room("runs of edges", edges.div_ceil(RUN), 4),
                 list: room("silhouettes", most_listed, 16),
-            };
-            self.held = Some((sizes, held));
-        }
-        let Some((_, held)) = &self.held else { unreachable!("made above") };
+            })
+        })?;
         f.set("facing", &held.facing);
         f.set("silhouettes", &held.list);
         let [triangles, runs] = [groups(sizes[0]), groups(edges.div_ceil(RUN))];

@@ -2,7 +2,7 @@
 
 use super::geometry::Geometry;
 use crate::frame::Frame;
-use crate::gpu::{Buffer, Gpu};
+use crate::gpu::{Buffer, Gpu, hold};
 use anyhow::{Result, ensure};
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec3, Vec3};
@@ -256,13 +256,12 @@ pub struct EdgeBuffers {
     held: Option<(u64, Uploaded)>,
 }
 
-/// The edges' buffers. Shaders find them as `edges`, `sides` and `triangle_edges` (`shaders/lib/edges.wgsl`).
+/// The edges' buffers. Shaders find them as `edges` and `sides` (`shaders/lib/edges.wgsl`).
 pub struct Uploaded {
     pub count: u32,
     pub found: Found,
     edges: Buffer,
     sides: Buffer,
-    of_triangles: Buffer,
 }
 
 impl EdgeBuffers {
@@ -271,25 +270,24 @@ impl EdgeBuffers {
     /// # Errors
     /// More edges than the adapter can bind at once.
     pub fn get(&mut self, f: &mut Frame) -> Result<&Uploaded> {
-        let revision = f.revision;
-        if self.held.as_ref().is_none_or(|(of, _)| *of != revision) {
-            self.held = None;
-            let start = Instant::now();
-            let made = Uploaded::new(f.gpu, f.geometry.edges())?;
+        let (gpu, geometry) = (f.gpu, f.geometry);
+        let mut start = None;
+        let held = hold(&mut self.held, f.revision, |_| {
+            start = Some(Instant::now());
+            Uploaded::new(gpu, geometry.edges())
+        })?;
+        if let Some(start) = start {
             f.note("edges (CPU)", start.elapsed().as_secs_f64() * 1e3);
-            self.held = Some((revision, made));
         }
-        let (_, held) = self.held.as_ref().expect("made above");
         f.set("edges", &held.edges);
         f.set("sides", &held.sides);
-        f.set("triangle_edges", &held.of_triangles);
         Ok(held)
     }
 }
 
 impl Uploaded {
     fn new(gpu: &Gpu, edges: &Edges) -> Result<Uploaded> {
-        let largest = size_of_val(&edges.all[..]).max(size_of_val(&edges.of_triangles[..])) as u64;
+        let largest = size_of_val(&edges.all[..]).max(size_of_val(&edges.sides[..])) as u64;
         ensure!(
             largest <= gpu.most_bound(),
             "the scene has {} edges: that takes {} MiB in one buffer, and {} allows {}; open a scene with fewer triangles",
@@ -304,7 +302,6 @@ impl Uploaded {
             found: edges.found,
             edges: buffer("edges", bytemuck::cast_slice(&edges.all)),
             sides: buffer("sides of edges", bytemuck::cast_slice(&edges.sides)),
-            of_triangles: buffer("edges of triangles", bytemuck::cast_slice(&edges.of_triangles)),
         })
     }
 }

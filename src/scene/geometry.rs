@@ -80,6 +80,7 @@ pub struct Geometry {
     pub bvh: Bvh,
     hull: OnceLock<Polyhedron>,
     casters: OnceLock<Vec<u32>>,
+    welded: OnceLock<Vec<u32>>,
     edges: OnceLock<Edges>,
 }
 
@@ -126,6 +127,7 @@ impl Geometry {
             bvh,
             hull: OnceLock::new(),
             casters: OnceLock::new(),
+            welded: OnceLock::new(),
             edges: OnceLock::new(),
         })
     }
@@ -146,12 +148,14 @@ impl Geometry {
         })
     }
 
-    /// For each vertex the first one at the same place, whatever mesh it belongs to.
-    pub fn welded(&self) -> Vec<u32> {
-        let mut places = HashMap::new();
-        (self.vertices.iter().zip(0..))
-            .map(|(v, i)| *places.entry(v.position.to_array().map(|x| (x + 0.0).to_bits())).or_insert(i))
-            .collect()
+    /// For each vertex the first one at the same place, whatever mesh it belongs to; found when it is first asked for.
+    pub fn welded(&self) -> &[u32] {
+        self.welded.get_or_init(|| {
+            let mut places = HashMap::new();
+            (self.vertices.iter().zip(0..))
+                .map(|(v, i)| *places.entry(v.position.to_array().map(|x| (x + 0.0).to_bits())).or_insert(i))
+                .collect()
+        })
     }
 
     /// The triangles' edges, found when they are first asked for.
