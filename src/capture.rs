@@ -116,7 +116,7 @@ fn key(renderer: &mut Renderer, setup: &Setup) -> Result<Key> {
     if setup.needs_truth() && !setup.idles() {
         let width = renderer.read_width()?;
         let mask = renderer.read_mask()?;
-        let (hard, mean) = (renderer.read_hard_truth()?, renderer.read_truth()?);
+        let (hard, mean) = (renderer.read_labels()?, renderer.read_truth()?);
         for side in 0..setup.sides() {
             let seen = if setup.is_truth(side) { None } else { Some(renderer.read_side(side)?) };
             known.errors.push(seen.map(|visibility| metrics::errors(&visibility, &hard, &mean, &mask, width)));

@@ -900,7 +900,7 @@ impl Renderer {
 
         // The truth goes on from where it stood, while nothing that it depends on changes.
         let of = (self.revision, setup.camera, setup.light);
-        let samples = setup.truth_samples.shown(info, values);
+        let samples = setup.truth_samples.shown(&setup.light, info, values);
         let lights = if setup.more_lights.is_empty() { &[setup.light][..] } else { self.lights.all() };
         self.truth.start(of, lights, samples, gpu, &uniform);
         let before = self.truth.progress();

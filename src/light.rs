@@ -170,6 +170,11 @@ impl Light {
         }
     }
 
+    /// Whether it is more than a point, so that shadows have penumbras.
+    pub fn has_size(&self) -> bool {
+        self.radius() > 0.0 || matches!(self, Light::RectArea { .. })
+    }
+
     /// Radius of the disc that shines, metres; a directional light's at a distance of 1. 0 for the other kinds.
     pub fn radius(&self) -> f32 {
         match *self {

@@ -465,7 +465,7 @@ impl Setup {
     pub fn shown_samples(&self) -> u32 {
         let own = (self.info(0), self.values());
         let others = self.against.iter().filter(|side| !side.is_truth()).map(|side| (side.info(), &side.params));
-        let shown = |(info, values): (Option<_>, _)| Some(self.truth_samples.shown(info?, values));
+        let shown = |(info, values): (Option<_>, _)| Some(self.truth_samples.shown(&self.light, info?, values));
         std::iter::once(own).chain(others).filter_map(shown).max().unwrap_or(1)
     }
 

@@ -1,10 +1,10 @@
-//! The truth of a frame: one exact shadow ray at each pixel's centre, and the mean over more samples of the pixel,
-//! which spread over the light's disc where it has a size.
+//! The truth of a frame: one exact shadow ray at each pixel's centre, and the mean over more samples: of the pixel, or, where
+//! the light has a size, of the light, seen from the pixel's centre. The latter is what `rt-soft` draws.
 //!
 //! Both are traced in bands of rows, so that no frame waits for all of them.
 
 use crate::frame::{DRAWN, FrameUniform, STORED, tally};
-use crate::gpu::{Buffer, Gpu, Pass, Recorder, Slot};
+use crate::gpu::{Buffer, Gpu, Pass, Recorder, Resource, Slot};
 use crate::light::Light;
 use crate::params::Values;
 use crate::scene::Camera;
@@ -19,33 +19,38 @@ use wgpu::TextureFormat as Format;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(try_from = "Word", into = "Word")]
 pub enum Samples {
-    /// Views: as many as the technique aims at, one or [`AVERAGED`]. Measurements: [`AVERAGED`], so that all techniques
-    /// of a table share one truth.
+    /// [`SOFT`] under lights with a size. Under others views take as many as the technique aims at, one or [`AVERAGED`], and
+    /// measurements [`AVERAGED`], so that all techniques of a table share one truth.
     #[default]
     Auto,
     Fixed(u32),
 }
 
 /// Samples a pixel that a truth can have; 1 is the hard truth.
-pub const COUNTS: [u32; 4] = [1, 4, 16, 64];
+pub const COUNTS: [u32; 7] = [1, 4, 16, 64, 256, 1024, 4096];
 /// Samples a pixel of the averaged truth where nothing else is asked for.
 pub const AVERAGED: u32 = 16;
+/// The same under lights with a size.
+pub const SOFT: u32 = 64;
+/// Rays to a light with a size that one dispatch sends from each pixel.
+const AT_ONCE: u32 = 8;
 
 impl Samples {
     /// What a set-up's key takes, in words.
-    pub const TAKES: &str = "\"auto\", 1, 4, 16 or 64";
+    pub const TAKES: &str = "\"auto\", 1, 4, 16, 64, 256, 1024 or 4096";
 
     /// Samples a pixel of the truth that is shown beside a technique with these values.
-    pub fn shown(self, info: &Info, values: &Values) -> u32 {
+    pub fn shown(self, light: &Light, info: &Info, values: &Values) -> u32 {
         match self {
-            Samples::Auto if !info.filters(values) => 1,
-            _ => self.measured(),
+            Samples::Auto if !light.has_size() && !info.filters(values) => 1,
+            _ => self.measured(light),
         }
     }
 
     /// Samples a pixel of the truth that a technique is measured against.
-    pub fn measured(self) -> u32 {
+    pub fn measured(self, light: &Light) -> u32 {
         match self {
+            Samples::Auto if light.has_size() => SOFT,
             Samples::Auto => AVERAGED,
             Samples::Fixed(n) => n,
         }
@@ -134,7 +139,7 @@ type Of = (u64, Camera, Light);
 struct Average {
     /// Samples a pixel that it is to have.
     samples: u32,
-    /// Those that all pixels have, and the rows that have one more.
+    /// Those that all pixels have, and the rows that have as many more as one dispatch takes.
     whole: u32,
     rows: u32,
     /// The mean so far, a number per pixel.
@@ -157,6 +162,13 @@ struct Sized {
     averages: Vec<Average>,
     /// How many rays gave up, as `Tally` in `shaders/lib/trace.wgsl`.
     tally: Buffer,
+}
+
+impl Average {
+    /// Samples that the next dispatches take.
+    fn batch(&self, light: &Light) -> u32 {
+        if light.has_size() { AT_ONCE.min(self.samples - self.whole) } else { 1 }
+    }
 }
 
 impl Sized {
@@ -246,7 +258,7 @@ impl Tracing {
 
     /// Records the next rows, about as many pixels' samples as given. `gbuffer` draws the scene's `vertices`.
     pub fn record(&mut self, recorder: &mut Recorder, gbuffer: &Pass, vertices: u32, pixels: u32) {
-        let Some(now) = self.kept.last_mut() else { return };
+        let (Some(now), Some((_, _, light))) = (self.kept.last_mut(), self.of) else { return };
         let [width, height] = now.uniform.size;
         let gpu = recorder.gpu;
         let band = std::mem::offset_of!(FrameUniform, band) as u64;
@@ -271,31 +283,35 @@ impl Tracing {
         while left > 0 && now.rows == height && a.whole < a.samples && !recorder.failed() {
             let mean = a.mean.get(gpu, "mean truth", now.uniform.size, Format::R32Float, STORED);
             let counts = a.counts.get(gpu, "samples", now.uniform.size, Format::R32Uint, STORED);
-            let position = a.position.get(gpu, "position", now.uniform.size, Format::Rgba32Float, DRAWN);
-            let surface = a.surface.get(gpu, "surface", now.uniform.size, Format::Rgba32Uint, DRAWN);
-            let depth = a.depth.get(gpu, "depth", now.uniform.size, gpu.depth_stencil(), DRAWN);
             // What is written below holds for what follows; what is recorded was of the sample before.
             recorder.submit();
+            let batch = a.batch(&light);
             // Another number of samples may have used the buffers since.
-            let uniform = now.uniform.shifted(offset(a.whole, a.samples));
-            gpu.queue.write_buffer(&self.shifted, 0, bytemuck::bytes_of(&uniform));
-            gpu.queue.write_buffer(&self.sample, 0, bytemuck::bytes_of(&a.whole));
-            if a.rows == 0 {
-                recorder.run(gbuffer).named("truth").bind("frame", &self.shifted).draw(
-                    &[&position, &surface],
-                    Some((&depth, 0.0)),
-                    true,
-                    |p| p.draw(0..vertices, 0..1),
-                );
+            let by = if light.has_size() { Vec2::ZERO } else { offset(a.whole, a.samples) };
+            gpu.queue.write_buffer(&self.shifted, 0, bytemuck::bytes_of(&now.uniform.shifted(by)));
+            gpu.queue.write_buffer(&self.sample, 0, bytemuck::bytes_of(&[a.whole, batch]));
+            let mut surfaces = Vec::new();
+            if !light.has_size() {
+                let position = a.position.get(gpu, "position", now.uniform.size, Format::Rgba32Float, DRAWN);
+                let surface = a.surface.get(gpu, "surface", now.uniform.size, Format::Rgba32Uint, DRAWN);
+                let depth = a.depth.get(gpu, "depth", now.uniform.size, gpu.depth_stencil(), DRAWN);
+                if a.rows == 0 {
+                    recorder.run(gbuffer).named("truth").bind("frame", &self.shifted).draw(
+                        &[&position, &surface],
+                        Some((&depth, 0.0)),
+                        true,
+                        |p| p.draw(0..vertices, 0..1),
+                    );
+                }
+                surfaces = vec![("g_position", Resource::from(&position)), ("g_surface", Resource::from(&surface))];
             }
-            let rows = left.min(most).min(height - a.rows);
+            let rows = (left / batch).max(8).min(most).min(height - a.rows);
             gpu.queue.write_buffer(&self.shifted, band, bytemuck::bytes_of(&[a.rows, rows]));
             recorder
                 .run(&self.accumulate)
                 .bind("frame", &self.shifted)
                 .bind("params", &self.params)
-                .bind("g_position", &position)
-                .bind("g_surface", &surface)
+                .bind_all(&surfaces)
                 .bind("sample", &self.sample)
                 .bind("counts", &counts)
                 .bind("hard", &hard)
@@ -303,9 +319,9 @@ impl Tracing {
                 .bind("tally", &now.tally)
                 .dispatch(width.div_ceil(8), rows.div_ceil(8), 1);
             a.rows += rows;
-            left -= rows;
+            left = left.saturating_sub(rows * batch);
             if a.rows == height {
-                (a.whole, a.rows) = (a.whole + 1, 0);
+                (a.whole, a.rows) = (a.whole + batch, 0);
                 if a.whole == a.samples {
                     // Complete: only the mean is still needed.
                     let (samples, whole) = (a.samples, a.whole);
@@ -332,6 +348,13 @@ impl Tracing {
     pub fn shown(&self) -> Option<&Slot> {
         let (now, average) = self.now()?;
         Some(average.filter(|a| a.whole > 0).map_or(&now.hard, |a| &a.mean))
+    }
+
+    /// The truth that tells lit pixels from those in shadow: the hard one, or, of a light with a size, whether at least half of
+    /// it is seen.
+    pub fn labels(&self) -> Option<&Slot> {
+        let soft = self.of.is_some_and(|(_, _, light)| light.has_size());
+        if soft { self.shown() } else { self.hard() }
     }
 
     /// The truth of one sample at the pixel's centre.
@@ -362,7 +385,7 @@ impl Tracing {
         aliasing: Option<&wgpu::TextureView>,
         evidence: &wgpu::TextureView,
     ) {
-        let Some(hard) = self.hard().and_then(Slot::view) else { return };
+        let Some(hard) = self.labels().and_then(Slot::view) else { return };
         recorder
             .run(&self.explain)
             .bind("params", &self.params)
@@ -380,7 +403,10 @@ impl Tracing {
         let [width, height] = now.uniform.size.map(u64::from);
         let (rows, all) = match average {
             None => (0, 1),
-            Some(a) => (a.whole as u64 * height + a.rows as u64, 1 + a.samples as u64),
+            Some(a) => {
+                let batch = self.of.map_or(1, |(_, _, light)| a.batch(&light));
+                (a.whole as u64 * height + a.rows as u64 * batch as u64, 1 + a.samples as u64)
+            }
         };
         let rows = rows + now.rows as u64;
         Progress {

@@ -1,8 +1,9 @@
 //!include lib/frame.wgsl
 //!include lib/gbuffer.wgsl
+//!include lib/light_place.wgsl
 //!include lib/shadow_ray.wgsl
 // One shadow ray per pixel that faces the light: exact hard visibility at the G-buffer sample. The averaged truth takes more
-// of them, also over the light's disc.
+// of them: over the pixel, or over a light that has a size.
 
 var<uniform> params: RtParams;
 var visibility_out: texture_storage_2d<r32float, write>;
@@ -17,15 +18,8 @@ fn chosen_ray(s: Surface, light: LightSample) -> Ray {
     return ray;
 }
 
-// Two unit vectors at right angles to a unit vector and to each other.
-fn across(direction: vec3f) -> mat2x3f {
-    let other = select(vec3f(1.0, 0.0, 0.0), vec3f(0.0, 1.0, 0.0), abs(direction.x) > 0.5);
-    let u = normalize(cross(direction, other));
-    return mat2x3f(u, cross(direction, u));
-}
-
-// Whether a pixel's surface sees a place of the light's disc, given in units of `light_radius` from its centre. Whether the
-// light reaches it at all, and the surface faces it, is asked of the centre.
+// Whether a pixel's surface sees a place of the light. Whether the light reaches it at all, and the surface faces it, is asked
+// of the centre, (0, 0).
 fn visible(pixel: vec2u, place: vec2f) -> Hit {
     let s = load_surface(pixel);
     if !s.valid {
@@ -36,7 +30,7 @@ fn visible(pixel: vec2u, place: vec2f) -> Hit {
         return Hit(true, false, 0u, 0.0, 0u);
     }
     if any(place != vec2f(0.0)) {
-        light.to_light += frame.light_radius * (across(normalize(light.to_light)) * place);
+        light.to_light = towards(light.to_light, place);
         if dot(s.normal, light.to_light) <= 0.0 {
             // That part has set behind the surface's own plane. Not 0 visits: it counts among those that could be lit.
             return Hit(true, false, 1u, 0.0, 0u);
@@ -78,35 +72,14 @@ fn resolve(@builtin(global_invocation_id) id: vec3u) {
     }
 }
 
-// The mean over several samples of a pixel, whose surfaces the G-buffer of each holds.
+// The mean over several samples: of a pixel, whose surfaces the G-buffer of each holds, or of a light that has a size, from the
+// pixel's own surface.
 
-// Which of them this is, from 0.
-var<uniform> sample: u32;
+// The first that this dispatch takes, from 0, and how many.
+var<uniform> sample: vec2u;
 // Of the samples so far those that can be lit in the upper half, those that are in the lower.
 var counts: texture_storage_2d<r32uint, read_write>;
 var hard: texture_2d<f32>;
-
-// A place of the unit disc, in units of its radius, for a place of the unit square: concentric, so that equal areas stay
-// equal and neighbours stay neighbours (Shirley, Chiu 1997).
-fn on_disc(square: vec2f) -> vec2f {
-    let p = 2.0 * square - 1.0;
-    let wide = abs(p.x) > abs(p.y);
-    let radius = select(p.y, p.x, wide);
-    let angle = 0.7853982 * select(p.x, p.y, wide) / select(radius, 1.0, radius == 0.0);
-    return radius * select(vec2f(sin(angle), cos(angle)), vec2f(cos(angle), sin(angle)), wide);
-}
-
-// Where on the light's disc this sample of the pixel looks: the points of the R2 sequence (Roberts 2018), shifted in the
-// square by a distance that differs from pixel to pixel. Sobol's points are spent on the pixel: with them again, each part
-// of the pixel would see its own part of the disc only.
-fn light_place(pixel: vec2u) -> vec2f {
-    if frame.light_radius == 0.0 {
-        return vec2f(0.0);
-    }
-    let x = hash(pixel.x ^ hash(pixel.y));
-    let shift = vec2f(vec2u(x, hash(x)) >> vec2u(8u)) / 16777216.0;
-    return on_disc(fract(shift + f32(sample) * vec2f(0.7548777, 0.5698403)));
-}
 
 @compute @workgroup_size(8, 8)
 fn accumulate(@builtin(global_invocation_id) id: vec3u) {
@@ -115,13 +88,19 @@ fn accumulate(@builtin(global_invocation_id) id: vec3u) {
         return;
     }
     var count = 0u;
-    if sample > 0u {
+    if sample.x > 0u {
         count = textureLoad(counts, pixel).x;
     }
-    let hit = visible(pixel, light_place(pixel));
-    if hit.visits > 0u {
-        tally_ray(hit);
-        count += 0x10000u + select(1u, 0u, hit.blocked);
+    for (var i = 0u; i < sample.y; i++) {
+        var place = vec2f(0.0);
+        if has_size() {
+            place = on_light(scattered(pixel, sample.x + i));
+        }
+        let hit = visible(pixel, place);
+        if hit.visits > 0u {
+            tally_ray(hit);
+            count += 0x10000u + select(1u, 0u, hit.blocked);
+        }
     }
     textureStore(counts, pixel, vec4u(count));
     // Where no sample can be lit the pixel's centre decides.

@@ -36,7 +36,7 @@ impl Judged<'_> {
     /// Visibility and hard truth, a number a pixel.
     fn labels(&self, recorder: &Recorder) -> Result<[Vec<f32>; 2]> {
         let number = |slot| anyhow::Ok(bytemuck::pod_collect_to_vec(&read(recorder, slot)?));
-        Ok([number(&self.targets.visibility)?, number(self.truth.hard().context(NO_FRAME)?)?])
+        Ok([number(&self.targets.visibility)?, number(self.truth.labels().context(NO_FRAME)?)?])
     }
 
     /// Tells the causes of the wrong pixels apart; the hard truth must be there.

@@ -35,6 +35,11 @@ impl Renderer {
         Ok(bytemuck::pod_collect_to_vec(&self.read(self.truth.shown().context(NO_FRAME)?)?))
     }
 
+    /// Reads the truth back that tells lit pixels, from 0.5 up, from those in shadow: [`crate::truth::Tracing::labels`].
+    pub fn read_labels(&self) -> Result<Vec<f32>> {
+        Ok(bytemuck::pod_collect_to_vec(&self.read(self.truth.labels().context(NO_FRAME)?)?))
+    }
+
     /// Reads the truth of the one sample at each pixel's centre back, 0 or 1 a pixel.
     pub fn read_hard_truth(&self) -> Result<Vec<f32>> {
         Ok(bytemuck::pod_collect_to_vec(&self.read(self.truth.hard().context(NO_FRAME)?)?))

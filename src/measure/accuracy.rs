@@ -39,7 +39,7 @@ fn compare(renderer: &mut Renderer, setup: &Setup, all: bool) -> Result<(Pixels,
     let ask = Ask { analysis: all, picture: all, ..Ask::of(setup) };
     let told = renderer.render(setup, ask)?;
     let mask = renderer.read_mask()?;
-    let (hard, mean) = (renderer.read_hard_truth()?, renderer.read_truth()?);
+    let (hard, mean) = (renderer.read_labels()?, renderer.read_truth()?);
     Ok((Pixels { visibility: renderer.read_visibility()?, hard, mean, mask }, told))
 }
 
@@ -138,7 +138,7 @@ impl Gathered {
 /// As [`errors`].
 pub fn accuracy(renderer: &mut Renderer, setup: &Setup, index: u64) -> Result<Record> {
     serve(setup)?;
-    let samples = setup.truth_samples.measured();
+    let samples = setup.truth_samples.measured(&setup.light);
     // Another view would change the picture, and a technique's own trace rays of its own.
     let shaded = Setup { truth_samples: Samples::Fixed(samples), ..setup.measured() };
     let lights = shaded.each_light()?;

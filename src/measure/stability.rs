@@ -350,7 +350,7 @@ impl Seen {
             position: renderer.read_position()?.into_iter().map(Vec4::from).collect(),
             triangle: renderer.read_surface()?.into_iter().map(|s| s[3]).collect(),
             facing: renderer.read_mask()?.into_iter().map(|m| m == FACING).collect(),
-            hard: renderer.read_hard_truth()?,
+            hard: renderer.read_labels()?,
         })
     }
 

@@ -26,6 +26,7 @@ pub mod pssm;
 mod psv;
 mod rbsm;
 mod rt_hard;
+mod rt_soft;
 mod rtw;
 mod sdsm;
 mod shadow_map;
@@ -209,6 +210,7 @@ pub static ALL: &[&Info] = &[
     &csm_conservative::INFO,
     &hybrid_pcf::INFO,
     &rt_hard::INFO,
+    &rt_soft::INFO,
 ];
 
 /// The technique whose ray-traced result is the truth.

@@ -28,8 +28,8 @@ pub static INFO: Info = Info {
     family: "Ray traced",
     mark: 12,
     doc: "One ray from each pixel to the light, against every triangle. Exact for a point light or the sun: the truth \
-          that all others are measured against.",
-    lights: &["directional", "spot", "omni", "hemisphere"],
+          that all others are measured against. Of a light with a size it sees the centre alone.",
+    lights: &["directional", "spot", "omni", "hemisphere", "rect-area"],
     filter: None,
     smooth: |_| false,
     params: &[RtParams::GROUP],

@@ -22,7 +22,8 @@ const AVERAGED: [&str; 3] = ["rmse", "mae", "beyond_tolerance"];
 
 /// Whether a frame with a truth of so many samples per pixel tells a figure as a measurement would.
 fn told(m: &Model, axis: &Axis, samples: u32) -> bool {
-    LIVE.contains(&axis.id) && (!AVERAGED.contains(&axis.id) || samples == m.setup.truth_samples.measured())
+    LIVE.contains(&axis.id)
+        && (!AVERAGED.contains(&axis.id) || samples == m.setup.truth_samples.measured(&m.setup.light))
 }
 
 /// The trail as far as its errors are known.
@@ -180,7 +181,7 @@ pub fn show(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
         let ends: Vec<Pos2> = line.points.iter().rev().filter_map(|i| screens[*i]).collect();
         labels.write(ui, &ends, &line.label, color(&line.technique), false);
     }
-    let samples = m.setup.truth_samples.shown(m.info(), m.setup.values());
+    let samples = m.setup.truth_samples.shown(&m.setup.light, m.info(), m.setup.values());
     let aside = match [error, cost].into_iter().find(|a| !told(m, a, samples)) {
         Some(axis) => format!("The picture now is not shown: only a measurement tells its {}.", axis.title),
         None if trail.len() > 1 => "Ring: the picture now. Faint dots: where it was before.".into(),

@@ -325,7 +325,7 @@ fn status(ui: &mut Ui, m: &Model) {
         samples(m.setup.shown_samples()),
         f.size[0],
         f.size[1],
-        samples(m.setup.truth_samples.measured())
+        samples(m.setup.truth_samples.measured(&m.setup.light))
     );
     let how = if f.wall_clock { "Wall clock." } else { "GPU time." };
     let [w, h] = f.size;

@@ -721,7 +721,7 @@ impl Painter<'_> {
         let setup = &order.setup;
         self.facts.notes = renderer.notes()?;
         let visibility = renderer.read_visibility()?;
-        let (hard, mean) = (renderer.read_hard_truth()?, renderer.read_truth()?);
+        let (hard, mean) = (renderer.read_labels()?, renderer.read_truth()?);
         let (mask, width) = (renderer.read_mask()?, renderer.read_width()?);
         let e = metrics::errors(&visibility, &hard, &mean, &mask, width);
         let size = panes(setup, self.size)[0].size;

@@ -44,6 +44,7 @@ fn whole() -> Vec<(String, &'static [Group])> {
     };
     let parts = [
         "lib/analysis.wgsl",
+        "lib/light_dots.wgsl",
         "map/look_up.wgsl",
         "map/ray_cells.wgsl",
         "map/analysis.wgsl",
