@@ -1,3 +1,4 @@
+//!include lib/frame.wgsl
 //!include lib/scene.wgsl
 // Places of a light with a size: of the disc that shines and faces what it lights, or of the rectangle. Within -1 to 1 along
 // its half sides, or in units of the disc's radius.
