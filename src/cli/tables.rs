@@ -275,7 +275,7 @@ impl Table {
             }
             failed.is_empty()
         })
-        .or_else(|e| Err(failed.pop().unwrap_or(e)))?;
+        .map_err(|e| failed.pop().unwrap_or(e))?;
         let mut lines = vec![vec![String::new()]];
         lines[0].extend(self.columns.iter().map(|c| c.name.to_string()));
         for (name, record) in names.into_iter().zip(&records) {
