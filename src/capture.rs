@@ -91,16 +91,10 @@ fn serve(setup: &Setup) -> Result<()> {
     Ok(())
 }
 
-/// The lights beside the one at work that a side draws without a shadow, a sentence each.
+/// What of the other lights' shadows the sides do not draw, a sentence each.
 fn unshadowed(setup: &Setup) -> Vec<String> {
-    let mut notes = Vec::new();
-    let shown = setup.shows_all_lights();
-    for (i, light) in setup.lit_beside().into_iter().filter(|_| shown) {
-        let sides = (0..setup.sides()).filter_map(|side| setup.info(side));
-        let reasons = sides.filter_map(|info| info.refuses(&light));
-        notes.extend(reasons.map(|reason| format!("Light {} has no shadow: {reason}.", i + 1)));
-    }
-    notes
+    let sides = (0..setup.sides()).filter(|_| setup.shows_all_lights()).filter_map(|side| setup.info(side));
+    sides.flat_map(|info| setup.unshadowed(info)).collect()
 }
 
 /// Renders a set-up's picture in so many pixels.

@@ -8,7 +8,7 @@ pub use route::Route;
 
 use crate::light::Light;
 use crate::scene::Camera;
-use crate::setup::Setup;
+use crate::setup::{Setup, check_direction, check_place};
 use anyhow::{Context, Result, bail, ensure};
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
@@ -140,12 +140,11 @@ impl LightKey {
                 "light.{name} is not for a {kind} light, of which a path moves {}",
                 moved.join(", ")
             );
-            ensure!(value.is_finite(), "light.{name} = {value} is not allowed; it takes three finite numbers");
-            let is_direction = ["direction", "to_light"].contains(&name);
-            ensure!(
-                !is_direction || value.try_normalize().is_some(),
-                "light.{name} = {value} must not be zero nor endless"
-            );
+            let key = format!("light.{name}");
+            match name {
+                "direction" | "to_light" => check_direction(&key, value)?,
+                _ => check_place(&key, value)?,
+            }
         }
         Ok(())
     }
@@ -167,7 +166,7 @@ impl Key {
         ensure!(self.camera.is_some() || self.light.is_some(), "it moves nothing; give it a camera, a light, or both");
         if let Some(c) = &self.camera {
             for (name, place) in [("position", c.position), ("target", c.target)] {
-                ensure!(place.is_finite(), "camera.{name} = {place} is not allowed; it takes three finite numbers");
+                check_place(&format!("camera.{name}"), place)?;
             }
             ensure!(c.position != c.target, "camera.target must differ from camera.position");
             let fov = c.fov.unwrap_or(60.0);

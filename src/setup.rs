@@ -648,6 +648,7 @@ fn check_light(key: &str, light: &Light) -> Result<()> {
     let (position, direction, range, color) = match *light {
         Light::Directional { to_light, angular_radius, color } => {
             limits("angular_radius", angular_radius, [0.0, MAX_RADIUS], "°")?;
+            check_direction(&format!("{key}.to_light"), to_light)?;
             (Vec3::ZERO, to_light, 1.0, color)
         }
         Light::Spot { position, direction, outer_angle, range, radius, color } => {
@@ -661,14 +662,16 @@ fn check_light(key: &str, light: &Light) -> Result<()> {
         }
         Light::Hemisphere { position, direction, range, color } => (position, direction, range, color),
         Light::RectArea { center, half_u, half_v, range, color } => {
-            finite(&format!("{key}.half_u"), half_u)?;
-            finite(&format!("{key}.half_v"), half_v)?;
-            (center, half_u.cross(half_v), range, color)
+            check_place(&format!("{key}.half_u"), half_u)?;
+            check_place(&format!("{key}.half_v"), half_v)?;
+            check_place(&format!("{key}.center"), center)?;
+            let spans = half_u.cross(half_v).try_normalize().is_some();
+            ensure!(spans, "{key}.half_u and half_v must span a rectangle of some area");
+            (center, Vec3::Y, range, color)
         }
     };
-    finite(&format!("{key}.position"), position)?;
-    finite(&format!("{key}.direction"), direction)?;
-    ensure!(direction.try_normalize().is_some(), "the light's direction {direction} must not be zero nor endless");
+    check_place(&format!("{key}.position"), position)?;
+    check_direction(&format!("{key}.direction"), direction)?;
     limits("range", range, [1e-3, 1e9], " m")?;
     ensure!(color.is_finite() && color.min_element() >= 0.0, "{key}.color = {color} must be three numbers from 0 up");
     Ok(())
@@ -677,8 +680,8 @@ fn check_light(key: &str, light: &Light) -> Result<()> {
 fn check_camera(key: &str, c: &Camera) -> Result<()> {
     in_range(&format!("{key}.fov"), c.fov, 1.0, 170.0, "°")?;
     in_range(&format!("{key}.near"), c.near, 1e-6, 1e9, " m")?;
-    finite(&format!("{key}.position"), c.position)?;
-    finite(&format!("{key}.target"), c.target)?;
+    check_place(&format!("{key}.position"), c.position)?;
+    check_place(&format!("{key}.target"), c.target)?;
     ensure!(c.far > c.near && c.far.is_finite(), "{key}.far = {} must be greater than {key}.near = {}", c.far, c.near);
     ensure!(c.position != c.target, "{key}.target must differ from {key}.position");
     Ok(())
@@ -696,13 +699,37 @@ fn rename_views(table: &mut toml::Table) {
     }
 }
 
+/// A number as people write it: 1e30, not thirty zeros.
+fn short(x: f32) -> String {
+    let plain = x == 0.0 || (1e-4..1e7).contains(&x.abs()) || !x.is_finite();
+    if plain { x.to_string() } else { format!("{x:e}") }
+}
+
+fn short_all(v: Vec3) -> String {
+    format!("[{}]", v.to_array().map(short).join(", "))
+}
+
 fn in_range(key: &str, value: f32, min: f32, max: f32, unit: &str) -> Result<()> {
-    ensure!((min..=max).contains(&value), "{key} = {value} is not allowed; it takes {min} to {max}{unit}");
+    let [given, least, most] = [value, min, max].map(short);
+    ensure!((min..=max).contains(&value), "{key} = {given} is not allowed; it takes {least} to {most}{unit}");
     Ok(())
 }
 
-fn finite(key: &str, value: Vec3) -> Result<()> {
-    ensure!(value.is_finite(), "{key} = {value} is not allowed; it takes three finite numbers");
+/// Refuses places whose squared distances leave the range of 32-bit floats.
+pub(crate) fn check_place(key: &str, value: Vec3) -> Result<()> {
+    let given = short_all(value);
+    ensure!(value.is_finite(), "{key} = {given} is not allowed; it takes three finite numbers");
+    ensure!(
+        value.abs().max_element() <= 1e18,
+        "{key} = {given} is not allowed; it takes three numbers from -1e18 to 1e18"
+    );
+    Ok(())
+}
+
+/// As [`check_place`]; and what is zero, or nearly, points nowhere.
+pub(crate) fn check_direction(key: &str, value: Vec3) -> Result<()> {
+    check_place(key, value)?;
+    ensure!(value.try_normalize().is_some(), "{key} = {} must not be zero or as good as zero", short_all(value));
     Ok(())
 }
 

@@ -60,7 +60,7 @@ fn pixel_steps(s: Surface) -> mat2x3f {
 
 fn analysed(s: Surface) -> vec4f {
     let light = light_at(s.position);
-    if !s.valid || !light.reached || dot(s.normal, light.to_light) <= 0.0 {
+    if !may_be_shadowed(s, light) {
         return vec4f(-1.0);
     }
     let steps = pixel_steps(s);

@@ -60,6 +60,11 @@ fn faces_light(s: Surface) -> bool {
     return dot(s.normal, light_at(s.position).to_light) > 0.0;
 }
 
+// Whether something can hide this light from a surface: it lies within cone and range, and the surface faces it.
+fn may_be_shadowed(s: Surface, light: LightSample) -> bool {
+    return s.valid && light.reached && dot(s.normal, light.to_light) > 0.0;
+}
+
 // World position and depth of a view sample whose visibility is looked up; depth 0: none.
 fn lit_sample(pixel: vec2u) -> vec4f {
     if pixel.x >= frame.size.x || pixel.y >= frame.size.y {

@@ -230,13 +230,13 @@ var<storage, read_write> overflowing: atomic<u32>;
 // From this count on.
 const nearly_over = 200u;
 
-// Volumes that the pixel lies in; of what z-pass counts wrongly because the eye lies in some, how many too few.
-fn magnitude(count: u32) -> u32 {
-    return min(count, select(count, 256u - count, z_pass != 0u));
-}
+// What the stencil holds from here on stands for a count below 0. More than 255: it is taken for none.
+var<uniform> negative_from: u32;
 
-// 1: the stencil counts entries, and may fall below 0.
-var<uniform> z_pass: u32;
+// Volumes that the pixel lies in; where the count fell below 0, how many too few.
+fn magnitude(count: u32) -> u32 {
+    return select(count, 256u - count, count >= negative_from);
+}
 
 // Pixels that are decided by what was counted.
 fn decided(pixel: vec2u) -> bool {
@@ -255,7 +255,7 @@ fn resolve_stencil(@builtin(global_invocation_id) id: vec3u) {
     }
     let count = textureLoad(stencil, id.xy, 0).x;
     store_visibility(id.xy, count == 0u);
-    if magnitude(count) >= nearly_over && decided(id.xy) {
+    if count >= nearly_over && negative_from >= nearly_over && decided(id.xy) {
         atomicAdd(&overflowing, 1u);
     }
 }

@@ -1,7 +1,7 @@
 //!include lib/silhouette.wgsl
 //!include lib/edges.wgsl
 //!include map/light_view.wgsl
-//!include lib/gbuffer.wgsl
+//!include lib/edge_lines.wgsl
 //!include lib/labels.wgsl
 // Quads around silhouette edges in a map (Kenzel 2013): both ends are pushed along and across the edge in the light's image, after the
 // projection, so that quads of edges that meet overlap. A technique says how far (`quad_reach`, texels, where the clip position has this w) and what its quads leave behind.
@@ -186,7 +186,7 @@ fn quad_corner(i: u32, moved: f32) -> Quad {
 
 // Views.
 
-// Of the picture: outlines of quads in the map, or edges over the scene; texels of a small scale.
+// Of the picture: outlines of quads in the map, or edges over the scene.
 var edge_lines: texture_2d<f32>;
 
 @vertex
@@ -201,7 +201,7 @@ fn wire_corner(@builtin(vertex_index) i: u32) -> Quad {
 
 // The outline of a quad, and the edge in it.
 @fragment
-fn wire(q: Quad) -> @location(0) f32 {
+fn wire(q: Quad) -> @location(0) vec4f {
     if any(q.place < vec2f(0.0)) || any(q.place > vec2f(light_view.resolution)) {
         discard;
     }
@@ -213,60 +213,24 @@ fn wire(q: Quad) -> @location(0) f32 {
     let pixel = laid_out(q.at.xy).scale;
     let rim = min(width - abs(b.signed), min(b.along + reach.x, b.length + reach.y - b.along));
     if abs(b.off) < 0.6 * pixel {
-        return 2.0;
+        return vec4f(2.0);
     }
     if rim > 1.2 * pixel {
         discard;
     }
-    return 1.0;
+    return vec4f(1.0);
 }
 
-struct Line {
-    @builtin(position) at: vec4f,
-    // Depth along the camera's axis times the share of the screen's perspective.
-    @location(0) depth: f32,
-}
-
-// A silhouette edge over the picture, two pixels wide.
 @vertex
 fn line_corner(@builtin(vertex_index) i: u32) -> Line {
-    let ends = ends_of(i / 6u);
-    if ends.x == ends.y {
-        return Line(vec4f(2.0, 2.0, 0.0, 1.0), 0.0);
-    }
-    var a = frame.view_proj * vec4f(vertices[ends.x].position, 1.0);
-    var b = frame.view_proj * vec4f(vertices[ends.y].position, 1.0);
-    if max(a.w, b.w) < frame.near {
-        return Line(vec4f(2.0, 2.0, 0.0, 1.0), 0.0);
-    }
-    if a.w < frame.near {
-        a = mix(b, a, (b.w - frame.near) / (b.w - a.w));
-    } else if b.w < frame.near {
-        b = mix(a, b, (a.w - frame.near) / (a.w - b.w));
-    }
-    let half = 0.5 * vec2f(frame.size);
-    let along = (b.xy / b.w - a.xy / a.w) * half;
-    let t = along / max(length(along), 1e-6);
-    let corner = array<u32, 6>(0u, 1u, 2u, 2u, 1u, 3u)[i % 6u];
-    var at = select(a, b, corner >= 2u);
-    at += vec4f(vec2f(-t.y, t.x) * select(-1.0, 1.0, (corner & 1u) == 1u) / half * at.w, 0.0, 0.0);
-    return Line(at, at.w);
-}
-
-@fragment
-fn edge_line(l: Line) -> @location(0) f32 {
-    let behind = textureLoad(g_position, vec2u(l.at.xy), 0).w;
-    if behind > 0.0 && l.depth > 1.005 * behind {
-        discard;
-    }
-    return 1.0;
+    return edge_corner(i % 6u, ends_of(i / 6u));
 }
 
 // The views of both techniques: quads over the map, edges over the scene.
 fn inspect_edges(pixel: vec2u) -> f32 {
     let line = textureLoad(edge_lines, pixel, 0).x;
     if frame.map == shows_silhouette_edges {
-        return label(0u, select(0.0, 1.0, line > 0.0));
+        return label(0u, line);
     }
     let at = laid_out(vec2f(pixel) + 0.5);
     if line > 0.0 {

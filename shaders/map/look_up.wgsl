@@ -243,7 +243,7 @@ fn resolve(@builtin(global_invocation_id) id: vec3u) {
     if s.valid {
         v = 0.0;
         let light = light_at(s.position);
-        if light.reached && dot(s.normal, light.to_light) > 0.0 {
+        if may_be_shadowed(s, light) {
             v = visibility(s);
         }
     }

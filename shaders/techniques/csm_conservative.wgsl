@@ -72,7 +72,7 @@ fn resolve(@builtin(global_invocation_id) id: vec3u) {
     let s = load_surface(id.xy);
     let light = light_at(s.position);
     var v = select(1.0, 0.0, s.valid);
-    if s.valid && light.reached && dot(s.normal, light.to_light) > 0.0 {
+    if may_be_shadowed(s, light) {
         let a = answers(s, light);
         let lit = select(a.grown_lit, a.shrunk_lit, deciding.rays == 0u && deciding.uses == uses_shrunk);
         v = select(0.0, 1.0, lit);
@@ -99,7 +99,7 @@ fn inspect_at(pixel: vec2u) -> f32 {
         let inside = s.valid && all(at >= vec2f(0.0)) && all(at < vec2f(v.resolution));
         return select(-1.0, cell_value(vec2u(max(at, vec2f(0.0)))), inside);
     }
-    if !s.valid || !light.reached || dot(s.normal, light.to_light) <= 0.0 {
+    if !may_be_shadowed(s, light) {
         return -1.0;
     }
     let a = answers(s, light);

@@ -136,7 +136,7 @@ fn resolve(@builtin(global_invocation_id) id: vec3u) {
     var lit = 1.0;
     if s.valid {
         lit = 0.0;
-        if light.reached && dot(s.normal, light.to_light) > 0.0 {
+        if may_be_shadowed(s, light) {
             let ray = shadow_ray(s, light);
             let found = walk(s, ray);
             var blocked = found.blocked;

@@ -156,7 +156,7 @@ fn explain(@builtin(global_invocation_id) id: vec3u) {
     let s = load_surface(pixel);
     let light = light_at(s.position);
     var evidence = vec4u(0u);
-    if s.valid && light.reached && dot(s.normal, light.to_light) > 0.0 {
+    if may_be_shadowed(s, light) {
         let lit = textureLoad(hard, pixel, 0).x >= 0.5;
         if !lit {
             let hit = nearest(chosen_ray(s, light));

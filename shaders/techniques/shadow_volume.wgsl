@@ -1,5 +1,6 @@
 //!include lib/volume.wgsl
 //!include lib/silhouette.wgsl
+//!include lib/edge_lines.wgsl
 //!include lib/volume_lines.wgsl
 // Volumes of all triangles at once: of the sides only those that do not cancel, the silhouette's (Kim, Kim, Turk 2008).
 
@@ -21,20 +22,19 @@ fn side_corner(@builtin(vertex_index) index: u32) -> Face {
 @compute @workgroup_size(1)
 fn count_lines() {
     let count = draw[0] / corners_each();
-    line_draws[0] = 2u * count;
+    line_draws[0] = 6u * count;
     line_draws[1] = 1u;
     line_draws[4] = 6u * count;
     line_draws[5] = 1u;
 }
 
 @vertex
-fn silhouette_line(@builtin(vertex_index) index: u32) -> Line {
-    let s = silhouettes[index / 2u];
-    return line_end(position(select(s.x, s.y, index % 2u == 1u)), false);
+fn line_corner(@builtin(vertex_index) index: u32) -> Line {
+    return edge_corner(index % 6u, silhouettes[index / 6u].xy);
 }
 
 @vertex
-fn volume_line(@builtin(vertex_index) index: u32) -> Line {
+fn volume_line(@builtin(vertex_index) index: u32) -> VolumeLine {
     let s = silhouettes[index / 6u];
     return side_line(index % 6u, position(s.x), position(s.y));
 }

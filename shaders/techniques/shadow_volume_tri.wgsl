@@ -28,7 +28,7 @@ fn side_corner(@builtin(vertex_index) index: u32) -> Face {
 }
 
 @vertex
-fn volume_line(@builtin(vertex_index) index: u32) -> Line {
+fn volume_line(@builtin(vertex_index) index: u32) -> VolumeLine {
     let i = index / 6u;
     let ends = ends_of(i / 3u, i % 3u);
     if !ends.found {

@@ -1,6 +1,6 @@
 //! `advise`: the cheapest configuration within an error budget.
 
-use super::{Wanted, chosen, named, print, progress, try_file};
+use super::{Wanted, chosen, failures, named, print, progress, try_file};
 use crate::chart;
 use crate::frame::Renderer;
 use crate::gpu::Gpu;
@@ -47,7 +47,7 @@ pub fn run(mut wanted: Wanted, ids: Vec<String>, limits: Limits, adapter: Option
     let (axes, (mut setup, scene)) = (wanted.axes()?, wanted.open()?);
     setup.view = "shaded".into();
     wanted.apply(&mut setup, &scene, &named(&ids))?;
-    let ids = chosen(&ids, &setup)?;
+    let (ids, mut failed) = chosen(&ids, &setup)?;
     let by = by.unwrap_or_else(|| Figure::suited(&ids));
     let max_error = by.parse(&limits.max_error)?;
     let mut renderer = Renderer::new(Arc::new(Gpu::new(adapter)?), Arc::new(scene))?;
@@ -67,7 +67,7 @@ pub fn run(mut wanted: Wanted, ids: Vec<String>, limits: Limits, adapter: Option
             "halved": advice.halved.map(|i| &advice.tried[i]),
             "plain": advice.plain.map(|i| &advice.tried[i]),
             "plain_factor": advice.plain_factor(),
-            "frontier": advice.frontier, "tried": advice.tried,
+            "frontier": advice.frontier, "tried": advice.tried, "failed": advice.failed,
         });
         print(&(serde_json::to_string_pretty(&value)? + "\n"))?;
     } else {
@@ -76,6 +76,8 @@ pub fn run(mut wanted: Wanted, ids: Vec<String>, limits: Limits, adapter: Option
     if let (Some(path), Some(json)) = (&limits.output, json_file) {
         measure::write(&advice.tried, path, json)?;
     }
+    failed.extend(advice.failed);
+    failures(&failed, advice.tried.len() + failed.len())?;
     Ok(if advice.answer.is_some() { ExitCode::SUCCESS } else { ExitCode::from(NOTHING) })
 }
 

@@ -1,6 +1,6 @@
 //! `measure`: techniques side by side at one set-up.
 
-use super::{Wanted, chosen, print, progress, try_file};
+use super::{Wanted, chosen, failures, print, progress, try_file};
 use crate::frame::Renderer;
 use crate::gpu::Gpu;
 use crate::measure::{self, Step, table};
@@ -36,7 +36,7 @@ pub fn run(wanted: Wanted, ids: Vec<String>, output: Output, adapter: Option<&st
     for path in [&output.json, &output.csv].into_iter().flatten() {
         try_file(path)?;
     }
-    let ids = chosen(&ids, &setup)?;
+    let (ids, mut failed) = chosen(&ids, &setup)?;
     let mut work = Vec::new();
     for (i, id) in ids.iter().enumerate() {
         setup.select(id)?;
@@ -49,10 +49,15 @@ pub fn run(wanted: Wanted, ids: Vec<String>, output: Output, adapter: Option<&st
         match step {
             Step::Working(done, what) => super::show(&bar, done, what),
             Step::Row(row) => rows.push(*row),
+            Step::Failed(why) => failed.push(why.to_string()),
         }
         true
     })?;
     bar.finish_and_clear();
+    let of = rows.len() + failed.len();
+    if rows.is_empty() {
+        return failures(&failed, of);
+    }
     let mut shown = false;
     for (path, json) in [(output.json, true), (output.csv, false)] {
         let mut text = Vec::new();
@@ -70,5 +75,8 @@ pub fn run(wanted: Wanted, ids: Vec<String>, output: Output, adapter: Option<&st
             None => {}
         }
     }
-    if shown { Ok(()) } else { print(&table::text(&rows)) }
+    if !shown {
+        print(&table::text(&rows))?;
+    }
+    failures(&failed, of)
 }

@@ -387,23 +387,42 @@ fn named(ids: &[String]) -> Vec<String> {
     out
 }
 
-/// As [`named`], but of `all` only those that serve the set-up's light; those left out are said.
+/// As [`named`], but only those that serve the set-up's light; of `all` those left out are said. The rest was asked for: why each does
+/// not, to be told by [`failures`] behind what can be measured.
 ///
 /// # Errors
-/// A technique named that does not serve it.
-fn chosen(ids: &[String], setup: &Setup) -> Result<Vec<String>> {
+/// No such technique, or none that serves it.
+fn chosen(ids: &[String], setup: &Setup) -> Result<(Vec<String>, Vec<String>)> {
     let all = ids == ["all"];
-    let mut out = Vec::new();
+    let (mut out, mut refused) = (Vec::new(), Vec::new());
     for id in named(ids) {
-        match setup.refusal(techniques::find_or_say(&id)?) {
+        match setup.unmeasurable(techniques::find_or_say(&id)?) {
             Some(reason) if all => eprintln!("left out: {reason}"),
-            Some(reason) => bail!(reason),
+            Some(reason) => refused.push(reason),
             None => out.push(id),
         }
     }
+    if out.is_empty() {
+        failures(&refused, refused.len())?;
+    }
     let kinds = || setup.lit().iter().map(|(_, light)| light.kind()).collect::<Vec<_>>().join(", ");
     ensure!(!out.is_empty(), "no technique serves {} light yet", kinds());
-    Ok(out)
+    Ok((out, refused))
+}
+
+/// Tells what could not be measured, of so many configurations.
+///
+/// # Errors
+/// Why one could not, or how many could not.
+fn failures(failed: &[String], of: usize) -> Result<()> {
+    match failed {
+        [] => Ok(()),
+        [one] => bail!("{one}"),
+        all => {
+            all.iter().for_each(|why| eprintln!("{why}"));
+            bail!("{} of {of} configurations could not be measured", all.len())
+        }
+    }
 }
 
 fn reproduce(ids: &[String], folder: Option<&Path>, adapter: Option<&str>) -> Result<()> {

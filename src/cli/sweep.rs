@@ -1,6 +1,6 @@
 //! `sweep` and `merge`: many configurations into one file, in parts if need be.
 
-use super::{Wanted, cannot_write, chosen, named, print, progress};
+use super::{Wanted, cannot_write, chosen, failures, named, print, progress};
 use crate::capture::create_folder;
 use crate::frame::Renderer;
 use crate::gpu::Gpu;
@@ -38,7 +38,7 @@ pub fn run(mut wanted: Wanted, ids: Vec<String>, output: Output, adapter: Option
     let (mut setup, scene) = wanted.open()?;
     setup.view = "shaded".into();
     wanted.apply(&mut setup, &scene, &named(&ids))?;
-    let ids = chosen(&ids, &setup)?;
+    let (ids, mut refused) = chosen(&ids, &setup)?;
     let all = measure::expand(&setup, &ids, &axes, output.main)?;
     let total = all.len() as u64;
     let part = |(i, _): &(u64, Setup)| shard.is_none_or(|s| s.has(*i));
@@ -92,6 +92,7 @@ pub fn run(mut wanted: Wanted, ids: Vec<String>, output: Output, adapter: Option
                     failed = written.and_then(|()| Ok(writer.flush()?)).err();
                     rows.insert(row.index, *row);
                 }
+                Step::Failed(why) => refused.push(why.to_string()),
             }
             failed.is_none()
         });
@@ -100,18 +101,21 @@ pub fn run(mut wanted: Wanted, ids: Vec<String>, output: Output, adapter: Option
         measured?;
     }
     let rows: Vec<Record> = rows.into_values().collect();
-    if finished != rows {
+    if finished != rows && !rows.is_empty() {
         measure::write(&rows, &output.output, json)?;
     }
     if partial.exists() {
         std::fs::remove_file(&partial).with_context(|| format!("{} cannot be removed", partial.display()))?;
+    }
+    if rows.is_empty() {
+        return failures(&refused, refused.len());
     }
     eprintln!("{} holds {} rows", output.output.display(), rows.len());
     if let Some(folder) = &output.report {
         measure::report::write(&rows, &format!("Sweep of {}", setup.scene), folder, &mut renderer)?;
         eprintln!("wrote {}", folder.join("index.html").display());
     }
-    Ok(())
+    failures(&refused, rows.len() + refused.len())
 }
 
 /// Joins the parts of a sweep.

@@ -266,13 +266,16 @@ impl Table {
         let flicker = self.columns.iter().any(|c| ["flicker", "label_flicker"].contains(&c.id));
         let mut renderer = Renderer::new(gpu, Arc::new(self.scene))?;
         let mut records: Vec<Record> = Vec::new();
+        let mut failed = Vec::new();
         measure::run(&mut renderer, &self.setup, &work, work.len() as u64, flicker, &mut |step| {
             match step {
                 Step::Working(done, what) => tick(done, what),
                 Step::Row(record) => records.push(*record),
+                Step::Failed(why) => failed.push(why),
             }
-            true
-        })?;
+            failed.is_empty()
+        })
+        .map_err(|e| failed.pop().unwrap_or(e))?;
         let mut lines = vec![vec![String::new()]];
         lines[0].extend(self.columns.iter().map(|c| c.name.to_string()));
         for (name, record) in names.into_iter().zip(&records) {

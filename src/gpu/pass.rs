@@ -276,6 +276,9 @@ fn made(
     Ok(made)
 }
 
+/// Clears of buffers are timed under this name.
+const CLEARS: &str = "clears";
+
 /// What looks at the textures that a pass writes.
 pub trait Watch {
     fn wrote(&self, recorder: &mut Recorder, texture: &wgpu::Texture);
@@ -401,14 +404,38 @@ impl<'a> Recorder<'a> {
         self.timer.noted.push((name, ms));
     }
 
-    /// Zeroes a buffer.
+    /// Zeroes a buffer. Timestamps tell the time as that of `clears`; by wall clock it is part of the next pass's.
     pub fn clear(&mut self, buffer: &wgpu::Buffer) {
-        self.encoder.clear_buffer(buffer, 0, None);
+        self.clear_part(buffer, 0, None);
     }
 
     /// Clears `size` bytes of a buffer from `offset` on, both multiples of 4.
     pub fn clear_range(&mut self, buffer: &wgpu::Buffer, offset: u64, size: u64) {
-        self.encoder.clear_buffer(buffer, offset, Some(size));
+        self.clear_part(buffer, offset, Some(size));
+    }
+
+    fn clear_part(&mut self, buffer: &wgpu::Buffer, offset: u64, size: Option<u64>) {
+        let stamped = self.timed && self.timer.mode == TimerMode::Stamps;
+        let stamps = stamped.then(|| self.timer.stamps(self.gpu));
+        // Where encoders write no timestamps, passes of nothing do.
+        let stamp = |encoder: &mut wgpu::CommandEncoder, end: u32| {
+            let Some((query_set, at)) = &stamps else { return };
+            encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+                label: Some(CLEARS),
+                timestamp_writes: Some(wgpu::ComputePassTimestampWrites {
+                    query_set,
+                    beginning_of_pass_write_index: (end == 0).then_some(*at),
+                    end_of_pass_write_index: (end == 1).then_some(at + 1),
+                }),
+            });
+        };
+        stamp(&mut self.encoder, 0);
+        self.encoder.clear_buffer(buffer, offset, size);
+        stamp(&mut self.encoder, 1);
+        if stamped {
+            self.timer.names.push(CLEARS);
+            self.timer.lights.push(self.light);
+        }
     }
 
     /// Copies `size` bytes from `offset` on to the start of another buffer.

@@ -71,16 +71,18 @@ pub struct Conservative {
     written: Vec<LightView>,
     bound_seen: Pass,
     around: Pass,
-    gather: [Option<Pass>; 2],
+    /// For a lamp, or not.
+    gather: Option<(bool, Pass)>,
     arrange: Pass,
     /// Casters without and with a look at each texel.
     grow: [Pass; 2],
     shrink: [Pass; 2],
     gathered: Buffer,
     draws: Buffer,
-    scene: Option<(u64, OfScene)>,
-    /// Which bodies count as closed, for an eye and a lamp at these places.
-    closed: Option<([Vec3; 2], Vec<bool>)>,
+    /// For a revision of the scene, and room for so many casters.
+    scene: Option<((u64, u64), OfScene)>,
+    /// Which bodies count as closed, for an eye and a lamp at these places, and how many triangles belong to others.
+    closed: Option<([Vec3; 2], Vec<bool>, usize)>,
     /// For so many bytes.
     own_planes: Option<(u64, Buffer)>,
     /// For so many triangles, or 0 where none are kept.
@@ -118,7 +120,7 @@ impl Conservative {
             written: Vec::new(),
             bound_seen: compute("bounds of what is seen", "bound_seen")?,
             around: compute("fans", "look_around")?,
-            gather: [None, None],
+            gather: None,
             arrange: compute("casters", "arrange")?,
             grow: [render("grown map", "grow_plain", None)?, render("grown map", "grow", Some("keep_grown"))?],
             shrink: [render("shrunk map", "shrink", None)?, render("shrunk map", "shrink_band", Some("keep_shrunk"))?],
@@ -181,8 +183,7 @@ impl Conservative {
             "the scene has too many triangles for conservative maps on {}; choose mode = none or a scene with fewer",
             gpu.info.name
         );
-        if self.scene.as_ref().is_none_or(|(of, s)| *of != revision || s.casters.size() != room * CASTER) {
-            self.scene = None;
+        let scene = hold(&mut self.scene, (revision, room), |_| {
             let start = Instant::now();
             let bodies = f.geometry.edges().bodies(f.geometry);
             let beside = f.geometry.edges().beside(f.geometry, &bodies.closed);
@@ -193,39 +194,54 @@ impl Conservative {
                 casters: gpu.room("casters", room * CASTER, Use::STORAGE),
             };
             f.note("edges (CPU)", start.elapsed().as_secs_f64() * 1e3);
-            self.scene = Some((revision, made));
-        }
-        let Some((_, scene)) = &self.scene else { unreachable!("made above") };
+            Ok(made)
+        })?;
         // A ray that begins or ends in a body may cross fronts only: there it counts as open.
         let places = [f.eye.position, if lamp { f.light.position() } else { f.eye.position }];
-        if self.closed.as_ref().is_none_or(|(of, _)| *of != places) {
+        if self.closed.as_ref().is_none_or(|(of, ..)| *of != places) {
             let closed = scene.bodies.without(f.geometry, &places);
-            if *self.closed.as_ref().map_or(&scene.bodies.closed, |(_, held)| held) != closed {
+            if *self.closed.as_ref().map_or(&scene.bodies.closed, |(_, held, _)| held) != closed {
                 let beside = f.geometry.edges().beside(f.geometry, &closed);
                 gpu.queue.write_buffer(&scene.neighbours, 0, bytemuck::cast_slice(&beside));
             }
-            self.closed = Some((places, closed));
+            let open = f.geometry.casters().iter().filter(|body| !closed[**body as usize]).count();
+            self.closed = Some((places, closed, open));
+        }
+        let open = self.closed.as_ref().map_or(0, |(.., open)| *open);
+        let one_sided = match p.casters.as_str() {
+            "back" => Some("face the light"),
+            "front" => Some("are turned away from the light"),
+            _ => None,
+        };
+        if let Some(skipped) = one_sided.filter(|_| open > 0) {
+            f.tell_note(format!(
+                "{open} triangles belong to no closed body, or to one that the eye or the lamp is in: those of them that {skipped} \
+                 cast no shadow with casters = {}.",
+                p.casters
+            ));
         }
         let room_of = |label, bytes| gpu.room(label, kept * bytes, Use::STORAGE);
         let made = |_: &u64| Ok([room_of("beyond casters", BEYOND), room_of("bands of casters", 12)]);
         let [beyond, bands] = hold(&mut self.beyond, kept, made)?.clone();
         let made = |planes: &u64| Ok(gpu.room("planes of casters", planes * PLANE, Use::STORAGE));
         let own_planes = hold(&mut self.own_planes, planes, made)?.clone();
-        if p.mode != "fan" {
+        let fans = if p.mode == "fan" {
+            Some(&*hold(&mut self.fans, revision, |_| {
+                let start = Instant::now();
+                let fans = f.geometry.edges().fans(f.geometry);
+                let buffer = |label, words: &[u8]| gpu.buffer(label, words, Use::STORAGE);
+                let made = [
+                    buffer("fans", bytemuck::cast_slice(&fans.of_vertices)),
+                    buffer("triangles of fans", bytemuck::cast_slice(&fans.triangles)),
+                    gpu.room("around fans", fans.of_vertices.len() as u64 * 16, Use::STORAGE),
+                ];
+                f.note("fans (CPU)", start.elapsed().as_secs_f64() * 1e3);
+                Ok(made)
+            })?)
+        } else {
             self.fans = None;
-        } else if self.fans.as_ref().is_none_or(|(of, _)| *of != revision) {
-            self.fans = None;
-            let start = Instant::now();
-            let fans = f.geometry.edges().fans(f.geometry);
-            let buffer = |label, words: &[u8]| gpu.buffer(label, words, Use::STORAGE);
-            let made = [
-                buffer("fans", bytemuck::cast_slice(&fans.of_vertices)),
-                buffer("triangles of fans", bytemuck::cast_slice(&fans.triangles)),
-                gpu.room("around fans", fans.of_vertices.len() as u64 * 16, Use::STORAGE),
-            ];
-            f.note("fans (CPU)", start.elapsed().as_secs_f64() * 1e3);
-            self.fans = Some((revision, made));
-        }
+            None
+        };
         f.clear(&self.gathered);
         let [w, h] = f.size.map(|side| side.div_ceil(64));
         f.run(&self.bound_seen)
@@ -233,16 +249,13 @@ impl Conservative {
             .bind("light_views", &self.light_views)
             .bind("gathered", &self.gathered)
             .dispatch(w, h, 1);
-        let gather = match &mut self.gather[lamp as usize] {
-            Some(pass) => pass,
-            none => {
-                let constants = [("lamp", lamp as u32 as f64)];
-                none.insert(Pass::specialised(gpu, "casters", FILE, "gather", GROUPS, &constants)?)
-            }
-        };
+        let gather = hold(&mut self.gather, lamp, |lamp| {
+            let constants = [("lamp", *lamp as u32 as f64)];
+            Pass::specialised(gpu, "casters", FILE, "gather", GROUPS, &constants)
+        })?;
         for (light_view, into) in views.iter().zip(layers.each.chunks(LAYERS)) {
-            let fans_around = match &self.fans {
-                Some((_, [fans, of, around])) => {
+            let fans_around = match fans {
+                Some([fans, of, around]) => {
                     let [x, y] = groups((fans.size() / 16) as u32);
                     f.run(&self.around)
                         .bind("light_view", light_view)

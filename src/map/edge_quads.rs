@@ -2,7 +2,7 @@
 
 use super::filter::{Filter, shader};
 use super::plain::PlainMaps;
-use super::silhouettes::Silhouettes;
+use super::silhouettes::{self, Silhouettes};
 use super::{Layers, MOST, Maps};
 use crate::frame::Frame;
 use crate::gpu::{Buffer, Gpu, Pass, Raster, Resource, Slot, hold};
@@ -33,12 +33,7 @@ pub const VIEWS: [View; 2] = [
         "The map, near bright, with the silhouette's edges and the quads that are drawn around them.",
         Drawn::Labels(Legend::Classes(&[Class::label(0, "an edge"), Class::label(3, "its quad's outline")])),
     ),
-    view::map(
-        "silhouette-edges",
-        "Silhouette edges",
-        "The edges over the scene that bound what the light sees of it.",
-        Drawn::Labels(Legend::Classes(&[Class::label(0, "an edge of the silhouette")])),
-    ),
+    silhouettes::EDGES,
 ];
 
 /// Where pixels lie among texels that differ.
@@ -155,12 +150,14 @@ impl EdgeQuads {
     /// More edges than the adapter can bind at once, or maps that it cannot hold.
     pub fn find(&mut self, f: &mut Frame) -> Result<Edges> {
         let maps = self.maps.draw(f, (self.filter.reach)(f))?;
-        let (listed, found) = self.silhouettes.find(f)?;
-        tell(f, found);
-        let all = match QuadParams::read(f.values).edges.as_str() {
-            "all" => Draw::Edges(self.silhouettes.edges.get(f)?.count),
-            _ => Draw::Indirect(listed.clone(), 0),
+        let (all, listed, found) = if QuadParams::read(f.values).edges == "all" {
+            let (count, unlisted, found) = self.silhouettes.take_all(f)?;
+            (Draw::Edges(count), unlisted, found)
+        } else {
+            let (listed, found) = self.silhouettes.find(f)?;
+            (Draw::Indirect(listed.clone(), 0), listed, found)
         };
+        tell(f, found);
         let Some((views, face_draws)) = self.maps.faces() else {
             self.each = None;
             let onto = vec![Onto { light_view: maps.light_views.clone(), draw: all.clone() }];
@@ -226,19 +223,20 @@ impl EdgeQuads {
     /// The lines that a view shows: none but in the views of lines.
     fn lines(&mut self, f: &mut Frame, edges: &Edges) -> Result<wgpu::TextureView> {
         let usage = Use::RENDER_ATTACHMENT | Use::TEXTURE_BINDING;
-        let drawn = self.drawn.get(f.gpu, "edge lines", f.size, Format::R32Float, usage);
-        let Some(shown) = VIEWS.iter().position(|v| v.id == f.view) else { return Ok(drawn) };
-        let (gpu, groups, maps) = (f.gpu, self.groups, &edges.maps);
+        let (gpu, format) = (f.gpu, f.gpu.blended_sums());
+        let drawn = self.drawn.get(gpu, "edge lines", f.size, format, usage);
+        if VIEWS.iter().all(|v| v.id != f.view) {
+            return Ok(drawn);
+        }
+        let (groups, maps) = (self.groups, &edges.maps);
         let file = shader(self.maps.file(), self.filter, None);
         let [wire, line] = hold(&mut self.lines, file, |file| {
-            let pass = |vertex, fragment| {
-                let raster =
-                    Raster { vertex, fragment: Some(fragment), targets: &[Format::R32Float], ..Raster::default() };
-                Pass::render(gpu, "edge lines", file, raster, groups)
-            };
-            Ok([pass("wire_corner", "wire")?, pass("line_corner", "edge_line")?])
+            let raster =
+                Raster { vertex: "wire_corner", fragment: Some("wire"), targets: &[format], ..Raster::default() };
+            let wire = Pass::render(gpu, "edge lines", file, raster, groups)?;
+            Ok([wire, silhouettes::lines(gpu, "edge lines", file, groups)?])
         })?;
-        if VIEWS[shown].id == "silhouette-edges" {
+        if f.view == silhouettes::EDGES.id {
             let run = f.run(line).uncounted().of_picture();
             run.draw(&[&drawn], None, true, |p| edges.all.draw(p));
             return Ok(drawn);

@@ -1,6 +1,6 @@
 //! Unwarped maps under every light: a single one under suns and spots, and around lamps one for each of a cube's faces.
 
-use super::faces::{self, Faces, around};
+use super::faces::{self, Faces, around, looked_at};
 use super::filter::{Filter, LookUp, Reach};
 use super::single::ShadowMap;
 use super::{MapParams, Maps};
@@ -73,10 +73,13 @@ impl PlainMaps {
         filter: &Filter,
         bound: &[(&'static str, Resource)],
     ) -> Result<()> {
-        match &mut self.held {
-            Some((_, (_, look_up))) => look_up.run(f, maps, filter, bound),
-            None => Ok(()),
+        if let Some((is_around, (_, look_up))) = &mut self.held {
+            look_up.run(f, maps, filter, bound)?;
+            if *is_around {
+                f.show_map(looked_at(f));
+            }
         }
+        Ok(())
     }
 
     /// The shader of the last frame's kind of light.

@@ -1,8 +1,10 @@
 //! The silhouette as the light sees it (`shaders/map/silhouettes.wgsl`): found on the GPU whenever it is drawn.
 
 use crate::frame::Frame;
-use crate::gpu::{Buffer, Gpu, Pass, hold};
+use crate::gpu::{Buffer, Gpu, Pass, Raster, hold};
+use crate::params::Group;
 use crate::scene::edges::{EdgeBuffers, Found};
+use crate::view::{self, Class, Drawn, Legend, View};
 use anyhow::Result;
 use wgpu::BufferUsages as Use;
 
@@ -13,7 +15,7 @@ const ROW: u32 = 32768;
 
 /// Finds silhouette edges.
 pub struct Silhouettes {
-    pub edges: EdgeBuffers,
+    edges: EdgeBuffers,
     face: Pass,
     count: Pass,
     scan: Pass,
@@ -21,7 +23,7 @@ pub struct Silhouettes {
     draw: Buffer,
     /// An edge is listed as often as its weight says.
     repeated: bool,
-    /// For so many triangles, edges and entries of the list.
+    /// For so many triangles, runs of edges and entries of the list.
     held: Option<([u32; 3], Held)>,
 }
 
@@ -51,6 +53,35 @@ pub struct Kind {
 pub fn face(gpu: &Gpu, masked: bool) -> Result<Pass> {
     let constants = [("with_masked", masked as u32 as f64)];
     Pass::specialised(gpu, "silhouette", "map/silhouettes.wgsl", "face", &[], &constants)
+}
+
+/// The view of the edges.
+pub const EDGES: View = view::map(
+    "silhouette-edges",
+    "Silhouette edges",
+    "The edges over the scene that bound what the light sees of it; faint behind surfaces.",
+    Drawn::Labels(Legend::Classes(&[Class::label(0, "silhouette edge; faint behind surfaces")])),
+);
+
+/// The pass that draws that view's lines into a target of [`Gpu::blended_sums`], six vertices an edge. `file` includes
+/// `lib/edge_lines.wgsl` and has its `line_corner`.
+///
+/// # Errors
+/// A pass that cannot be made.
+pub fn lines(gpu: &Gpu, name: &'static str, file: &str, groups: &[Group]) -> Result<Pass> {
+    let strongest = wgpu::BlendComponent {
+        src_factor: wgpu::BlendFactor::One,
+        dst_factor: wgpu::BlendFactor::One,
+        operation: wgpu::BlendOperation::Max,
+    };
+    let raster = Raster {
+        vertex: "line_corner",
+        fragment: Some("edge_line"),
+        targets: &[gpu.blended_sums()],
+        blend: Some(wgpu::BlendState { color: strongest, alpha: strongest }),
+        ..Raster::default()
+    };
+    Pass::render(gpu, name, file, raster, groups)
 }
 
 /// Workgroups of 64 threads for so many, in rows.
@@ -96,29 +127,45 @@ impl Silhouettes {
     /// # Errors
     /// More edges than the adapter can bind at once.
     pub fn find(&mut self, f: &mut Frame) -> Result<(Buffer, Found)> {
-        let (edges, found) = {
-            let held = self.edges.get(f)?;
-            (held.count, held.found)
-        };
-        let most_listed = if self.repeated { f.geometry.edges().sides.len() as u32 } else { edges };
-        let sizes = [f.scene.triangle_count, edges, most_listed];
-        let gpu = f.gpu;
-        let held = hold(&mut self.held, sizes, |_| {
+        let edges = self.edges.get(f)?;
+        let (count, found) = (edges.count, edges.found);
+        let most_listed = if self.repeated { f.geometry.edges().sides.len() as u32 } else { count };
+        let runs = self.face(f, [count.div_ceil(RUN), most_listed])?;
+        let [x, y] = groups(count.div_ceil(RUN));
+        f.run(&self.count).bind("runs", &runs).dispatch(x, y, 1);
+        f.run(&self.scan).bind("runs", &runs).bind("draw", &self.draw).dispatch(1, 1, 1);
+        f.run(&self.list).bind("runs", &runs).dispatch(x, y, 1);
+        Ok((self.draw.clone(), found))
+    }
+
+    /// For what takes all edges: as [`Silhouettes::find`], but nothing is listed, and how many edges there are is told. The buffer is
+    /// bound in the other's place.
+    ///
+    /// # Errors
+    /// As [`Silhouettes::find`].
+    pub fn take_all(&mut self, f: &mut Frame) -> Result<(u32, Buffer, Found)> {
+        let edges = self.edges.get(f)?;
+        let (count, found) = (edges.count, edges.found);
+        self.face(f, [1, 1])?;
+        Ok((count, self.draw.clone(), found))
+    }
+
+    /// Finds what faces the light; room for runs of edges and for entries of the list.
+    fn face(&mut self, f: &mut Frame, [runs, listed]: [u32; 2]) -> Result<Buffer> {
+        let (gpu, triangles) = (f.gpu, f.scene.triangle_count);
+        let held = hold(&mut self.held, [triangles, runs, listed], |_| {
             let room =
                 |label, count: u32, bytes| gpu.room(label, u64::from(count) * bytes, Use::STORAGE | Use::COPY_SRC);
             Ok(Held {
-                facing: room("facing", sizes[0], 4),
-                runs: room("runs of edges", edges.div_ceil(RUN), 4),
-                list: room("silhouettes", most_listed, 16),
+                facing: room("facing", triangles, 4),
+                runs: room("runs of edges", runs, 4),
+                list: room("silhouettes", listed, 16),
             })
         })?;
         f.set("facing", &held.facing);
         f.set("silhouettes", &held.list);
-        let [triangles, runs] = [groups(sizes[0]), groups(edges.div_ceil(RUN))];
-        f.run(&self.face).dispatch(triangles[0], triangles[1], 1);
-        f.run(&self.count).bind("runs", &held.runs).dispatch(runs[0], runs[1], 1);
-        f.run(&self.scan).bind("runs", &held.runs).bind("draw", &self.draw).dispatch(1, 1, 1);
-        f.run(&self.list).bind("runs", &held.runs).dispatch(runs[0], runs[1], 1);
-        Ok((self.draw.clone(), found))
+        let [x, y] = groups(triangles);
+        f.run(&self.face).dispatch(x, y, 1);
+        Ok(held.runs.clone())
     }
 }

@@ -10,7 +10,7 @@ use crate::gpu::Draws;
 use crate::setup::Setup;
 use crate::techniques;
 use crate::truth::Samples;
-use anyhow::{Context, Result, anyhow};
+use anyhow::{Context, Result, anyhow, ensure};
 
 /// The errors of the set-up's technique at the set-up's full size, against the hard truth alone: one sample per pixel. Of
 /// several lights over the pixels of all of them that can be wrong.
@@ -19,19 +19,23 @@ use anyhow::{Context, Result, anyhow};
 /// A light that the technique or the truth does not serve, all lights off, or what the device reports.
 pub fn errors(renderer: &mut Renderer, setup: &Setup) -> Result<Errors> {
     let setup = Setup { truth_samples: Samples::Fixed(1), ..setup.clone() };
-    serve(&setup)?;
     let mut frames = Vec::new();
-    for one in setup.each_light()? {
+    for one in served(&setup)? {
         frames.push(compare(renderer, &one, false)?.0);
     }
     Ok(metrics::pooled(&frames, setup.size[0] as usize))
 }
 
-fn serve(setup: &Setup) -> Result<()> {
-    for info in [techniques::find_or_say(&setup.technique)?, techniques::TRUTH] {
-        setup.refusal(info).map_or(Ok(()), |reason| Err(anyhow!(reason)))?;
+/// A set-up for each light that is on and that technique and truth serve.
+fn served(setup: &Setup) -> Result<Vec<Setup>> {
+    let both = [techniques::find_or_say(&setup.technique)?, techniques::TRUTH];
+    for info in both {
+        setup.unmeasurable(info).map_or(Ok(()), |reason| Err(anyhow!(reason)))?;
     }
-    Ok(())
+    let mut all = setup.each_light()?;
+    all.retain(|one| both.iter().all(|info| info.refuses(&one.light).is_none()));
+    ensure!(!all.is_empty(), "no light that is on is served by {} and by the truth", both[0].title);
+    Ok(all)
 }
 
 /// Renders technique and truth of the light at work; with `all` also the picture and the analysis.
@@ -137,11 +141,10 @@ impl Gathered {
 /// # Errors
 /// As [`errors`].
 pub fn accuracy(renderer: &mut Renderer, setup: &Setup, index: u64) -> Result<Record> {
-    serve(setup)?;
     let samples = setup.truth_samples.measured(&setup.light);
     // Another view would change the picture, and a technique's own trace rays of its own.
     let shaded = Setup { truth_samples: Samples::Fixed(samples), ..setup.measured() };
-    let lights = shaded.each_light()?;
+    let lights = served(&shaded)?;
     let mut g = Gathered::default();
     for one in &lights {
         let seen = compare(renderer, one, true)?;
@@ -161,6 +164,8 @@ pub fn accuracy(renderer: &mut Renderer, setup: &Setup, index: u64) -> Result<Re
     let texels = g.maps.map(|(_, texels, _)| texels);
     let counts = texels.filter(|_| counted).map(|texels| Counts::of(texels, g.counts));
     let (draws, pieces, mut notes) = (g.draws, g.pieces, g.notes);
+    let left_out = setup.unshadowed(techniques::find_or_say(&setup.technique)?);
+    notes.extend(left_out.into_iter().map(|note| format!("{note} It is not measured.")));
     let gpu_bytes = g.lights.iter().map(|l| l.gpu_bytes).sum();
     let per_light = if lights[0] == shaded { String::new() } else { LightRow::text(&g.lights) };
     if e.facing == 0 {

@@ -138,6 +138,8 @@ pub struct Advice {
     pub frontier: Vec<usize>,
     /// All that was measured, in its order.
     pub tried: Vec<Record>,
+    /// What could not be measured: why, each with its name.
+    pub failed: Vec<String>,
     /// The main parameters of the `shadow-map` that times are multiples of; None where it does not serve the light.
     pub base: Option<String>,
     /// Configurations there were to choose from, and how many of them could be measured at most.
@@ -209,8 +211,7 @@ const PLAIN_MORE: usize = 4;
 /// the share done and what is measured, and stops the work by saying no.
 ///
 /// # Errors
-/// A light that a technique does not serve, a ratio asked for without a baseline, what the device reports, or that it
-/// was stopped.
+/// A ratio asked for without a baseline, that no surface is seen twice where flicker is asked for, or that it was stopped.
 pub fn advise(
     renderer: &mut Renderer,
     setup: &Setup,
@@ -231,16 +232,23 @@ pub fn advise(
     // Read while it is measured, and raised before the comparison.
     let most = std::cell::Cell::new((all.len() / SHARE).max(techniques.len()).max(all.len().min(FEW)));
     let mut search = Search::new(lines, most.get());
-    let mut measure = |i: usize| -> Result<Sample> {
+    let mut failed = Vec::new();
+    // For all, and not for one that fails.
+    let over = std::cell::Cell::new(false);
+    let mut row_of = |i: usize, begun: f32| -> Result<Record> {
         let setup = &all[i];
         let what = format!("{} {}", setup.technique, brief(setup));
         let limit = most.get() as f32;
-        let begun = tried.len() as f32 / limit;
+        let mut watch = |done: f32, what: &str| {
+            over.set(!watch(done, what));
+            !over.get()
+        };
         ensure!(watch(begun, what.trim()), super::STOPPED);
         let mut row = accuracy(renderer, setup, i as u64)?;
         row.configurations = all.len() as u64;
         if by.id == "flicker" {
             let Some(change) = stability::flicker(renderer, setup)? else {
+                over.set(true);
                 bail!(
                     "as the camera moves no surface that faces the light is seen twice: there is no flicker to ask for"
                 );
@@ -251,9 +259,21 @@ pub fn advise(
         let mut go_on = |part: f32| watch(begun + (0.5 + 0.5 * part) / limit, &format!("{}: times", what.trim()));
         ensure!(go_on(0.0), super::STOPPED);
         sweep::time_one(renderer, &mut row, setup, anchor.as_ref(), &mut go_on)?;
-        let sample = Sample { error: by.of(&row).unwrap_or(UNKNOWN), cost: Advice::cost(&row) };
-        tried.push((i, row));
-        Ok(sample)
+        Ok(row)
+    };
+    let mut measure = |i: usize| -> Result<Option<Sample>> {
+        match row_of(i, (tried.len() + failed.len()) as f32 / most.get() as f32) {
+            Ok(row) => {
+                let sample = Sample { error: by.of(&row).unwrap_or(UNKNOWN), cost: Advice::cost(&row) };
+                tried.push((i, row));
+                Ok(Some(sample))
+            }
+            Err(e) if over.get() => Err(e),
+            Err(e) => {
+                failed.push(sweep::failure(&all[i], e)?.to_string());
+                Ok(None)
+            }
+        }
     };
     let wanted = Wanted { error: budget.max_error, cost: budget.max_ratio.unwrap_or(f64::INFINITY) };
     let mut answer = search.cheapest(wanted, None, &mut measure)?;
@@ -298,6 +318,7 @@ pub fn advise(
         plain: plain.and_then(place),
         frontier: chart::pareto(&spots),
         tried: rows,
+        failed,
         base: anchor.as_ref().map(brief),
         space: all.len(),
         limit: most.get(),
@@ -452,7 +473,7 @@ mod tests {
                     lines.iter().map(|l| Line { family: l.family, configurations: l.configurations.clone() }).collect();
                 let mut search = Search::new(lines, rows.len() / SHARE);
                 let wanted = Wanted { error, cost: f64::INFINITY };
-                let answer = search.cheapest(wanted, None, &mut |i| Ok(sample(&rows[i]))).unwrap().unwrap();
+                let answer = search.cheapest(wanted, None, &mut |i| Ok(Some(sample(&rows[i])))).unwrap().unwrap();
                 let all = rows.iter().map(sample).filter(|s| wanted.met(s)).map(|s| s.cost);
                 let best = all.fold(f64::INFINITY, f64::min);
                 let found = sample(&rows[answer]);

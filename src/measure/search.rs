@@ -55,17 +55,19 @@ pub struct Search {
     pub samples: Vec<Option<Sample>>,
     /// Configurations that may be measured in all.
     pub limit: usize,
+    /// Those that could not be, which count towards it.
+    failed: usize,
 }
 
 impl Search {
     /// A search over lines whose configurations are numbered from 0, that measures at most `limit` of them.
     pub fn new(lines: Vec<Line>, limit: usize) -> Search {
         let count = lines.iter().map(|l| l.configurations.len()).sum();
-        Search { lines, samples: vec![None; count], limit }
+        Search { lines, samples: vec![None; count], limit, failed: 0 }
     }
 
     /// Measures until the cheapest configuration that meets `wanted` is known, of all or of one family, as far as predictions
-    /// hold, or the limit is reached; its number, if there is one.
+    /// hold, or the limit is reached; its number, if there is one. What cannot be measured (None) is left out from then on.
     ///
     /// # Errors
     /// What `measure` says.
@@ -73,12 +75,16 @@ impl Search {
         &mut self,
         wanted: Wanted,
         family: Option<usize>,
-        measure: &mut dyn FnMut(usize) -> Result<Sample>,
+        measure: &mut dyn FnMut(usize) -> Result<Option<Sample>>,
     ) -> Result<Option<usize>> {
-        while self.measured() < self.limit {
+        while self.measured() + self.failed < self.limit {
             let next = self.unknown_family(family).or_else(|| self.most_promising(wanted, family));
             let Some(next) = next.or_else(|| self.last_hope(wanted, family)) else { break };
-            self.samples[next] = Some(measure(next)?);
+            self.samples[next] = measure(next)?;
+            if self.samples[next].is_none() {
+                self.failed += 1;
+                self.lines.iter_mut().for_each(|l| l.configurations.retain(|i| *i != next));
+            }
         }
         Ok(self.best(wanted, family))
     }
@@ -270,7 +276,7 @@ mod tests {
                 let mut calls = 0;
                 let found = search.cheapest(wanted, None, &mut |i| {
                     calls += 1;
-                    Ok(samples[i])
+                    Ok(Some(samples[i]))
                 });
                 let found = found.unwrap().expect("the exact one always meets it");
                 assert!(samples[found].error <= error && calls <= limit, "seed {seed}: {calls} measured");
@@ -311,7 +317,7 @@ mod tests {
                 let wanted = Wanted { error: errors[place], cost: f64::INFINITY };
                 let lines = lines.iter().map(|l| Line { family: l.family, configurations: l.configurations.clone() });
                 let mut search = Search::new(lines.collect(), samples.len() / 2);
-                let found = search.cheapest(wanted, None, &mut |i| Ok(samples[i])).unwrap();
+                let found = search.cheapest(wanted, None, &mut |i| Ok(Some(samples[i]))).unwrap();
                 let best = samples.iter().filter(|s| wanted.met(s)).map(|s| s.cost).fold(f64::INFINITY, f64::min);
                 all += 1;
                 met += found.is_some() as usize;
@@ -324,7 +330,7 @@ mod tests {
         let errors = [0.05, 0.03, 0.04, 0.06, 0.09];
         let mut search = Search::new(vec![Line { family: 0, configurations: (0..5).collect() }], 4);
         let wanted = Wanted { error: 0.031, cost: f64::INFINITY };
-        let mut measure = |i: usize| Ok(Sample { error: errors[i], cost: 1.0 + i as f64 });
+        let mut measure = |i: usize| Ok(Some(Sample { error: errors[i], cost: 1.0 + i as f64 }));
         assert_eq!(search.cheapest(wanted, None, &mut measure).unwrap(), Some(1));
     }
 
@@ -335,9 +341,9 @@ mod tests {
         let own: Vec<usize> = lines.iter().filter(|l| l.family == 0).flat_map(|l| l.configurations.clone()).collect();
         let wanted = Wanted { error: 0.01, cost: f64::INFINITY };
         let mut search = Search::new(lines, samples.len() / 3);
-        search.cheapest(wanted, None, &mut |i| Ok(samples[i])).unwrap();
+        search.cheapest(wanted, None, &mut |i| Ok(Some(samples[i]))).unwrap();
         search.limit = search.measured() + 4;
-        let found = search.cheapest(wanted, Some(0), &mut |i| Ok(samples[i])).unwrap().expect("it meets that");
+        let found = search.cheapest(wanted, Some(0), &mut |i| Ok(Some(samples[i]))).unwrap().expect("it meets that");
         let best = own.iter().filter(|i| wanted.met(&samples[**i])).map(|i| samples[*i].cost).min_by(f64::total_cmp);
         assert!(own.contains(&found) && Some(samples[found].cost) == best);
     }
@@ -347,8 +353,37 @@ mod tests {
         let (lines, samples) = world(1);
         let mut search = Search::new(lines, 20);
         let wanted = Wanted { error: 1e-6, cost: 5.0 };
-        assert_eq!(search.cheapest(wanted, None, &mut |i| Ok(samples[i])).unwrap(), None);
+        assert_eq!(search.cheapest(wanted, None, &mut |i| Ok(Some(samples[i]))).unwrap(), None);
         assert!(search.measured() > 0);
+    }
+
+    /// What fails is tried once, and what is next is found all the same.
+    #[test]
+    fn what_cannot_be_measured_is_left_out() {
+        for seed in 0..20 {
+            let (lines, samples) = world(seed);
+            let wanted = Wanted { error: 0.01, cost: f64::INFINITY };
+            let best = |fails: &dyn Fn(usize) -> bool| {
+                let good = (0..samples.len()).filter(|i| !fails(*i) && wanted.met(&samples[*i]));
+                good.map(|i| samples[i].cost).fold(f64::INFINITY, f64::min)
+            };
+            // The best, and whole lines.
+            let least = best(&|_| false);
+            let fails = |i: usize| samples[i].cost == least || lines[i % lines.len()].configurations.contains(&i);
+            let mut tried = Vec::new();
+            let own = lines.iter().map(|l| Line { family: l.family, configurations: l.configurations.clone() });
+            let mut search = Search::new(own.collect(), samples.len());
+            let found = search.cheapest(wanted, None, &mut |i| {
+                assert!(!tried.contains(&i), "{i} again");
+                tried.push(i);
+                Ok((!fails(i)).then(|| samples[i]))
+            });
+            let left = best(&fails);
+            match found.unwrap() {
+                Some(i) => assert!(!fails(i) && samples[i].cost <= 1.3 * left, "{seed}"),
+                None => assert!(left.is_infinite(), "{seed}: {left}"),
+            }
+        }
     }
 
     #[test]

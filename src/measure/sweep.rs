@@ -1,13 +1,16 @@
 //! Measures many configurations: accuracy one by one, times taking turns.
 
+use super::advise::brief;
 use super::record::{LightRow, Record};
 use super::timing::{self, Times};
 use super::{accuracy, stability};
 use crate::frame::Renderer;
+use crate::gpu::GivenUp;
 use crate::params::Value;
 use crate::setup::Setup;
 use crate::techniques;
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Error, Result, anyhow, ensure};
+use std::cell::Cell;
 
 /// What a sweep tells while it runs.
 pub enum Step {
@@ -15,6 +18,18 @@ pub enum Step {
     Working(f32, String),
     /// A configuration is measured.
     Row(Box<Record>),
+    /// One cannot be, and why.
+    Failed(Error),
+}
+
+/// Why a configuration could not be measured, with its name; the error itself where it is no fault of the configuration: frames are
+/// no longer wanted.
+pub(super) fn failure(setup: &Setup, error: Error) -> Result<Error> {
+    if error.is::<GivenUp>() {
+        return Err(error);
+    }
+    let name = format!("{} {}", setup.technique, brief(setup));
+    Ok(anyhow!("{}: {error:#}", name.trim()))
 }
 
 /// Configurations that take turns in one timing: enough that drift cancels, few enough that their maps fit.
@@ -27,10 +42,10 @@ const ERRORS_SHARE: f32 = 0.1;
 
 /// Measures configurations, each with its place in a sweep of so many, in their order. `base` is the set-up that they
 /// were made from: costs are multiples of its shadow map's. `flicker` moves the camera too.
-/// `watch` is told of progress and of each row, and stops the work by saying no.
+/// `watch` is told of progress, of each row and of each configuration that cannot be measured, and stops the work by saying no.
 ///
 /// # Errors
-/// A light that a technique does not serve, what the device reports, or that it was stopped.
+/// That it was stopped, or is no longer wanted.
 pub fn run(
     renderer: &mut Renderer,
     base: &Setup,
@@ -41,45 +56,92 @@ pub fn run(
 ) -> Result<()> {
     let total = work.len() as f32;
     let anchor = baseline(base, None)?.map(|(setup, _)| setup);
+    let stopped = Cell::new(false);
+    let mut watch = |step| {
+        stopped.set(!watch(step));
+        !stopped.get()
+    };
     let mut rest = work;
     let mut done = 0.0;
     while !rest.is_empty() {
-        let mut group: Vec<Record> = Vec::new();
-        let mut bytes = 0;
+        let mut group: Vec<(Record, &Setup)> = Vec::new();
+        let (mut taken, mut bytes) = (0, 0);
         for (index, setup) in rest.iter().take(TURNS) {
             ensure!(watch(Step::Working(done / total, format!("{}: errors", setup.technique))), timing::STOPPED);
-            let mut record = accuracy(renderer, setup, *index)?;
-            record.configurations = configurations;
-            if flicker {
-                let change = stability::flicker(renderer, setup)?;
-                record.flicker = change.map(|c| c.flicker);
-                record.label_flicker = change.map(|c| c.label_flicker);
-            }
-            bytes += record.gpu_bytes;
-            group.push(record);
+            taken += 1;
+            let measured = errors(renderer, setup, *index, flicker);
             done += ERRORS_SHARE;
+            match measured {
+                Ok(record) => {
+                    bytes += record.gpu_bytes;
+                    group.push((Record { configurations, ..record }, setup));
+                }
+                Err(e) => {
+                    ensure!(watch(Step::Failed(failure(setup, e)?)), timing::STOPPED);
+                    done += 1.0 - ERRORS_SHARE;
+                }
+            }
             if bytes > TURNS_BYTES {
                 break;
             }
         }
-        let setups: Vec<Setup> = rest[..group.len()].iter().map(|(_, s)| s.clone()).collect();
-        let (mut lanes, baselines) = with_baselines(&setups)?;
-        let anchor = anchor.as_ref().map(|a| lane_of(&mut lanes, a));
-        let share = (1.0 - ERRORS_SHARE) * group.len() as f32;
-        let times = timing::time(renderer, &lanes, &mut |part| {
-            watch(Step::Working((done + share * part) / total, format!("{}: times", setups[0].technique)))
-        })?;
-        done += share;
-        for (i, mut record) in group.into_iter().enumerate() {
-            enter(&mut record, &times[i]);
-            if let Some((lane, resolution)) = baselines[i] {
-                record.ratio = Some(record.gpu_ms / times[lane].gpu.median);
-                record.ratio_resolution = Some(resolution);
+        rest = &rest[taken..];
+        // All together; where one of them fails, each by itself.
+        let mut groups = vec![group];
+        while let Some(mut group) = groups.pop().filter(|g| !g.is_empty()) {
+            let share = (1.0 - ERRORS_SHARE) * group.len() as f32;
+            let what = format!("{}: times", group[0].1.technique);
+            let mut tick = |part: f32| watch(Step::Working((done + share * part) / total, what.clone()));
+            match times(renderer, &mut group, anchor.as_ref(), &mut tick) {
+                Ok(()) => {
+                    for (record, _) in group {
+                        ensure!(watch(Step::Row(Box::new(record))), timing::STOPPED);
+                    }
+                }
+                Err(e) if stopped.get() => return Err(e),
+                Err(e) => match group[..] {
+                    [(_, setup)] => ensure!(watch(Step::Failed(failure(setup, e)?)), timing::STOPPED),
+                    _ => {
+                        groups.extend(group.into_iter().rev().map(|one| vec![one]));
+                        continue;
+                    }
+                },
             }
-            record.cost = anchor.map(|lane| record.gpu_ms / times[lane].gpu.median);
-            ensure!(watch(Step::Row(Box::new(record))), timing::STOPPED);
+            done += share;
         }
-        rest = &rest[setups.len()..];
+    }
+    Ok(())
+}
+
+/// A row without times.
+fn errors(renderer: &mut Renderer, setup: &Setup, index: u64, flicker: bool) -> Result<Record> {
+    let mut record = accuracy(renderer, setup, index)?;
+    if flicker {
+        let change = stability::flicker(renderer, setup)?;
+        record.flicker = change.map(|c| c.flicker);
+        record.label_flicker = change.map(|c| c.label_flicker);
+    }
+    Ok(record)
+}
+
+/// Times rows in turn with what their times are multiples of.
+fn times(
+    renderer: &mut Renderer,
+    rows: &mut [(Record, &Setup)],
+    anchor: Option<&Setup>,
+    tick: &mut dyn FnMut(f32) -> bool,
+) -> Result<()> {
+    let setups: Vec<Setup> = rows.iter().map(|(_, s)| (*s).clone()).collect();
+    let (mut lanes, baselines) = with_baselines(&setups)?;
+    let anchor = anchor.map(|a| lane_of(&mut lanes, a));
+    let times = timing::time(renderer, &lanes, tick)?;
+    for (i, (record, _)) in rows.iter_mut().enumerate() {
+        enter(record, &times[i]);
+        if let Some((lane, resolution)) = baselines[i] {
+            record.ratio = Some(record.gpu_ms / times[lane].gpu.median);
+            record.ratio_resolution = Some(resolution);
+        }
+        record.cost = anchor.map(|lane| record.gpu_ms / times[lane].gpu.median);
     }
     Ok(())
 }

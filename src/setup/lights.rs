@@ -168,4 +168,22 @@ impl Setup {
         let one = |(i, light): (usize, Light)| info.refuses(&light).map(|why| format!("{why} (light {})", i + 1));
         lit.into_iter().find_map(one)
     }
+    /// Why nothing can be measured of a technique: it does not serve the light at work, if that is on, or none that is. Others
+    /// are left out with a note ([`Setup::unshadowed`]).
+    pub fn unmeasurable(&self, info: &Info) -> Option<String> {
+        let lit = self.lit();
+        if self.light_on || lit.is_empty() {
+            return info.refuses(&self.light);
+        }
+        let refused: Vec<String> = lit.iter().filter_map(|(_, light)| info.refuses(light)).collect();
+        (refused.len() == lit.len()).then(|| refused[0].clone())
+    }
+
+    /// The lights beside the one at work that a technique draws without a shadow, a sentence each.
+    pub fn unshadowed(&self, info: &Info) -> Vec<String> {
+        let one = |(i, light): (usize, Light)| {
+            info.refuses(&light).map(|reason| format!("Light {} has no shadow: {reason}.", i + 1))
+        };
+        self.lit_beside().into_iter().filter_map(one).collect()
+    }
 }

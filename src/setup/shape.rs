@@ -258,7 +258,7 @@ pub fn check_light(light: &Table) -> Result<()> {
     need(light, &["kind"], "light")?;
     let kind = light.get("kind").and_then(Value::as_str).unwrap_or_default();
     let Some(i) = KINDS.iter().position(|k| *k == kind) else { return Ok(()) };
-    need(light, NEEDED[i], &format!("a {kind} light"))?;
+    need(light, NEEDED[i], &format!("{} {kind} light", if kind == "omni" { "an" } else { "a" }))?;
     let keys = [NEEDED[i], OPTIONAL[i]].concat();
     if let Some(key) = light.keys().find(|k| *k != "kind" && !keys.contains(&k.as_str())) {
         bail!("light.{key} is not a key of a {kind} light; there are {}", keys.join(", "));

@@ -2,13 +2,14 @@
 
 use super::{Info, MAPS, NEAREST, Technique};
 use crate::frame::{ANALYSIS, Frame, MapSizes};
-use crate::gpu::{Gpu, Pass, Resource, hold};
+use crate::gpu::{Pass, Resource, hold};
 use crate::listed_rays::ListedRays;
-use crate::map::faces::{self, FaceParams, Faces, around, looked_at};
+use crate::map::faces::{FaceParams, looked_at};
 use crate::map::filter::{Reach, alone};
 use crate::map::peel::StoredParams;
-use crate::map::single::{FitParams, ShadowMap};
-use crate::map::{BiasParams, CasterParams, HardwareParams, MapParams, Maps};
+use crate::map::plain::PlainMaps;
+use crate::map::single::FitParams;
+use crate::map::{BiasParams, CasterParams, HardwareParams, MapParams};
 use crate::params::Params;
 use crate::view::{Class, Drawn, Legend, View, map};
 use anyhow::Result;
@@ -48,7 +49,10 @@ pub static INFO: Info = Info {
     ],
     main: &[("resolution", "256..8192*2"), ("window", "2..4")],
     maps: &[&OWN, MAPS],
-    make: |gpu, _| Ok(Box::new(HybridPcf { rays: ListedRays::new(gpu)?, single: None, around: None })),
+    make: |gpu, _| {
+        let maps = PlainMaps::new([FILE, AROUND], INFO.params);
+        Ok(Box::new(HybridPcf { rays: ListedRays::new(gpu)?, maps, passes: None }))
+    },
 };
 
 /// One map, and a cube's.
@@ -68,31 +72,30 @@ const OWN: [View; 1] = [map(
     ])),
 )];
 
-/// Made when a light first asks for it: a single map, and a cube's where the light shines in all directions.
 struct HybridPcf {
     rays: ListedRays,
-    single: Option<(ShadowMap, Passes)>,
-    around: Option<(Faces, Passes)>,
+    maps: PlainMaps,
+    /// What looks them up, by its shader.
+    passes: Option<(&'static str, Passes)>,
 }
 
-/// What looks the maps up.
 struct Passes {
-    file: &'static str,
     agree: Pass,
     inspect: Option<((), Pass)>,
     analyse: Option<((), Pass)>,
 }
 
-impl Passes {
-    fn new(gpu: &Gpu, file: &'static str) -> Result<Passes> {
-        let agree = Pass::compute(gpu, "agree", &alone(file), "agree", INFO.params)?;
-        Ok(Passes { file, agree, inspect: None, analyse: None })
-    }
-
-    fn run(&mut self, f: &mut Frame, maps: &Maps, rays: &mut ListedRays) -> Result<()> {
-        let (gpu, file) = (f.gpu, self.file);
+impl Technique for HybridPcf {
+    fn render(&mut self, f: &mut Frame) -> Result<()> {
+        let gpu = f.gpu;
+        let p = AgreementParams::read(f.values);
+        // How far the window reaches.
+        let maps = self.maps.draw(f, Reach { texels: 0.5 * p.window as f32, ..Reach::default() })?;
+        let file = self.maps.file();
         let pass = |name, entry| Pass::compute(gpu, name, &alone(file), entry, INFO.params);
-        let mut bound: Vec<(&'static str, Resource)> = rays.begin(f)?.into();
+        let made = |_: &&str| Ok(Passes { agree: pass("agree", "agree")?, inspect: None, analyse: None });
+        let passes = hold(&mut self.passes, file, made)?;
+        let mut bound: Vec<(&'static str, Resource)> = self.rays.begin(f)?.into();
         bound.extend_from_slice(&maps.bound);
         bound.extend([("shadow_maps", (&maps.layers.all).into()), ("light_views", (&maps.light_views).into())]);
         f.keep_table("light_views", &maps.light_views);
@@ -101,44 +104,17 @@ impl Passes {
             f.show_map(looked_at(f));
         }
         if f.wants_analysis() {
-            let analyse = hold(&mut self.analyse, (), |()| pass(ANALYSIS, "analyse"))?;
+            let analyse = hold(&mut passes.analyse, (), |()| pass(ANALYSIS, "analyse"))?;
             f.analyse(analyse, MapSizes::of(&maps.sides), &bound);
         }
-        f.run(&self.agree).of_picture().bind_all(&bound).per_pixel();
-        if AgreementParams::read(f.values).rays {
-            rays.trace(f);
+        f.run(&passes.agree).of_picture().bind_all(&bound).per_pixel();
+        if p.rays {
+            self.rays.trace(f);
         }
         if f.wants_any_map() {
-            let inspect = hold(&mut self.inspect, (), |()| pass("inspect", "inspect"))?;
+            let inspect = hold(&mut passes.inspect, (), |()| pass("inspect", "inspect"))?;
             f.run(inspect).bind_all(&bound).per_pixel();
         }
         Ok(())
-    }
-}
-
-impl Technique for HybridPcf {
-    fn render(&mut self, f: &mut Frame) -> Result<()> {
-        let gpu = f.gpu;
-        // How far the window reaches.
-        let reach = Reach { texels: 0.5 * AgreementParams::read(f.values).window as f32, ..Reach::default() };
-        if !faces::LIGHTS.contains(&f.light.kind()) {
-            self.around = None;
-            let (map, passes) = match &mut self.single {
-                Some(held) => held,
-                none => none.insert((ShadowMap::new(gpu)?, Passes::new(gpu, FILE)?)),
-            };
-            let maps = map.render(f, reach)?;
-            return passes.run(f, &maps, &mut self.rays);
-        }
-        self.single = None;
-        let (cube, passes) = match &mut self.around {
-            Some(held) => held,
-            none => none.insert((Faces::new(gpu)?, Passes::new(gpu, AROUND)?)),
-        };
-        let around = around(f, MapParams::read(f.values).resolution, reach)?;
-        let views = around.cube();
-        cube.prepare(f, &around, &views);
-        let maps = cube.draw(f, &around, &views)?;
-        passes.run(f, &maps, &mut self.rays)
     }
 }

@@ -2,7 +2,7 @@
 
 use super::{Info, Technique};
 use crate::frame::Frame;
-use crate::gpu::{Buffer, Pass, Table};
+use crate::gpu::{Buffer, Pass, Table, hold};
 use crate::light::Light;
 use crate::params::Params;
 use crate::scene::shadow_tree::{Order, ShadowTree};
@@ -56,7 +56,7 @@ pub static INFO: Info = Info {
             resolve: Pass::compute(gpu, "walk", FILE, "resolve", INFO.params)?,
             inspect: Pass::compute(gpu, "inspect", FILE, "inspect", INFO.params)?,
             uniform: gpu.buffer("tree", &[0; 32], wgpu::BufferUsages::UNIFORM),
-            held: None,
+            records: None,
         }))
     },
 };
@@ -70,12 +70,7 @@ struct Psv {
     resolve: Pass,
     inspect: Pass,
     uniform: Buffer,
-    held: Option<(Key, Held)>,
-}
-
-struct Held {
-    records: Table,
-    told: String,
+    records: Option<(Key, Table)>,
 }
 
 /// The part of a light that the tree depends on.
@@ -97,7 +92,11 @@ impl Technique for Psv {
             _ => Order::Random(f.seed),
         };
         let key = (f.revision, without_color(&f.light), order);
-        if f.fresh || self.held.as_ref().is_none_or(|(held, _)| *held != key) {
+        if f.fresh {
+            self.records = None;
+        }
+        let records = hold(&mut self.records, key, |(_, light, order)| {
+            [&self.resolve, &self.inspect].into_iter().for_each(Pass::forget);
             let start = Instant::now();
             let bytes = f.geometry.bvh.order.len() as u64 * 32;
             ensure!(
@@ -106,32 +105,15 @@ impl Technique for Psv {
                 bytes.div_ceil(1 << 20),
                 f.gpu.info.name
             );
-            let tree = ShadowTree::new(f.geometry, f.scene.opaque_count as usize, &key.1, order)?;
-            let words = bytemuck::cast_slice(&tree.records);
-            let records = match self.held.take() {
-                Some((_, Held { mut records, .. })) => {
-                    records.write(f.gpu, words);
-                    records
-                }
-                None => Table::new(f.gpu, "shadow planes", words),
-            };
+            let tree = ShadowTree::new(f.geometry, f.scene.opaque_count as usize, light, *order)?;
             f.gpu.queue.write_buffer(&self.uniform, 0, bytemuck::cast_slice(&[tree.root, 0, 0, 0]));
-            let edge_on = match tree.edge_on {
-                0 => String::new(),
-                n => format!(" {n} were left out, as their plane holds the light."),
-            };
-            let told = format!(
-                "The tree holds {} triangles, {} levels deep; {} more lie in their shadow.{edge_on}",
-                tree.inserted, tree.depth, tree.covered
-            );
-            self.held = Some((key, Held { records, told }));
+            let records = Table::new(f.gpu, "shadow planes", bytemuck::cast_slice(&tree.records));
             f.note("shadow planes (CPU)", start.elapsed().as_secs_f64() * 1e3);
-        }
-        let Some((_, held)) = &self.held else { unreachable!("made above") };
-        f.tell_note(held.told.clone());
-        f.run(&self.resolve).bind("tree", &self.uniform).bind("records", held.records.view()).per_pixel();
+            Ok(records)
+        })?;
+        f.run(&self.resolve).bind("tree", &self.uniform).bind("records", records.view()).per_pixel();
         if f.wants_any_map() {
-            f.run(&self.inspect).bind("tree", &self.uniform).bind("records", held.records.view()).per_pixel();
+            f.run(&self.inspect).bind("tree", &self.uniform).bind("records", records.view()).per_pixel();
         }
         Ok(())
     }

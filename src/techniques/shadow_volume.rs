@@ -42,8 +42,9 @@ crate::params! {
 const COUNT: View = view::map(
     "volume-count",
     "Volumes counted",
-    "How many volumes each pixel lies in: triangles between it and the light, or with closed meshes half of them.",
-    view::ramp("volumes around the pixel", "", [0.0, 8.0]),
+    "How many volumes each pixel lies in: triangles between it and the light, or with closed meshes half of them. A count below 0, \
+     which is wrong, has no colours of its own: -1 is shown as 1.",
+    view::ramp("volumes around the pixel, without the sign", "", [0.0, 8.0]),
 );
 const OVERDRAW: View = view::map(
     "volume-overdraw",
@@ -56,12 +57,6 @@ const LINES: View = view::map(
     "Volumes as lines",
     "The edges of all sides of volumes, from the caster to infinity; faint behind surfaces.",
     Drawn::Labels(Legend::Classes(&[Class::label(1, "edge of a volume's side; faint behind surfaces")])),
-);
-const SILHOUETTE: View = view::map(
-    "silhouette",
-    "Silhouette edges",
-    "The edges as the light sees them from which sides of volumes start; faint behind surfaces.",
-    Drawn::Labels(Legend::Classes(&[Class::label(1, "silhouette edge; faint behind surfaces")])),
 );
 
 pub static INFO: Info = Info {
@@ -77,7 +72,7 @@ pub static INFO: Info = Info {
     smooth: |_| false,
     params: &[VolumeParams::GROUP, TopologyParams::GROUP],
     main: &[("method", "zfail,auto")],
-    maps: &[&[COUNT, OVERDRAW, SILHOUETTE, LINES]],
+    maps: &[&[COUNT, OVERDRAW, silhouettes::EDGES, LINES]],
     make: |gpu, info| Ok(Box::new(Volumes::new(gpu, info, "techniques/shadow_volume.wgsl")?)),
 };
 
@@ -112,6 +107,18 @@ struct State {
     sun: bool,
 }
 
+impl State {
+    /// What an 8-bit stencil holds from here on is taken for a count below 0, as in WGSL. Z-pass may count as many too few as the
+    /// eye lies in volumes; z-fail few, and only by wrong depth tests or open meshes.
+    fn negative_from(&self) -> u32 {
+        match (self.z_pass, self.exact && !self.closed) {
+            (true, _) => 128,
+            (false, false) => 200,
+            (false, true) => 256,
+        }
+    }
+}
+
 struct Passes {
     /// What a stencil counts the one way, and the other: it cannot tell faces from one another. Blending takes all at once.
     caps: Vec<Pass>,
@@ -119,7 +126,7 @@ struct Passes {
     resolve: Pass,
     inspect: Pass,
     fronts_only: Buffer,
-    z_pass: Buffer,
+    negative_from: Buffer,
     sources: Sources,
 }
 
@@ -250,7 +257,6 @@ impl Passes {
             true => ["resolve_sums", "inspect_sums"],
             false => ["resolve_stencil", "inspect_stencil"],
         };
-        let flag = |label, on: bool| word(gpu, label, on as u32);
         let kind = Kind {
             vertices: if state.sun { 3 } else { 6 },
             both_sides: !state.closed,
@@ -266,8 +272,8 @@ impl Passes {
             sides: all("sides", "side_corner")?,
             resolve: Pass::compute(gpu, "resolve", file, resolve, groups)?,
             inspect: Pass::compute(gpu, "inspect", file, inspect, groups)?,
-            fronts_only: flag("fronts only", state.closed),
-            z_pass: flag("z-pass", state.z_pass),
+            fronts_only: word(gpu, "fronts only", state.closed as u32),
+            negative_from: word(gpu, "negative from", state.negative_from()),
             sources,
         })
     }
@@ -294,7 +300,7 @@ impl Views {
         let compute = |entry| Pass::compute(gpu, "inspect", file, entry, groups);
         let own = || -> Result<_> {
             let draws = gpu.room("draws of lines", 32, Use::STORAGE | Use::INDIRECT);
-            Ok((lines("silhouette_line")?, compute("count_lines")?, draws))
+            Ok((silhouettes::lines(gpu, "inspect", file, groups)?, compute("count_lines")?, draws))
         };
         Ok(Views {
             overdraw: [faces("cap_corner")?, faces("side_corner")?],
@@ -406,7 +412,7 @@ impl Technique for Volumes {
         let caps = |p: &mut wgpu::RenderPass| p.draw(0..triangles * 3, 0..caps);
 
         f.set("fronts_only", &passes.fronts_only);
-        f.set("z_pass", &passes.z_pass);
+        f.set("negative_from", &passes.negative_from);
         f.set("part", &self.parts[0]);
         if state.exact {
             let receivers = self.receivers.get(gpu, "receivers", f.size, Format::Rgba32Uint, STORED);
@@ -443,11 +449,19 @@ impl Technique for Volumes {
             if f.wants_any_map() {
                 f.run(&passes.inspect).bind_all(&counted).of_picture().per_pixel();
             }
-            f.tell_counted(&self.overflowing, |pixels| {
-                format!(
-                    "{pixels} pixels count 200 volumes and more: an 8-bit stencil runs over at 256, and counts such pixels as lit; \
-                     counting = additive does not."
-                )
+            f.tell_counted(&self.overflowing, match state.negative_from() {
+                256 => |pixels| {
+                    format!(
+                        "{pixels} pixels count 200 volumes and more: an 8-bit stencil runs over at 256, and counts such pixels as lit; \
+                         counting = additive does not."
+                    )
+                },
+                _ => |pixels| {
+                    format!(
+                        "{pixels} pixels' stencils end at 200 to 255: counts below 0, which wrong depth tests and open meshes leave, or \
+                         200 volumes and more, of which 256 run over; volume-count shows the former."
+                    )
+                },
             });
         }
 
@@ -465,7 +479,7 @@ impl Technique for Volumes {
         }
         if let (Some((silhouette, count, draws)), Some(draw)) = (&views.silhouette, &draw) {
             f.run(count).bind("draw", draw).bind("line_draws", draws).dispatch(1, 1, 1);
-            let (pass, at) = if f.view == SILHOUETTE.id { (silhouette, 0) } else { (&views.lines, 16) };
+            let (pass, at) = if f.view == silhouettes::EDGES.id { (silhouette, 0) } else { (&views.lines, 16) };
             f.run(pass).of_picture().uncounted().draw(&[&drawn], None, true, |p| p.draw_indirect(draws, at));
         } else {
             let all = |p: &mut wgpu::RenderPass| p.draw(0..triangles * 18, 0..1);

@@ -250,7 +250,7 @@ const FRONTIER: &str = "What nothing measured beats: nothing there is as fast an
 
 /// What must be known to read the frontier: where the rest is, and what times are multiples of.
 fn told(by: &Figure, advice: &Advice) -> Vec<String> {
-    let mut out = Vec::new();
+    let mut out: Vec<String> = advice.failed.iter().map(|why| format!("Could not be measured: {why}.")).collect();
     let rest = advice.tried.len() - advice.frontier.len();
     if rest > 0 {
         out.push(format!(

@@ -266,6 +266,8 @@ pub struct Model {
     pub search: String,
     /// The search is to be shown, and typed into.
     pub searching: bool,
+    /// The technique that the list has shown as the chosen one; none after a set-up was opened.
+    pub listed: Option<&'static str>,
     /// The pointer is in the panel, where nothing may move then.
     pub still: bool,
     /// Heights of the rows that parameters, by technique and name, have had since the pointer came there.
@@ -328,6 +330,7 @@ impl Model {
             show_over: false,
             search: String::new(),
             searching: false,
+            listed: None,
             still: false,
             places: BTreeMap::new(),
             pinned: BTreeSet::new(),
@@ -354,6 +357,7 @@ impl Model {
             self.history.commit(&setup, true);
         }
         self.setup = setup;
+        self.listed = None;
         self.editing = self.editing.min(self.setup.against.len());
         self.scene = scene;
         self.bounds = bounds;

@@ -13,6 +13,7 @@ use crate::setup::place;
 use crate::techniques::{self, Info};
 use egui::collapsing_header::{CollapsingState, paint_default_icon};
 use egui::scroll_area::ScrollBarVisibility;
+use egui::style::ScrollAnimation;
 use egui::{
     Align, Align2, Button, CollapsingHeader, ComboBox, DragValue, FontId, Key, Label, Layout, Rect, RichText,
     ScrollArea, Sense, Shape, Stroke, TextEdit, Ui, UiBuilder, Vec2, vec2,
@@ -275,21 +276,31 @@ fn technique(ui: &mut Ui, m: &mut Model, room: f32) {
     let list = ScrollArea::vertical().id_salt("techniques").max_height(most).auto_shrink([false, true]);
     list.show(ui, |ui| {
         ui.spacing_mut().item_spacing.y = 2.0;
-        let mut family = "";
+        let (mut family, mut picked) = ("", None);
         for info in &found {
             if info.family != family {
                 family = info.family;
                 ui.label(RichText::new(family).small().weak());
             }
             let refused = info.refuses(&m.setup.light);
-            let button = Button::selectable(chosen.is_some_and(|c| c.id == info.id), info.title)
-                .min_size(vec2(ui.available_width(), HEIGHT));
+            let is_chosen = chosen.is_some_and(|c| c.id == info.id);
+            let button = Button::selectable(is_chosen, info.title).min_size(vec2(ui.available_width(), HEIGHT));
             let button = ui.add_enabled(refused.is_none(), button);
+            // Chosen elsewhere, as by a file, it may lie out of sight.
+            if is_chosen && m.listed.replace(info.id) != Some(info.id) && !ui.clip_rect().contains_rect(button.rect) {
+                ui.scroll_to_rect_animation(button.rect, Some(Align::Center), ScrollAnimation::none());
+                ui.ctx().request_repaint();
+            }
             let button = button.tip(format!("{}\n{}", info.doc, info.paper));
             awaited(ui, m, info, button.rect);
             if button.tip_disabled(refused.unwrap_or_default()).clicked() {
-                m.select(info);
+                picked = Some(*info);
             }
+        }
+        if let Some(info) = picked {
+            m.select(info);
+            // It is under the pointer, and stays there.
+            m.listed = Some(info.id);
         }
         if found.is_empty() {
             ui.label(RichText::new("No technique is called that.").weak());

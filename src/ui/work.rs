@@ -16,7 +16,7 @@ use crate::scene::builtin::cases;
 use crate::scene::geometry::Geometry;
 use crate::setup::{self, Setup};
 use crate::{capture, techniques};
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, bail, ensure};
 use egui::ColorImage;
 use glam::Vec3;
 use std::cell::Cell;
@@ -228,10 +228,17 @@ impl Desk {
     pub fn measure(&mut self, job: u64, adapter: String, scene: Arc<Scene>, base: Setup, setups: Vec<Setup>) {
         let work = move |renderer: &mut Renderer, watch: &Watch| {
             let setups: Vec<(u64, Setup)> = (0..).zip(setups).collect();
+            let mut failed = Vec::new();
             measure::run(renderer, &base, &setups, setups.len() as u64, false, &mut |step| match step {
                 Step::Working(done, what) => watch.progress(done, &what),
                 Step::Row(row) => watch.tell(Done::Row(row)),
-            })
+                Step::Failed(why) => {
+                    failed.push(why.to_string());
+                    true
+                }
+            })?;
+            ensure!(failed.is_empty(), failed.join("; "));
+            Ok(())
         };
         self.beside(job, adapter, scene, work, Done::Measured);
     }

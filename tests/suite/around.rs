@@ -438,3 +438,43 @@ fn lamps_in_the_plane_of_a_ceiling() {
         }
     }
 }
+
+/// Views of depth show the face that the camera's target lies in, whatever holds the cube.
+#[test]
+fn the_face_that_is_looked_at_is_shown() {
+    let at = Vec3::new(0.4, 0.6, 0.3);
+    let ways = [Vec3::X, -Vec3::X, Vec3::Y, -Vec3::Y, Vec3::Z, -Vec3::Z];
+    // A room, with a box on each side of the lamp, each farther off than the last.
+    let mut all = crate::edges::box_of(Vec3::splat(-6.0), Vec3::splat(6.0));
+    for (i, way) in ways.into_iter().enumerate() {
+        let middle = at + (1.5 + 0.5 * i as f32) * way;
+        all.extend(crate::edges::box_of(middle - 0.3, middle + 0.3));
+    }
+    let lamp = lamp(at);
+    let view = camera(Vec3::new(0.0, 0.0, 1.0), Vec3::ZERO);
+    let (mut r, mut s) = start(scene(vec![mesh(&all, 0)], vec![material(Vec3::ONE)], view, lamp), [64, 48]);
+    for (id, view, set) in [
+        ("edsm", "shadow-map", ""),
+        ("sssm", "shadow-map", ""),
+        ("imperfect-sm", "shadow-map", "shown=direct"),
+        ("hybrid-pcf", "shadow-map", ""),
+        ("csm-conservative", "grown-others", "casters=both"),
+    ] {
+        for (face, way) in ways.into_iter().enumerate() {
+            select(&mut s, id, &["resolution=64"]);
+            if !set.is_empty() {
+                s.set(set, &[id.into()]).unwrap();
+            }
+            s.view = view.into();
+            s.camera.position = lamp.position() - 0.1 * way + Vec3::new(0.03, 0.02, 0.01);
+            s.camera.target = lamp.position() + way;
+            r.render(&s, Ask { analysis: true, ..ask(&s) }).unwrap();
+            let map = r.read_layer(face as u32).unwrap().unwrap();
+            let middle = (map.side / 2 * map.side + map.side / 2) as usize;
+            let held = map.metres(middle).unwrap_or_else(|| panic!("{id} {way}: no caster"));
+            let share = (map.view.far - held) / (map.view.far - map.view.near);
+            let shown = r.read_picture().unwrap()[4 * (24 * 64 + 32)];
+            assert!((f32::from(shown) - 255.0 * share).abs() < 3.0, "{id} {way}: {shown} {share}");
+        }
+    }
+}

@@ -205,3 +205,68 @@ fn errors_are_one_sentence_and_a_non_zero_exit() {
     }
     assert!(!dir.path().join("x.png").exists());
 }
+
+/// A technique that fails, and one that does not serve the light, cost no other row; they are told last, and by the exit code.
+#[test]
+fn what_cannot_be_measured_ends_nothing() {
+    let dir = tempfile::tempdir().unwrap();
+    let folder = dir.path();
+    let small = ["--size", "64x48", "--truth-samples", "1"];
+    let huge = ["--set", "imperfect-sm.vpls=1024", "--set", "imperfect-sm.tile=256"];
+    let fails = crate::common::gpu().most_bound() < 256 << 20;
+    let ids = |name: &str| -> Vec<String> {
+        let rows = shadowscope::measure::read(&folder.join(name)).unwrap();
+        rows.into_iter().map(|r| r.technique).collect()
+    };
+    let lines = |out: &std::process::Output| -> Vec<String> {
+        String::from_utf8_lossy(&out.stderr).lines().map(String::from).collect()
+    };
+    let three = ["--techniques", "shadow-map,cube,rt-hard"];
+    let out = shadowscope(folder, &[&["measure", "cubes", "--csv", "a.csv"], &small[..], &three].concat());
+    assert_eq!((out.status.code(), ids("a.csv")), (Some(1), vec!["shadow-map".into(), "rt-hard".into()]));
+    assert!(lines(&out).last().unwrap().starts_with("shadowscope: Cube shadow map: for omni"), "{out:?}");
+    let out = shadowscope(folder, &[&["sweep", "cubes", "-o", "b.csv"], &small[..], &three].concat());
+    assert_eq!((out.status.code(), ids("b.csv")), (Some(1), ids("a.csv")));
+    assert!(lines(&out).last().unwrap().starts_with("shadowscope: Cube shadow map: for omni"), "{out:?}");
+    let advised = ["advise", "cubes", "--by", "error", "--max-error", "100%", "--set", "resolution=64"];
+    let out = shadowscope(folder, &[&advised[..], &small, &three].concat());
+    assert_eq!(out.status.code(), Some(1));
+    assert!(String::from_utf8_lossy(&out.stdout).contains("take:      "), "{out:?}");
+    if !fails {
+        return;
+    }
+    let three = ["--techniques", "shadow-map,imperfect-sm,rt-hard"];
+    let out = shadowscope(folder, &[&["measure", "cubes", "--csv", "c.csv"], &small[..], &three, &huge].concat());
+    assert_eq!((out.status.code(), ids("c.csv")), (Some(1), ids("a.csv")));
+    let last = lines(&out).pop().unwrap();
+    assert!(last.starts_with("shadowscope: imperfect-sm") && last.contains("1024 maps of 256² texels"), "{last}");
+    // With another that is refused: each a line.
+    let four = ["--techniques", "shadow-map,cube,imperfect-sm,rt-hard"];
+    let out = shadowscope(folder, &[&["measure", "cubes", "--csv", "d.csv"], &small[..], &four, &huge].concat());
+    let said = lines(&out);
+    assert!(
+        said.iter().any(|l| l.starts_with("Cube shadow map")) && said.iter().any(|l| l.starts_with("imperfect-sm"))
+    );
+    assert_eq!(said.last().unwrap(), "shadowscope: 2 of 4 configurations could not be measured");
+    // In a sweep only what fails is missing, and is tried again.
+    let sweep =
+        ["sweep", "cubes", "-o", "e.csv", "--set", "imperfect-sm.vpls=64,1024", "--set", "imperfect-sm.tile=256"];
+    for _ in 0..2 {
+        let out = shadowscope(folder, &[&sweep[..], &small, &["--techniques", "imperfect-sm,rt-hard"]].concat());
+        assert_eq!((out.status.code(), ids("e.csv")), (Some(1), vec!["imperfect-sm".into(), "rt-hard".into()]));
+        assert!(lines(&out).last().unwrap().contains("1024 maps of 256² texels"), "{out:?}");
+        assert!(!folder.join("e.csv.partial").exists());
+    }
+    let out = shadowscope(folder, &[&advised[..], &small, &three, &huge].concat());
+    assert_eq!(out.status.code(), Some(1));
+    let told = String::from_utf8_lossy(&out.stdout);
+    assert!(told.contains("take:      ") && told.contains("rt-hard"), "{out:?}");
+    assert!(lines(&out).last().unwrap().contains("1024 maps of 256² texels"), "{out:?}");
+    // Of all, what does not serve the light is left out, and nothing fails.
+    let set = ["--set", "resolution=64", "--light", "omni"];
+    let out = shadowscope(
+        folder,
+        &[&["measure", "cubes", "--json", "f.json"], &small[..], &["--techniques", "cube"], &set].concat(),
+    );
+    assert!(out.status.success(), "{out:?}");
+}

@@ -321,3 +321,33 @@ fn bodies_around_lamp_or_eye_are_not_closed() {
         }
     }
 }
+
+/// Cast by one side alone, open surfaces lose shadows, and a note says of how many triangles; closed bodies lose none.
+#[test]
+fn one_sided_casters_need_closed_bodies() {
+    let body = box_of(vec3(-3.0, 0.2, -1.0), vec3(-1.0, 1.3, 0.5));
+    let card = floor(Vec2::splat(0.5), Vec2::splat(2.0), 1.5);
+    let turned: Vec<_> = card.iter().map(|[a, b, c]| [*a, *c, *b]).collect();
+    let ground = box_of(vec3(-6.0, -1.0, -6.0), vec3(6.0, 0.0, 6.0));
+    for light in lights() {
+        for (open, casters) in
+            [(vec![], ["back", "front"]), (card.clone(), ["back", "auto"]), (turned.clone(), ["front", "both"])]
+        {
+            let triangles = [&ground[..], &body, &open].concat();
+            let view = camera(vec3(0.0, 9.0, 7.0), Vec3::ZERO);
+            let (mut r, mut s) =
+                start(scene(vec![mesh(&triangles, 0)], vec![material(Vec3::ONE)], view, light), [160, 120]);
+            for (k, casters) in casters.into_iter().enumerate() {
+                let e = errors(&mut r, &mut s, ID, &["resolution=128", &format!("casters={casters}")]);
+                let notes = r.notes().unwrap().join(" ");
+                let what = format!("{} {casters} {open:?}: {notes} {e:?}", light.kind());
+                if open.is_empty() || k == 1 {
+                    assert!(notes.is_empty() && e.lit_incorrect == 0, "{what}");
+                } else {
+                    assert!(notes.starts_with("2 triangles") && notes.contains(casters), "{what}");
+                    assert!(e.lit_incorrect > 100, "{what}");
+                }
+            }
+        }
+    }
+}

@@ -208,15 +208,19 @@ fn a_light_that_is_not_served_has_no_shadow() {
     let without = linear(&r.read_picture().unwrap());
     let brighter = with.iter().zip(&without).filter(|(a, b)| **a > **b + 0.02).count();
     assert!(brighter > with.len() / 3, "{brighter} of {}", with.len());
-    let error = measure::accuracy(
-        &mut r,
-        &{
-            one.switch_light(1, true);
-            one
-        },
-        0,
+    // So it is where figures are made: what the other light lacks is told, and its pixels do not count.
+    let sun = measure::accuracy(&mut r, &one, 0).unwrap();
+    one.switch_light(1, true);
+    let both = measure::accuracy(&mut r, &one, 0).unwrap();
+    assert_eq!((both.facing, both.lit_incorrect, both.lights), (sun.facing, sun.lit_incorrect, 1));
+    assert!(
+        sun.notes.is_empty() && both.notes.contains("Light 2 has no shadow") && both.notes.contains("not measured")
     );
-    assert!(error.unwrap_err().to_string().contains("light 2"));
+    assert_eq!(both.per_light().len(), 1);
+    assert!(both.rmse_image != sun.rmse_image, "the picture has both lights");
+    // The light at work is asked for.
+    one.choose_light(1).unwrap();
+    assert!(measure::accuracy(&mut r, &one, 0).unwrap_err().to_string().contains("not omni"));
 }
 
 /// What is measured of each light adds up to what is measured of all, and is what the light has alone.

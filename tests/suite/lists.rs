@@ -2,7 +2,8 @@
 
 use crate::common::*;
 use glam::{Vec2, Vec3};
-use shadowscope::frame::Renderer;
+use shadowscope::frame::{Ask, Renderer};
+use shadowscope::gpu::{Timer, TimerMode};
 use shadowscope::light::Light;
 use shadowscope::measure::metrics::FACING;
 use shadowscope::scene::Material;
@@ -179,5 +180,24 @@ fn what_lies_in_shadow_is_dropped() {
         let tree = ShadowTree::new(&g, g.opaque, &light, Order::Area).unwrap();
         assert_eq!(tree.inserted + tree.covered, 51);
         assert!(if masked { tree.inserted > 1 } else { tree.inserted == 1 }, "{masked}: {}", tree.inserted);
+    }
+}
+
+/// By timestamps the clears of its lists are a part of its time.
+#[test]
+fn clears_are_timed() {
+    let (mut r, mut s) = built_in("cubes", [64, 48]);
+    if !r.gpu.features.contains(wgpu::Features::TIMESTAMP_QUERY) {
+        return;
+    }
+    r.timer = Timer::with(TimerMode::Stamps);
+    select(&mut s, "izb", &[]);
+    for _ in 0..2 {
+        r.render(&s, Ask { timed: true, ..ask(&s) }).unwrap();
+        r.collect_times(true).unwrap();
+        let passes = r.timer.by_name();
+        let names: Vec<_> = passes.iter().map(|p| p.0).collect();
+        assert!(names.contains(&"clears") && names.contains(&"lists"), "{names:?}");
+        assert_eq!(r.timer.latest.iter().filter(|p| p.0 == "clears").count(), 4);
     }
 }

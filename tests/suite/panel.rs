@@ -1862,6 +1862,49 @@ fn the_search_comes_into_view() {
     assert!(found.top() > rect.bottom() && found.bottom() < 700.0, "{found:?}");
 }
 
+/// The list shows the technique that a file, an undo or a search has chosen; where it is in sight, or was clicked, nothing moves, and
+/// who scrolls away from it is let go.
+#[test]
+fn the_chosen_technique_is_in_sight() {
+    let mut harness = harness("cubes", 700.0);
+    let first = techniques::ALL[0].title;
+    let place = |harness: &Harness<'static, State>, title: &str| {
+        // The view of a map may have the same name.
+        harness.get_all_by_label(title).map(|n| n.rect()).next().unwrap()
+    };
+    let search = harness.get_by_role_and_label(egui::accesskit::Role::TextInput, "search techniques").rect();
+    let seen = |rect: egui::Rect| rect.top() > search.bottom() && rect.bottom() < 700.0;
+    let start = place(&harness, first);
+    assert!(seen(start), "{start:?}");
+    let (mut other, scene) = Setup::open("cubes").unwrap();
+    let (scene, bounds) = (Arc::new(scene), harness.state().model.bounds);
+    for id in ["izb", "rt-hard", "pcf"] {
+        let title = techniques::find(id).unwrap().title;
+        other.select(id).unwrap();
+        harness.state_mut().model.open(other.clone(), scene.clone(), bounds, false);
+        harness.run_steps(4);
+        let shown = place(&harness, title);
+        assert!(seen(shown), "{id}: {shown:?}");
+        // Only once.
+        harness.get_all_by_label(first).next().unwrap().scroll_to_me();
+        harness.run_steps(20);
+        assert_eq!(place(&harness, first).top(), start.top(), "{id}");
+    }
+    // Opened again, though it is the same.
+    other.select("izb").unwrap();
+    for _ in 0..2 {
+        harness.state_mut().model.open(other.clone(), scene.clone(), bounds, false);
+        harness.run_steps(4);
+        assert!(seen(place(&harness, techniques::find("izb").unwrap().title)));
+        harness.get_all_by_label(first).next().unwrap().scroll_to_me();
+        harness.run_steps(20);
+    }
+    let before = place(&harness, "Percentage-closer filtering");
+    click(&mut harness, "Percentage-closer filtering");
+    harness.run_steps(4);
+    assert_eq!((setup(&harness).technique.as_str(), place(&harness, "Percentage-closer filtering")), ("pcf", before));
+}
+
 /// How far a measurement is stands first and is never cut off; the button keeps its place.
 #[test]
 fn progress_over_the_picture_is_never_cut_off() {

@@ -3,7 +3,7 @@
 use crate::common::*;
 use crate::edges::box_of;
 use glam::{Vec2, Vec3, vec2, vec3};
-use shadowscope::frame::Renderer;
+use shadowscope::frame::{Ask, Renderer};
 use shadowscope::light::Light;
 use shadowscope::measure::metrics::FACING;
 use shadowscope::scene::Scene;
@@ -296,5 +296,33 @@ fn broken_meshes_are_told() {
         assert!(notes(&doubled, technique).contains("3 edges belong to more than two"));
         let flat = [&cube[..], &[[Vec3::ZERO, Vec3::ZERO, Vec3::ONE]]].concat();
         assert!(notes(&flat, technique).contains("1 triangles without an area"));
+    }
+}
+
+/// Where all edges are drawn none is looked for: that takes three passes fewer, and no room for a list.
+#[test]
+fn all_edges_need_no_list() {
+    let cube = box_of(vec3(-0.5, 1.0, -0.5), vec3(0.5, 2.0, 0.5));
+    let ground = box_of(vec3(-4.0, -0.1, -4.0), vec3(4.0, 0.0, 4.0));
+    let view = camera(vec3(0.0, 4.0, 6.0), Vec3::ZERO);
+    for light in [sun(TO_LIGHT), lamp(vec3(0.5, 4.0, 1.0))] {
+        let all = [ground.clone(), cube.clone()].concat();
+        let (mut r, mut s) = start(scene(vec![mesh(&all, 0)], vec![material(Vec3::ONE)], view, light), [64, 48]);
+        for technique in ["edsm", "sssm"] {
+            let [some, every] = ["edges=silhouette", "edges=all"].map(|set| {
+                select(&mut s, technique, &["resolution=64", set]);
+                r.render(&s, Ask { fresh: true, ..ask(&s) }).unwrap()
+            });
+            assert_eq!(every.passes + 3, some.passes, "{technique} {}", light.kind());
+            assert!(every.gpu_bytes < some.gpu_bytes, "{technique}: {} {}", every.gpu_bytes, some.gpu_bytes);
+            // They are seen, more of them than bound the shadow.
+            let [some, every] = ["edges=silhouette", "edges=all"].map(|set| {
+                select(&mut s, technique, &["resolution=64", set]);
+                s.view = "silhouette-edges".into();
+                r.render(&s, ask(&s)).unwrap();
+                r.read_map().unwrap().iter().filter(|x| **x > 0.0).count()
+            });
+            assert!(some > 0 && every > some, "{technique}: {some} {every}");
+        }
     }
 }

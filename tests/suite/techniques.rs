@@ -624,7 +624,7 @@ fn timestamps_arrive_for_every_pass() {
     r.collect_times(true).unwrap();
     let names: Vec<&str> = r.timer.latest.iter().map(|(n, _)| *n).collect();
     // The truth was traced in the first frame only.
-    assert_eq!(names, ["G-buffer", "fit: receivers", "fit: narrow", "shadow map", "resolve", "shading"]);
+    assert_eq!(names, ["G-buffer", "clears", "fit: receivers", "fit: narrow", "shadow map", "resolve", "shading"]);
     assert!(r.timer.latest.iter().all(|(_, ms)| ms.is_finite() && *ms >= 0.0), "{:?}", r.timer.latest);
 
     // However many there are.

@@ -262,3 +262,36 @@ fn triangles_are_counted() {
         }
     }
 }
+
+/// What the old depth test counts below 0 is not told as 255 volumes.
+#[test]
+fn a_stencil_below_none_is_told_as_such() {
+    let (mut r, mut s) = built_in("bench", [480, 360]);
+    for technique in ["shadow-volume", "shadow-volume-tri"] {
+        select(&mut s, technique, &["counting=stencil8", "depth_test=buffer"]);
+        s.view = "volume-count".into();
+        r.render(&s, ask(&s)).unwrap();
+        let counts = r.read_map().unwrap();
+        let most = counts.iter().copied().fold(0.0, f32::max);
+        println!("{technique}: {most} {:?}", r.notes().unwrap());
+        assert!(most > 0.0 && most < 100.0, "{technique}: {most}");
+        let notes = r.notes().unwrap().concat();
+        assert!(notes.contains("counts below 0"), "{notes}");
+    }
+}
+
+/// Its lines lie where silhouettes are, in both families by one name.
+#[test]
+fn silhouettes_are_seen_alike() {
+    let (mut r, mut s) = over(&yard(), camera(vec3(0.0, 4.0, 10.0), Vec3::ZERO));
+    let [volumes, quads] = ["shadow-volume", "edsm"].map(|technique| {
+        select(&mut s, technique, &[]);
+        s.view = "silhouette-edges".into();
+        r.render(&s, ask(&s)).unwrap();
+        r.read_map().unwrap()
+    });
+    assert_eq!(apart(&volumes, &quads), [0usize; 0]);
+    let strong = volumes.iter().filter(|x| **x > 0.9).count();
+    let faint = volumes.iter().filter(|x| **x > 0.1 && **x < 0.3).count();
+    assert!(strong > 200 && faint > 50, "{strong} {faint}");
+}

@@ -66,7 +66,7 @@ fn view_sample(pixel: vec2u) -> Surface {
     }
     s = load_surface(min(pixel, frame.size - 1u));
     let light = light_at(s.position);
-    s.valid = s.valid && all(pixel < frame.size) && light.reached && dot(s.normal, light.to_light) > 0.0 && in_layer(s.position);
+    s.valid = all(pixel < frame.size) && may_be_shadowed(s, light) && in_layer(s.position);
     return s;
 }
 

@@ -27,7 +27,7 @@ fn agree(@builtin(global_invocation_id) id: vec3u) {
     let s = load_surface(id.xy);
     let light = light_at(s.position);
     var v = select(1.0, 0.0, s.valid);
-    if s.valid && light.reached && dot(s.normal, light.to_light) > 0.0 {
+    if may_be_shadowed(s, light) {
         v = lit_share(s);
         if agreement.rays != 0u && v > 0.0 && v < 1.0 {
             list_ray(id.xy, 3.4e38);
@@ -41,7 +41,7 @@ fn inspect_map(s: Surface) -> f32 {
         return inspect_filter(s);
     }
     let light = light_at(s.position);
-    if !s.valid || !light.reached || dot(s.normal, light.to_light) <= 0.0 {
+    if !may_be_shadowed(s, light) {
         return -1.0;
     }
     let seen = lit_share(s);
