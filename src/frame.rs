@@ -21,6 +21,7 @@ pub use lines::{Segment, Style};
 pub use maps::{LightSpace, MapLayer, Place};
 pub use shot::{Shot, ShotUniform};
 
+use crate::contact::{self, Contact};
 use crate::gpu::{Account, Buffer, Gpu, Pass, Raster, Recorder, Slot, Timer};
 use crate::light::{Light, LightView};
 use crate::measure::causes::Causes;
@@ -170,6 +171,7 @@ fn drawn_map(drawn: &Drawn) -> u32 {
         Drawn::Aliasing(_) => 4,
         Drawn::Counts => 5,
         Drawn::Labels(_) => 6,
+        Drawn::Contact(_) => 7,
     }
 }
 
@@ -540,6 +542,8 @@ pub struct Made {
 /// A technique with what it holds for one light.
 struct Instance {
     technique: Box<dyn Technique>,
+    /// On top of it, where they are wanted.
+    contact: Option<Contact>,
     /// What its buffers and textures take.
     account: Account,
 }
@@ -563,10 +567,21 @@ impl Made {
                 let account = Account::default();
                 let technique = account.charge(|| (info.make)(f.gpu, info));
                 let technique = technique.with_context(|| format!("{} cannot be made", info.title))?;
-                free.insert(Instance { technique, account })
+                free.insert(Instance { technique, contact: None, account })
             }
         };
-        held.account.charge(|| held.technique.render(f))
+        let Instance { technique, contact, account } = held;
+        account.charge(|| {
+            if !contact::wanted(f.values) {
+                *contact = None;
+                return technique.render(f);
+            }
+            let contact = match contact {
+                Some(contact) => contact,
+                None => contact.insert(Contact::new(f.gpu)?),
+            };
+            contact.over(f, |f| technique.render(f))
+        })
     }
 
     /// What it holds for each light.
@@ -772,7 +787,7 @@ impl Renderer {
         let lamps = setup.lamps();
         made.own.retain(|i, _| *i == setup.at_work() || lamps.get(*i).is_some_and(|lamp| lamp.on));
         let values = setup.values();
-        for group in info.params {
+        for group in info.params.iter().chain(contact::wanted(values).then_some(&contact::GROUP)) {
             upload(gpu, &mut made.params, group, values);
         }
 
