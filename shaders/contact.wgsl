@@ -205,10 +205,16 @@ fn sweep(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) l
         if near > 0.0 && place.distance > 0 {
             // Between the two pixels that the line runs through, but not across an edge; and as far behind as they are apart,
             // so that a surface never hides the light from itself.
-            let beside = nearness(pixel + select(-across, across, place.off > 0.0));
+            let next = select(-across, across, place.off > 0.0);
+            let beside = nearness(pixel + next);
             let apart = abs(near - beside);
-            let seen = mix(near, beside, abs(place.off)) - apart;
-            slope = slope_to(select(seen, near, beside == 0.0 || apart > contact.contact_edge * near), place.distance);
+            var seen = mix(near, beside, abs(place.off)) - apart;
+            // A plane that is seen at a grazing angle is no edge: it goes on to the other side.
+            if beside == 0.0
+                || (apart > contact.contact_edge * near && abs(near - beside + near - nearness(pixel - next)) > 0.25 * apart) {
+                seen = near;
+            }
+            slope = slope_to(seen, place.distance);
         }
         slopes[step] = slope;
     }

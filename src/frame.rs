@@ -631,8 +631,9 @@ pub struct Renderer {
     read_map: Option<Pass>,
     /// By the technique's shader.
     read_warp: Option<(&'static str, Pass)>,
-    /// The last frame's.
+    /// The last frame's, and its place among the set-up's.
     light: Option<Light>,
+    at_work: usize,
     /// Where the last frame's cascades meet, and how many there are.
     splits: Option<(Buffer, u32)>,
     /// Samples and draws of the last frame's faces, and how many there are.
@@ -714,6 +715,7 @@ impl Renderer {
             read_map: None,
             read_warp: None,
             light: None,
+            at_work: 0,
             splits: None,
             faces: None,
             causes: None,
@@ -938,7 +940,7 @@ impl Renderer {
         self.seen = view.filter(|v| view::index(v.id).is_some() || info.refuses(&setup.light).is_none());
         self.offered = offered;
         self.shading.indirect = indirect;
-        self.light = Some(setup.light);
+        (self.light, self.at_work) = (Some(setup.light), setup.at_work());
         self.splits = splits;
         self.faces = faces;
         self.causes = None;
