@@ -133,8 +133,8 @@ const most_places = 384u;
 // What hides nothing.
 const nothing = -1e30;
 
-// The slopes of the surfaces along a line, as `slope_to` has them.
-var<workgroup> slopes: array<f32, most_places>;
+// What stands along a line: 1 over the depth, as it hides the light.
+var<workgroup> casters: array<f32, most_places>;
 
 // A place on a line: its distance from the light along the wedge's axis, the pixel that it lies in, counted from the light
 // across the axis, and how far from the pixel's middle it lies there.
@@ -173,11 +173,6 @@ fn nearness(pixel: vec2i) -> f32 {
     return select(0.0, 1.0 / depth, depth > 0.0);
 }
 
-// With 1 over the depth as depth, straight lines are straight in the picture; those through the light differ in their slope alone.
-fn slope_to(nearness: f32, distance: i32) -> f32 {
-    return (nearness - cut.light_depth) / f32(distance);
-}
-
 // Aldridge (Bend Studio) 2023: the threads share what they read, as their rays lie on one line.
 @compute @workgroup_size(64)
 fn sweep(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lane: u32) {
@@ -201,22 +196,25 @@ fn sweep(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) l
             here = place;
             own = near;
         }
-        var slope = nothing;
+        var caster = nothing;
         if near > 0.0 && place.distance > 0 {
             // Between the two pixels that the line runs through, but not across an edge; and as far behind as they are apart,
             // so that a surface never hides the light from itself.
             let next = select(-across, across, place.off > 0.0);
             let beside = nearness(pixel + next);
             let apart = abs(near - beside);
-            var seen = mix(near, beside, abs(place.off)) - apart;
-            // A plane that is seen at a grazing angle is no edge: it goes on to the other side.
-            if beside == 0.0
-                || (apart > contact.contact_edge * near && abs(near - beside + near - nearness(pixel - next)) > 0.25 * apart) {
-                seen = near;
+            caster = mix(near, beside, abs(place.off)) - apart;
+            if beside == 0.0 || apart > contact.contact_edge * near {
+                // A plane that is seen at a grazing angle is no edge: it goes on to the other side.
+                let other = nearness(pixel - next);
+                if beside == 0.0 {
+                    caster = near - select(0.0, abs(near - other), other > 0.0);
+                } else if abs(near - beside + near - other) > 0.25 * apart {
+                    caster = near;
+                }
             }
-            slope = slope_to(seen, place.distance);
         }
-        slopes[step] = slope;
+        casters[step] = caster;
     }
     workgroupBarrier();
 
@@ -231,7 +229,8 @@ fn sweep(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) l
         return;
     }
     let distance = f32(here.distance);
-    let slope = slope_to(own, here.distance);
+    // With 1 over the depth as depth, straight lines are straight in the picture: what the ray gains from pixel to pixel.
+    let rise = (cut.light_depth - own) / distance * f32(cut.towards);
     // What lies before the ray by up to twice the thickness hides the light, most in the middle.
     let scale = min(distance - f32(cut.towards), 1.0 / contact.contact_depth) * distance / own;
     let last = samples - min(contact.contact_fading, samples);
@@ -240,7 +239,12 @@ fn sweep(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) l
     var nearest = 1.0;
     var reach = 0u;
     for (var i = 0u; i < samples; i++) {
-        var off = abs(1.0 + (slope - slopes[lane + 1u + i]) * scale);
+        let on = f32(i + 1u);
+        let away = distance - f32(cut.towards) * on;
+        if away <= 0.0 {
+            break;
+        }
+        var off = abs(1.0 - (casters[lane + 1u + i] - own - rise * on) / away * scale);
         if i >= last {
             off += 0.75 * f32(i - last + 1u) / f32(contact.contact_fading + 1u);
         }

