@@ -209,7 +209,7 @@ fn sweep(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) l
                 let other = nearness(pixel - next);
                 if beside == 0.0 {
                     caster = near - select(0.0, abs(near - other), other > 0.0);
-                } else if abs(near - beside + near - other) > 0.25 * apart {
+                } else if other > 0.0 && abs(near - beside + near - other) > 0.25 * apart {
                     caster = near;
                 }
             }

@@ -482,7 +482,10 @@ mod tests {
             let all: BTreeSet<&str> = VIEWS.iter().chain(maps).filter(|v| needs(v)).map(|v| v.id).collect();
             Vec::from_iter(all).join(" ")
         };
-        assert_eq!(ids(View::needs_truth), "causes contact-gain contact-hits difference error error-density error-size flip truth");
+        assert_eq!(
+            ids(View::needs_truth),
+            "causes contact-gain contact-hits difference error error-density error-size flip truth"
+        );
         assert_eq!(ids(View::needs_analysis), "aliasing causes counts perspective-aliasing projection-aliasing");
         assert_eq!(ids(View::is_judged), "causes error-density flip");
         let counts = "causes counts counts-before counts-between curve energy error-density face-load \

@@ -1,6 +1,8 @@
 //! Contact shadows in screen space, over any technique.
 
-use crate::common::{ask, awkward_spots, built_in, camera, floor, lamp, material, mesh, scene, select, start, sun, yard};
+use crate::common::{
+    ask, awkward_spots, built_in, camera, floor, lamp, material, mesh, scene, select, start, sun, yard,
+};
 use glam::{Vec2, Vec3};
 use shadowscope::contact::Sweep;
 use shadowscope::frame::{Ask, Renderer};
@@ -117,8 +119,8 @@ impl Loop {
                 continue;
             }
             let apart = (here - beside).abs();
-            let bent = (2.0 * here - beside - at(row - next)).abs() > 0.25 * apart;
             let other = at(row - next);
+            let bent = other > 0.0 && (2.0 * here - beside - other).abs() > 0.25 * apart;
             let seen = if beside == 0.0 {
                 here - if other > 0.0 { (here - other).abs() } else { 0.0 }
             } else if apart > 0.02 * here && bent {
@@ -175,7 +177,7 @@ fn the_sweep_is_a_loop_over_its_samples() {
             }
         }
     }
-    assert!(shadowed > 2000, "{shadowed}");
+    assert!(shadowed > 1000, "{shadowed}");
 }
 
 /// The light's place in the picture lies where the ray of each pixel to the light leads, and on the side that it leads to.
@@ -226,7 +228,8 @@ fn a_floor_alone_is_untouched() {
             places.extend([view, low].map(|v| ("grazing sun", v, sun(Vec3::new(x * cos, sin, z * cos)))));
         }
     }
-    let (mut r, mut s) = start(scene(vec![mesh(&plane, 0)], vec![material(Vec3::ONE)], view, lamp(Vec3::Y)), [150, 100]);
+    let (mut r, mut s) =
+        start(scene(vec![mesh(&plane, 0)], vec![material(Vec3::ONE)], view, lamp(Vec3::Y)), [150, 100]);
     for (what, camera, light) in places {
         (s.camera, s.light) = (camera, light);
         for mode in MODES {
@@ -235,7 +238,18 @@ fn a_floor_alone_is_untouched() {
                 let sets = [vec![set.as_str()], sets].concat();
                 let found = contact(&mut r, &mut s, "rt-hard", &sets);
                 let dark = found.iter().filter(|v| **v < 1.0).count();
-                if dark > 0 { panic!("{dark} dark: {what}, {light:?} {camera:?} {sets:?} {:?}", found.iter().enumerate().filter(|(_, v)| **v < 1.0).take(6).map(|(i, v)| (i % 150, i / 150, *v)).collect::<Vec<_>>()); }
+                if dark > 0 {
+                    panic!(
+                        "{dark} dark: {what}, {light:?} {camera:?} {sets:?} {:?}",
+                        found
+                            .iter()
+                            .enumerate()
+                            .filter(|(_, v)| **v < 1.0)
+                            .take(6)
+                            .map(|(i, v)| (i % 150, i / 150, *v))
+                            .collect::<Vec<_>>()
+                    );
+                }
             }
         }
     }
@@ -263,7 +277,11 @@ fn a_resting_box_gets_its_shadow_back() {
     assert_eq!((alone.contact_hits, alone.contact_detached), (None, None));
     for mode in MODES {
         let mode = format!("contact={mode}");
-        select(&mut s, "shadow-map", &[&biased[..], &[mode.as_str(), "contact_length=0.3", "contact_depth=0.03"]].concat());
+        select(
+            &mut s,
+            "shadow-map",
+            &[&biased[..], &[mode.as_str(), "contact_length=0.3", "contact_depth=0.03"]].concat(),
+        );
         let with = accuracy(&mut r, &s, 0).unwrap();
         let (detached, repaired) = (with.contact_detached.unwrap(), with.contact_repaired.unwrap());
         let told = || format!("{mode}: {with:#?}");
@@ -398,7 +416,9 @@ fn set_ups_hold_them() {
     s.set("contact=march", &["shadow-map".into()]).unwrap();
     s.set("contact_length=0.4", &["shadow-map".into()]).unwrap();
     let told = measure::params_text(&s);
-    assert!(told.contains("contact=march;") && told.contains("contact_length=0.4") && !told.contains("contact_samples"));
+    assert!(
+        told.contains("contact=march;") && told.contains("contact_length=0.4") && !told.contains("contact_samples")
+    );
     s.view = view.into();
     s.check().unwrap();
     let side = Side::parse("shadow-map:contact=sweep;contact_samples=32").unwrap();
