@@ -95,7 +95,7 @@ fn march(@builtin(global_invocation_id) id: vec3u) {
         let depth = textureLoad(g_position, pixel, 0).w;
         let behind = 1.0 / at.z - depth;
         // What rounding leaves of nothing is no hit.
-        if depth == 0.0 || behind <= 1e-5 * depth || behind >= contact.contact_thickness {
+        if depth == 0.0 || behind <= 1e-5 * depth || behind >= contact.contact_depth {
             continue;
         }
         // 1 over the depth is even in the picture, and the ray's length is not.
@@ -183,7 +183,7 @@ fn sweep(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) l
     let wedge = band.x;
     let far = band.y;
     let line = band.z + i32(group.x);
-    let samples = contact.contact_samples;
+    let samples = contact.contact_pixels;
     let across = select(vec2i(0, 1), vec2i(1, 0), (wedge & 1) != 0);
     var here: Place;
     var own = 0.0;
@@ -232,7 +232,7 @@ fn sweep(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) l
     // With 1 over the depth as depth, straight lines are straight in the picture: what the ray gains from pixel to pixel.
     let rise = (cut.light_depth - own) / distance * f32(cut.towards);
     // What lies before the ray by up to twice the thickness hides the light, most in the middle.
-    let scale = min(distance - f32(cut.towards), 1.0 / contact.contact_depth) * distance / own;
+    let scale = min(distance - f32(cut.towards), 1.0 / contact.contact_tau) * distance / own;
     let last = samples - min(contact.contact_fading, samples);
     var hard = 1.0;
     var soft = vec4f(1.0);
@@ -258,7 +258,7 @@ fn sweep(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) l
             reach = i + 1u;
         }
     }
-    let contrast = contact.contact_contrast;
+    let contrast = contact.contact_sharp;
     let mean = dot(saturate(soft * contrast + 1.0 - contrast), vec4f(0.25));
     let seen = min(saturate(hard * contrast + 1.0 - contrast), mean);
     let slant = f32(line) / f32(far);

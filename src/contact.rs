@@ -29,7 +29,7 @@ crate::params! {
             /// How many places along a ray are looked at.
             contact_steps: int(16, 4..=64, "") if contact = "march",
             /// What lies in front of a ray hides the light if it is no farther from it than this. The picture shows no backs.
-            contact_thickness: float(0.1, 0.001..=1000.0, "m", 0.1 of view) if contact = "march",
+            contact_depth: float(0.1, 0.001..=1000.0, "m", 0.1 of view) if contact = "march",
             /// How far from its surface a ray starts, along the normal.
             contact_bias: float(0.5, 0.0..=2.0, "pixels") if contact = "march",
             /// Where light grazes a surface its ray is turned so far towards the normal: all of it where the light stands up to 14° over the surface, none from 27° on.
@@ -41,13 +41,13 @@ crate::params! {
             /// Where the first place along a ray lies. None: at half a step. Ign: interleaved gradient noise, which the seed shifts.
             contact_jitter: choice("none", ["none", "ign"]) if contact = "march",
             /// How many pixels are looked at on the line towards the light.
-            contact_samples: int(60, 16..=256, "pixels") if contact = "sweep",
+            contact_pixels: int(60, 16..=256, "pixels") if contact = "sweep",
             /// How thick all things are taken for, as a share of their distance.
-            contact_depth: float(0.005, 0.001..=0.05, "") if contact = "sweep",
+            contact_tau: float(0.005, 0.001..=0.05, "") if contact = "sweep",
             /// Two pixels beside each other that differ in depth by this share are an edge: nothing is interpolated there.
             contact_edge: float(0.02, 0.0..=0.2, "") if contact = "sweep",
-            /// How hard a shadow is: 1 soft across all of the thickness.
-            contact_contrast: float(4.0, 1.0..=8.0, "") if contact = "sweep",
+            /// How sharp a shadow is: 1 soft across all of the thickness.
+            contact_sharp: float(4.0, 1.0..=8.0, "") if contact = "sweep",
             /// So many pixels next to a surface darken it alone; the rest in four groups, whose mean is taken.
             contact_hard: int(4, 0..=16, "pixels") if contact = "sweep",
             /// The last so many pixels count less and less.

@@ -152,7 +152,7 @@ fn the_sweep_is_a_loop_over_its_samples() {
         for (what, light) in lights(view) {
             s.light = light;
             for samples in [60, 16, 200] {
-                let set = format!("contact_samples={samples}");
+                let set = format!("contact_pixels={samples}");
                 let found = contact(&mut r, &mut s, "rt-hard", &["contact=sweep", &set]);
                 let (mask, position) = (r.read_mask().unwrap(), r.read_position().unwrap());
                 let (cut, _) = Sweep::new(&view, &light, size);
@@ -233,7 +233,7 @@ fn a_floor_alone_is_untouched() {
     for (what, camera, light) in places {
         (s.camera, s.light) = (camera, light);
         for mode in MODES {
-            for sets in [vec![], vec!["contact_samples=256", "contact_steps=64", "contact_jitter=ign"]] {
+            for sets in [vec![], vec!["contact_pixels=256", "contact_steps=64", "contact_jitter=ign"]] {
                 let set = format!("contact={mode}");
                 let sets = [vec![set.as_str()], sets].concat();
                 let found = contact(&mut r, &mut s, "rt-hard", &sets);
@@ -280,7 +280,7 @@ fn a_resting_box_gets_its_shadow_back() {
         select(
             &mut s,
             "shadow-map",
-            &[&biased[..], &[mode.as_str(), "contact_length=0.3", "contact_depth=0.03"]].concat(),
+            &[&biased[..], &[mode.as_str(), "contact_length=0.3", "contact_tau=0.03"]].concat(),
         );
         let with = accuracy(&mut r, &s, 0).unwrap();
         let (detached, repaired) = (with.contact_detached.unwrap(), with.contact_repaired.unwrap());
@@ -331,8 +331,8 @@ fn nothing_outside_the_picture_counts() {
         s.camera.fov = fov;
         for mode in MODES {
             let mode = format!("contact={mode}");
-            let sets = [&mode, "contact_length=3", "contact_samples=256", "contact_steps=64", "contact_thickness=3"];
-            let sets = [&sets[..], &["contact_depth=0.05"]].concat();
+            let sets = [&mode, "contact_length=3", "contact_pixels=256", "contact_steps=64", "contact_depth=3"];
+            let sets = [&sets[..], &["contact_tau=0.05"]].concat();
             let dark = contact(&mut r, &mut s, "shadow-map", &sets).iter().filter(|v| **v < 0.5).count();
             assert_eq!(dark > 0, sees, "{mode} at {fov}°: {dark} dark pixels");
         }
@@ -358,7 +358,7 @@ fn off_changes_nothing() {
         let on = drawn(&mut r, &mut s, &[&format!("contact={mode}")]);
         assert_eq!(on.2.iter().filter(|p| **p == "contact shadows").count(), 1, "{:?}", on.2);
         assert!(on.0 != before.0 && on.3 > before.3);
-        let off = drawn(&mut r, &mut s, &["contact=off", "contact_length=2", "contact_samples=99"]);
+        let off = drawn(&mut r, &mut s, &["contact=off", "contact_length=2", "contact_pixels=99"]);
         assert!(off == before);
     }
     assert!(!measure::params_text(&s).contains("contact"));
@@ -416,13 +416,11 @@ fn set_ups_hold_them() {
     s.set("contact=march", &["shadow-map".into()]).unwrap();
     s.set("contact_length=0.4", &["shadow-map".into()]).unwrap();
     let told = measure::params_text(&s);
-    assert!(
-        told.contains("contact=march;") && told.contains("contact_length=0.4") && !told.contains("contact_samples")
-    );
+    assert!(told.contains("contact=march;") && told.contains("contact_length=0.4") && !told.contains("contact_pixels"));
     s.view = view.into();
     s.check().unwrap();
-    let side = Side::parse("shadow-map:contact=sweep;contact_samples=32").unwrap();
-    assert_eq!(side.params["contact_samples"], Value::Int(32));
+    let side = Side::parse("shadow-map:contact=sweep;contact_pixels=32").unwrap();
+    assert_eq!(side.params["contact_pixels"], Value::Int(32));
     s.view = "shaded".into();
     s.against = vec![side];
     r.draw(&s, ask(&s)).unwrap();
