@@ -1,3 +1,4 @@
+//!include constants.wgsl
 //!include lib/frame.wgsl
 //!include lib/gbuffer.wgsl
 //!include lib/direct.wgsl
@@ -10,7 +11,7 @@
 // A pipeline draws one view: adapters that run both sides of a branch would pay for all of them. The common views are
 // numbered by Rust: constants `view_shaded`, `view_error` and so on.
 override drawn_view: u32;
-// How it draws a technique's own map: 0 not, 1 texture, 2 ramp, 3 cells, 4 aliasing, 5 counts, 6 labels.
+// How it draws a technique's own map: 0 not, 1 texture, 2 ramp, 3 cells, 4 aliasing, 5 counts, 6 labels, 7 contact shadows.
 override drawn_map: u32;
 // 0: the picture alone. 1: with `over` over it. 2: it will lie over another.
 override layer: u32;
@@ -279,6 +280,9 @@ fn color_of(pixel: vec2u) -> vec4f {
         // Only pictures have a sky; data have a plain background.
         return beyond(pixel, drawn_view != view_shaded);
     }
+    if drawn_view == view_technique_map && drawn_map == 7u {
+        return contact_picture(s);
+    }
     switch drawn_view {
         case view_visibility: {
             return data(vec3f(v));
@@ -317,6 +321,21 @@ fn color_of(pixel: vec2u) -> vec4f {
             return data(linear_to_srgb(lit(s, v)));
         }
     }
+}
+
+// What contact shadows leave of the light; or what they darken and what they change, against the truth.
+fn contact_picture(s: Surface) -> vec4f {
+    let x = textureLoad(map, s.pixel, 0).x;
+    if frame.map == shows_contact_visibility {
+        return data(vec3f(x));
+    }
+    // As shaders/contact.wgsl leaves it.
+    let hit = (u32(x) & 1u) == 1u;
+    let changed = frame.map == shows_contact_hits || (u32(x) & 2u) == 2u;
+    if !(hit && changed && can_be_wrong(s)) {
+        return ground(error_base(s));
+    }
+    return data(select(false_shadow_color, label_color(2u), textureLoad(truth, s.pixel, 0).x < 0.5));
 }
 
 // The overlay over the picture's colour: blended, or small in the upper right corner.

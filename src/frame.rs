@@ -21,6 +21,7 @@ pub use lines::{Segment, Style};
 pub use maps::{LightSpace, MapLayer, Place};
 pub use shot::{Shot, ShotUniform};
 
+use crate::contact::{self, Contact};
 use crate::gpu::{Account, Buffer, Gpu, Pass, Raster, Recorder, Slot, Timer};
 use crate::light::{Light, LightView};
 use crate::measure::causes::Causes;
@@ -170,6 +171,7 @@ fn drawn_map(drawn: &Drawn) -> u32 {
         Drawn::Aliasing(_) => 4,
         Drawn::Counts => 5,
         Drawn::Labels(_) => 6,
+        Drawn::Contact(_) => 7,
     }
 }
 
@@ -540,6 +542,8 @@ pub struct Made {
 /// A technique with what it holds for one light.
 struct Instance {
     technique: Box<dyn Technique>,
+    /// On top of it, where they are wanted.
+    contact: Option<Contact>,
     /// What its buffers and textures take.
     account: Account,
 }
@@ -563,10 +567,21 @@ impl Made {
                 let account = Account::default();
                 let technique = account.charge(|| (info.make)(f.gpu, info));
                 let technique = technique.with_context(|| format!("{} cannot be made", info.title))?;
-                free.insert(Instance { technique, account })
+                free.insert(Instance { technique, contact: None, account })
             }
         };
-        held.account.charge(|| held.technique.render(f))
+        let Instance { technique, contact, account } = held;
+        account.charge(|| {
+            if !contact::wanted(f.values) {
+                *contact = None;
+                return technique.render(f);
+            }
+            let contact = match contact {
+                Some(contact) => contact,
+                None => contact.insert(Contact::new(f.gpu)?),
+            };
+            contact.over(f, |f| technique.render(f))
+        })
     }
 
     /// What it holds for each light.
@@ -616,8 +631,9 @@ pub struct Renderer {
     read_map: Option<Pass>,
     /// By the technique's shader.
     read_warp: Option<(&'static str, Pass)>,
-    /// The last frame's.
+    /// The last frame's, and its place among the set-up's.
     light: Option<Light>,
+    at_work: usize,
     /// Where the last frame's cascades meet, and how many there are.
     splits: Option<(Buffer, u32)>,
     /// Samples and draws of the last frame's faces, and how many there are.
@@ -699,6 +715,7 @@ impl Renderer {
             read_map: None,
             read_warp: None,
             light: None,
+            at_work: 0,
             splits: None,
             faces: None,
             causes: None,
@@ -772,7 +789,7 @@ impl Renderer {
         let lamps = setup.lamps();
         made.own.retain(|i, _| *i == setup.at_work() || lamps.get(*i).is_some_and(|lamp| lamp.on));
         let values = setup.values();
-        for group in info.params {
+        for group in info.params.iter().chain(contact::wanted(values).then_some(&contact::GROUP)) {
             upload(gpu, &mut made.params, group, values);
         }
 
@@ -923,7 +940,7 @@ impl Renderer {
         self.seen = view.filter(|v| view::index(v.id).is_some() || info.refuses(&setup.light).is_none());
         self.offered = offered;
         self.shading.indirect = indirect;
-        self.light = Some(setup.light);
+        (self.light, self.at_work) = (Some(setup.light), setup.at_work());
         self.splits = splits;
         self.faces = faces;
         self.causes = None;

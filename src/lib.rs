@@ -5,11 +5,12 @@
 //! technique, truth, picture) → [`measure`] (errors and times) → [`cli`] and [`ui`].
 //! Underneath: [`gpu`] (device, passes bound by name), [`mod@params`] (declared once), [`light`],
 //! [`map`] (where shadow maps look × how they are looked up), [`flatland`] (the same in two dimensions),
-//! [`techniques`] (a file each), [`truth`] (the exact shadow, band by band), [`view`] (ways to look, in colours of [`palette`], explained by a [`legend`]), [`capture`] (files).
+//! [`techniques`] (a file each), [`contact`] (shadows on top of any of them), [`truth`] (the exact shadow, band by band), [`view`] (ways to look, in colours of [`palette`], explained by a [`legend`]), [`capture`] (files).
 
 pub mod capture;
 pub mod chart;
 pub mod cli;
+pub mod contact;
 pub mod flatland;
 pub mod frame;
 pub mod gpu;

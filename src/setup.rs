@@ -9,6 +9,7 @@ mod shape;
 pub use lights::{Lamp, MOST_LIGHTS};
 
 use crate::capture;
+use crate::contact;
 use crate::light::{Light, MAX_RADIUS};
 use crate::params::{Kind, Value, Values};
 use crate::path::{self, OwnPath};
@@ -560,10 +561,13 @@ impl Setup {
         self.params.get(&self.technique).unwrap_or(&NONE)
     }
 
-    /// The selected technique's values that mean something beside each other.
+    /// The selected technique's values that mean something beside each other. That it has no contact shadows is not among them.
     pub fn meaningful(&self) -> Values {
         let Some(info) = techniques::find(&self.technique) else { return self.values().clone() };
-        let applies = |name: &str| info.specs().any(|s| s.name == name && info.applies(s, self.values()));
+        let off = !contact::wanted(self.values());
+        let applies = |name: &str| {
+            !(off && name == "contact") && info.specs().any(|s| s.name == name && info.applies(s, self.values()))
+        };
         self.values().iter().filter(|(name, _)| applies(name)).map(|(n, v)| (n.clone(), v.clone())).collect()
     }
 

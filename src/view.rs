@@ -1,5 +1,6 @@
 //! What can be drawn of a frame, and what its colours mean.
 
+use crate::contact;
 use crate::map::filter::Filter;
 use crate::measure::Errors;
 use crate::measure::causes::CAUSES;
@@ -77,6 +78,8 @@ pub enum Drawn {
     Counts,
     /// Labels of `map_out` (`shaders/lib/labels.wgsl`): colours over the scene, or a drawing.
     Labels(Legend),
+    /// Of contact shadows, by code of its own in `shaders/shade.wgsl`.
+    Contact(Legend),
     /// Strokes of `map_out` in colours of the ramp (`shaders/diagram.wgsl`).
     Diagram(Legend),
 }
@@ -189,7 +192,7 @@ pub const fn map(id: &'static str, title: &'static str, doc: &'static str, drawn
     View { id, title, doc, source, group: Group::Map, drawn }
 }
 
-const VISIBILITY: Legend = Legend::Scale(GREY, Values { what: "visibility", unit: "", range: [0.0, 1.0] });
+pub const VISIBILITY: Legend = Legend::Scale(GREY, Values { what: "visibility", unit: "", range: [0.0, 1.0] });
 const AXES: Legend = Legend::Classes(&[
     Class::new([1.0, 0.35, 0.3], "x"),
     Class::new([0.35, 0.9, 0.35], "y (up)"),
@@ -391,7 +394,7 @@ pub fn find(id: &str, info: &Info, values: &params::Values) -> Option<&'static V
 
 /// Whether a view needs the truth.
 pub fn needs_truth(id: &str) -> bool {
-    VIEWS.iter().any(|v| v.id == id && v.needs_truth())
+    VIEWS.iter().chain(contact::VIEWS).any(|v| v.id == id && v.needs_truth())
 }
 
 /// Refuses a view that the technique does not have.
@@ -400,6 +403,9 @@ pub fn check(id: &str, info: &Info, values: &params::Values) -> Result<()> {
         let of = |f: &&&'static Filter| f.views.iter().any(|v| v.id == id);
         if let Some(filter) = techniques::FILTERS.iter().find(of).filter(|_| info.all_views().any(|v| v.id == id)) {
             bail!("view = {id} needs filter = {}", filter.id);
+        }
+        if contact::VIEWS.iter().any(|v| v.id == id) {
+            bail!("view = {id} needs contact = march or contact = sweep");
         }
         let all: Vec<&str> = VIEWS.iter().chain(info.views(values)).map(|v| v.id).collect();
         bail!("view = {id} is unknown; {} has {}", info.id, all.join(", "));
@@ -449,7 +455,7 @@ impl Drawn {
     /// The scale that explains its colours, if it is one.
     pub fn legend(&self) -> Legend {
         match self {
-            Drawn::Common(legend) | Drawn::Labels(legend) | Drawn::Diagram(legend) => *legend,
+            Drawn::Common(legend) | Drawn::Labels(legend) | Drawn::Contact(legend) | Drawn::Diagram(legend) => *legend,
             Drawn::Ramp(values) => Legend::Scale(RAMP, *values),
             Drawn::Depth => Legend::Scale(
                 GREY,
@@ -476,7 +482,10 @@ mod tests {
             let all: BTreeSet<&str> = VIEWS.iter().chain(maps).filter(|v| needs(v)).map(|v| v.id).collect();
             Vec::from_iter(all).join(" ")
         };
-        assert_eq!(ids(View::needs_truth), "causes difference error error-density error-size flip truth");
+        assert_eq!(
+            ids(View::needs_truth),
+            "causes contact-gain contact-hits difference error error-density error-size flip truth"
+        );
         assert_eq!(ids(View::needs_analysis), "aliasing causes counts perspective-aliasing projection-aliasing");
         assert_eq!(ids(View::is_judged), "causes error-density flip");
         let counts = "causes counts counts-before counts-between curve energy error-density face-load \

@@ -33,21 +33,21 @@ impl Judged<'_> {
         Ok(bytemuck::pod_collect_to_vec(&read(recorder, &t.mask)?))
     }
 
-    /// Visibility and hard truth, a number a pixel.
-    fn labels(&self, recorder: &Recorder) -> Result<[Vec<f32>; 2]> {
+    /// Visibility, the frame's or another, and the truth's labels, a number a pixel.
+    fn labels(&self, recorder: &Recorder, other: Option<&Slot>) -> Result<[Vec<f32>; 2]> {
         let number = |slot| anyhow::Ok(bytemuck::pod_collect_to_vec(&read(recorder, slot)?));
-        Ok([number(&self.targets.visibility)?, number(self.truth.labels().context(NO_FRAME)?)?])
+        Ok([number(other.unwrap_or(&self.targets.visibility))?, number(self.truth.labels().context(NO_FRAME)?)?])
     }
 
-    /// Tells the causes of the wrong pixels apart; the hard truth must be there.
-    pub fn causes(&mut self, recorder: &mut Recorder) -> Result<Causes> {
+    /// Tells the causes of the wrong pixels of the frame's visibility, or another, apart; the hard truth must be there.
+    pub fn causes(&mut self, recorder: &mut Recorder, other: Option<&Slot>) -> Result<Causes> {
         let (gpu, size) = (recorder.gpu, self.targets.size()?);
         let mut held = Slot::default();
         let evidence = held.get(gpu, "evidence", size, Format::Rgba32Uint, STORED);
-        let visibility = Targets::view(&self.targets.visibility)?;
+        let visibility = Targets::view(other.unwrap_or(&self.targets.visibility))?;
         self.truth.explain(recorder, visibility, self.aliasing.as_ref(), &evidence);
         let mask = self.mask(recorder)?;
-        let [visibility, hard] = self.labels(recorder)?;
+        let [visibility, hard] = self.labels(recorder, other)?;
         let evidence: Vec<causes::Evidence> = bytemuck::pod_collect_to_vec(&read(recorder, &held)?);
         Ok(causes::split(&visibility, &hard, &mask, &evidence, self.geometry.casters(), size[0] as usize))
     }
@@ -55,7 +55,7 @@ impl Judged<'_> {
     /// Share of wrong pixels around each, as [`metrics::density`].
     fn density(&mut self, recorder: &mut Recorder, window: u32) -> Result<Vec<f32>> {
         let mask = self.mask(recorder)?;
-        let [visibility, hard] = self.labels(recorder)?;
+        let [visibility, hard] = self.labels(recorder, None)?;
         Ok(metrics::density(&visibility, &hard, &mask, self.targets.size()?[0] as usize, window as usize))
     }
 
@@ -96,7 +96,7 @@ impl Judged<'_> {
         let (covered, done) = (self.truth.covered(), self.truth.progress().done >= 1.0);
         Ok(match setup.view.as_str() {
             "causes" if covered => {
-                let causes = self.causes(recorder)?;
+                let causes = self.causes(recorder, None)?;
                 (causes.classes.iter().map(|c| *c as f32).collect(), Some(causes))
             }
             "error-density" if covered => (self.density(recorder, setup.error_window)?, None),
@@ -114,12 +114,22 @@ impl Renderer {
     /// Tells the causes of the last frame's wrong pixels apart. That frame must have traced the truth, and been analysed:
     /// where it was not, or the technique has no maps, an edge's errors are told by pixels alone.
     pub fn read_causes(&mut self) -> Result<Causes> {
-        self.judge(|judged, recorder| judged.causes(recorder))
+        self.judge(|judged, recorder, _| judged.causes(recorder, None))
+    }
+
+    /// The visibility of the last frame's technique without contact shadows, a number per pixel, and the causes of its wrong pixels
+    /// as [`Renderer::read_causes`] tells them; None where it had no contact shadows.
+    pub fn read_without_contact(&mut self) -> Result<Option<(Vec<f32>, Causes)>> {
+        self.judge(|judged, recorder, without| {
+            let Some(slot) = without else { return Ok(None) };
+            let visibility = bytemuck::pod_collect_to_vec(&read(recorder, slot)?);
+            Ok(Some((visibility, judged.causes(recorder, without)?)))
+        })
     }
 
     /// Classes of the last frame's pixels, as [`crate::measure::metrics`] names them.
     pub fn read_mask(&mut self) -> Result<Vec<u32>> {
-        self.judge(|judged, recorder| judged.mask(recorder))
+        self.judge(|judged, recorder, _| judged.mask(recorder))
     }
 
     /// The causes of the last frame's wrong pixels, if its view showed them.
@@ -127,7 +137,8 @@ impl Renderer {
         self.causes.as_ref()
     }
 
-    fn judge<T>(&mut self, what: impl FnOnce(&mut Judged, &mut Recorder) -> Result<T>) -> Result<T> {
+    /// `what` is also given the technique's visibility without contact shadows, where it has some.
+    fn judge<T>(&mut self, what: impl FnOnce(&mut Judged, &mut Recorder, Option<&Slot>) -> Result<T>) -> Result<T> {
         let size = self.targets.size()?;
         let mut recorder = Recorder::new(&self.gpu, &mut self.timer, false, size);
         know_scene(&mut recorder, &self.scene_gpu);
@@ -142,7 +153,8 @@ impl Renderer {
             classify: &self.classify,
             lights: &self.lights,
         };
-        let result = what(&mut judged, &mut recorder)?;
+        let without = self.made.as_ref().and_then(|made| made.own.get(&self.at_work)?.contact.as_ref());
+        let result = what(&mut judged, &mut recorder, without.map(|c| c.before()))?;
         recorder.finish()?;
         Ok(result)
     }

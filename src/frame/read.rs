@@ -202,7 +202,7 @@ impl Renderer {
                 let bits = x.to_bits();
                 return Ok((x >= 0.0).then(|| format!("texel {}, {}", bits & 16383, bits >> 14 & 16383)));
             }
-            Drawn::Common(_) | Drawn::Depth | Drawn::Labels(_) | Drawn::Diagram(_) => {}
+            Drawn::Common(_) | Drawn::Depth | Drawn::Labels(_) | Drawn::Contact(_) | Drawn::Diagram(_) => {}
         }
         if self.surface_at(pixel)?.is_none() {
             return Ok(None);
@@ -219,7 +219,8 @@ impl Renderer {
                 (share >= 0.0).then(|| format!("{} % of the pixels around it are wrong", short(100.0 * share)))
             }
             "flip" => Some(format!("FLIP {}", short(self.value(map, pixel)?))),
-            "truth" | "error" | "error-size" | "difference" => {
+            "contact-visibility" => Some(format!("contact shadows let {} through", short(self.value(map, pixel)?))),
+            "contact-hits" | "contact-gain" | "truth" | "error" | "error-size" | "difference" => {
                 let truth = self.value(self.truth.shown().context(NO_FRAME)?, pixel)?;
                 Some(format!("visibility {}, truth {}", short(visibility), short(truth)))
             }

@@ -338,9 +338,10 @@ impl<'a> Recorder<'a> {
         }
     }
 
-    /// Makes a resource known to all passes that follow, by its WGSL name or its parameter group's name.
-    pub fn set(&mut self, name: &'static str, resource: impl Into<Resource>) {
-        self.resources.insert(name, resource.into());
+    /// Makes a resource known to all passes that follow, by its WGSL name or its parameter group's name; what was known by it
+    /// before.
+    pub fn set(&mut self, name: &'static str, resource: impl Into<Resource>) -> Option<Resource> {
+        self.resources.insert(name, resource.into())
     }
 
     /// Lets the passes that follow find other resources under these names, but for those that look maps up for the picture.

@@ -5,6 +5,7 @@ use super::causes::CAUSES;
 use super::contour;
 use super::metrics::{self, Errors, Pixels};
 use super::record::{LightRow, Record, params_text};
+use crate::contact::{self, Found};
 use crate::frame::{Ask, PieceCount, Renderer, Told};
 use crate::gpu::Draws;
 use crate::setup::Setup;
@@ -47,6 +48,20 @@ fn compare(renderer: &mut Renderer, setup: &Setup, all: bool) -> Result<(Pixels,
     Ok((Pixels { visibility: renderer.read_visibility()?, hard, mean, mask }, told))
 }
 
+/// What contact shadows do to the light at work, if the set-up has them.
+fn contact(renderer: &mut Renderer, setup: &Setup) -> Result<Option<Found>> {
+    if !contact::wanted(setup.values()) {
+        return Ok(None);
+    }
+    // Its map is the visibility that they alone leave.
+    let shown = Setup { view: "contact-visibility".into(), ..setup.clone() };
+    renderer.render(&shown, Ask { analysis: true, picture: false, ..Ask::of(&shown) })?;
+    let Some((visibility, causes)) = renderer.read_without_contact()? else { return Ok(None) };
+    let (mask, hard) = (renderer.read_mask()?, renderer.read_hard_truth()?);
+    let pixels = Pixels { visibility, mean: Vec::new(), hard, mask };
+    Ok(Some(Found::count(&pixels, &causes, &renderer.read_map()?)))
+}
+
 /// What is gathered of the frames of each light.
 #[derive(Default)]
 struct Gathered {
@@ -62,6 +77,7 @@ struct Gathered {
     pieces: Option<PieceCount>,
     rays: u64,
     notes: Vec<String>,
+    contact: Option<Found>,
     lights: Vec<LightRow>,
 }
 
@@ -147,6 +163,8 @@ pub fn accuracy(renderer: &mut Renderer, setup: &Setup, index: u64) -> Result<Re
     let lights = served(&shaded)?;
     let mut g = Gathered::default();
     for one in &lights {
+        let found = contact(renderer, one)?;
+        g.contact = g.contact.into_iter().chain(found).reduce(Found::and);
         let seen = compare(renderer, one, true)?;
         g.take(renderer, one, seen)?;
     }
@@ -244,6 +262,12 @@ pub fn accuracy(renderer: &mut Renderer, setup: &Setup, index: u64) -> Result<Re
         triangles_added: pieces.map(|p| p.drawn as i64 - p.kept as i64),
         triangles_folded: pieces.map(|p| p.folded),
         rays: g.rays,
+        contact_hits: g.contact.map(|c| c.hits),
+        contact_right: g.contact.map(|c| c.right),
+        contact_detached: g.contact.map(|c| c.detached),
+        contact_repaired: g.contact.map(|c| c.repaired),
+        contact_gained: g.contact.map(|c| c.gained),
+        contact_lost: g.contact.map(|c| c.lost),
         gpu_bytes,
         lights: lights.len() as u32,
         per_light,

@@ -62,6 +62,12 @@ const fn column(
     Column { id, name, doc, get, digits }
 }
 
+/// Of so many, in percent; None of none.
+fn share(part: Option<u64>, of: Option<u64>) -> Option<f64> {
+    let of = of.filter(|n| *n > 0)?;
+    Some(100.0 * part? as f64 / of as f64)
+}
+
 pub const COLUMNS: &[Column] = &[
     column("error_share", "error, %", "Wrong pixels of those that face the light and are reached by it", 4, |r| {
         Some(100.0 * r.error_share)
@@ -104,6 +110,21 @@ pub const COLUMNS: &[Column] = &[
     column("cpu_ms", "CPU ms", "Recording the passes", 3, |r| Some(r.cpu_ms)),
     column("gpu_bytes", "MiB", "GPU memory held", 2, |r| Some(r.gpu_bytes as f64 / 1048576.0)),
     column("rays", "rays", "Shadow rays traced", 0, |r| Some(r.rays as f64)),
+    column("contact_right", "precision, %", "Pixels in true shadow of those that contact shadows darken", 1, |r| {
+        share(r.contact_right, r.contact_hits)
+    }),
+    column("contact_repaired", "repaired, %", "Detached pixels that contact shadows darken", 1, |r| {
+        share(r.contact_repaired, r.contact_detached)
+    }),
+    column("contact_detached", "detached", "Pixels that the technique alone has wrong by detachment", 0, |r| {
+        r.contact_detached.map(|n| n as f64)
+    }),
+    column("contact_gained", "gained", "Pixels that are right only with contact shadows", 0, |r| {
+        r.contact_gained.map(|n| n as f64)
+    }),
+    column("contact_lost", "lost", "Pixels that are wrong only with contact shadows", 0, |r| {
+        r.contact_lost.map(|n| n as f64)
+    }),
     column("m_p95", "m p95, px", "Extent of a texel in the picture", 2, |r| r.m_p95),
     column("texel_area_p95", "texel area p95, px²", "Area of a texel in the picture", 2, |r| r.texel_area_p95),
     column("stretch_p95", "stretch p95, px²", "Squares of a texel's longest and shortest extent", 2, |r| {

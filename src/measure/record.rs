@@ -124,6 +124,15 @@ pub struct Record {
     pub triangles_folded: Option<u64>,
     /// Shadow rays traced.
     pub rays: u64,
+    /// Contact shadows: pixels that they darken, and those of them that are in shadow in truth.
+    pub contact_hits: Option<u64>,
+    pub contact_right: Option<u64>,
+    /// Pixels that the technique alone has wrong by detachment, and those of them that contact shadows darken.
+    pub contact_detached: Option<u64>,
+    pub contact_repaired: Option<u64>,
+    /// Pixels that are right only with contact shadows, and only without them.
+    pub contact_gained: Option<u64>,
+    pub contact_lost: Option<u64>,
     /// Bytes of GPU memory that the technique holds.
     pub gpu_bytes: u64,
     /// Lights that are on: what is counted is the sum over them, and errors are over the pixels of all of them that can be

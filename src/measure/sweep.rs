@@ -4,6 +4,7 @@ use super::advise::brief;
 use super::record::{LightRow, Record};
 use super::timing::{self, Times};
 use super::{accuracy, stability};
+use crate::contact;
 use crate::frame::Renderer;
 use crate::gpu::GivenUp;
 use crate::params::Value;
@@ -192,6 +193,7 @@ pub fn baseline(setup: &Setup, resolution: Option<&Value>) -> Result<Option<(Set
     let mut base = setup.clone();
     base.select(BASELINE)?;
     let values = base.params.entry(BASELINE.into()).or_default();
+    contact::turn_off(values);
     if let Some(resolution) = resolution {
         values.insert("resolution".into(), resolution.clone());
     }

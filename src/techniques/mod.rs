@@ -36,6 +36,7 @@ mod sssm;
 mod tsm;
 mod vsm;
 
+use crate::contact;
 use crate::frame::Frame;
 use crate::gpu::Gpu;
 use crate::light::Light;
@@ -67,7 +68,7 @@ pub struct Info {
     pub filter: Option<&'static Filter>,
     /// Whether it aims at the mean visibility over a pixel, as some filters do ([`Filter::smooth`]), without one.
     pub smooth: fn(&Values) -> bool,
-    /// Its parameters; names are unique across the groups.
+    /// Its own parameters; names are unique across the groups.
     pub params: &'static [Group],
     /// The parameters that decide between speed and accuracy, with values worth trying as `sweep` writes them. A chart's
     /// line runs over the first.
@@ -217,9 +218,13 @@ pub static ALL: &[&Info] = &[
 pub static TRUTH: &Info = &rt_hard::INFO;
 
 impl Info {
-    /// All parameters in panel order.
+    /// All parameters in panel order: its own, then those of contact shadows on top of it.
     pub fn specs(&self) -> impl Iterator<Item = &'static Spec> + use<> {
-        self.params.iter().flat_map(|g| g.specs)
+        self.groups().flat_map(|g| g.specs)
+    }
+
+    fn groups(&self) -> impl Iterator<Item = &'static Group> + use<> {
+        self.params.iter().chain([&contact::GROUP])
     }
 
     /// Whether a parameter means anything beside these values.
@@ -236,7 +241,7 @@ impl Info {
     /// The group that declares a parameter of this technique.
     pub fn group(&self, spec: &Spec) -> &'static Group {
         let declares = |g: &&Group| g.specs.iter().any(|s| s.name == spec.name);
-        self.params.iter().find(declares).expect("a parameter of this technique")
+        self.groups().find(declares).expect("a parameter of this technique")
     }
 
     /// How it looks its maps up with these values; None of techniques without maps.
@@ -251,9 +256,11 @@ impl Info {
         (self.smooth)(values) || self.filter(values).is_some_and(|f| (f.smooth)(values))
     }
 
-    /// Views of its own with these values: its maps', then its filter's.
+    /// Views of its own with these values: its maps', then its filter's, then those of contact shadows.
     pub fn views(&self, values: &Values) -> impl Iterator<Item = &'static View> + use<> {
-        self.maps.iter().copied().flatten().chain(self.filter(values).map_or(&[][..], |f| f.views))
+        let contact = if contact::wanted(values) { contact::VIEWS } else { &[] };
+        let own = self.maps.iter().copied().flatten().chain(self.filter(values).map_or(&[][..], |f| f.views));
+        own.chain(contact)
     }
 
     /// The filters that it lets be chosen.
@@ -268,7 +275,7 @@ impl Info {
     /// Views of its own with any values.
     pub fn all_views(&self) -> impl Iterator<Item = &'static View> + use<> {
         let filters = self.filter.into_iter().chain(self.choosable());
-        self.maps.iter().copied().flatten().chain(filters.flat_map(|f| f.views))
+        self.maps.iter().copied().flatten().chain(filters.flat_map(|f| f.views)).chain(contact::VIEWS)
     }
 
     /// Fails with the reason if it cannot serve a light.

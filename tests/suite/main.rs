@@ -8,6 +8,7 @@ mod chart;
 mod cli;
 mod common;
 mod conservative;
+mod contact;
 mod culling;
 mod edges;
 mod figures;

@@ -10,7 +10,7 @@ use shadowscope::map::fit::diagram::Stroke;
 use shadowscope::params::{Group, Values};
 use shadowscope::scene::edges::Edge;
 use shadowscope::scene::geometry::{GpuMaterial, Vertex};
-use shadowscope::{techniques, view};
+use shadowscope::{contact, techniques, view};
 use std::mem::{offset_of, size_of};
 use wgpu::naga;
 
@@ -18,6 +18,9 @@ use wgpu::naga;
 fn groups(file: &str) -> &'static [Group] {
     if file.starts_with("shade.wgsl") {
         return &[view::GROUP];
+    }
+    if file == "contact.wgsl" {
+        return &[contact::GROUP];
     }
     if ["map/peel.wgsl", "map/accumulate.wgsl"].contains(&file) {
         return techniques::find("pcf").map_or(&[], |i| i.params);
@@ -213,6 +216,8 @@ fn shared_structs_agree() {
     same!("map/faces.wgsl", "Faces", FacesUniform,
         count "count", triangles "triangles", opaque "opaque", listed "listed", met "met", vertices "vertices",
         angle "angle", metres "metres", axes "axes", regions "regions", frustum "frustum");
+    same!("contact.wgsl", "Sweep", contact::Sweep,
+        light "light", light_depth "light_depth", towards "towards", bands "bands");
     same!("map/silhouettes.wgsl", "Edge", Edge, ends "ends", first "first", count "count");
     same!("diagram.wgsl", "Stroke", Stroke, from "start", to "end", value "value", padding "padding");
     same!("gbuffer.wgsl", "Vertex", Vertex,
