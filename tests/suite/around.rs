@@ -216,7 +216,7 @@ fn unseen_faces_are_not_drawn() {
 fn filters_cross_seams() {
     let (mut r, mut s) = under(lamp(Vec3::new(0.0, 3.0, 1.0)), [160, 120]);
     for info in serving() {
-        for filter in info.choosable() {
+        for filter in crate::laws::filters(info) {
             select(&mut s, info.id, &["resolution=512", &format!("filter={}", filter.id)]);
             r.render(&s, Ask { analysis: true, ..ask(&s) }).unwrap();
             let layer = r.read_layer(0).unwrap().unwrap();

@@ -190,7 +190,7 @@ fn certain_answers_are_right() {
     let closed = box_of(vec3(-2.0, 0.0, -1.0), vec3(-1.0, 1.3, 0.2));
     let closed = [closed, ball(vec3(1.0, 0.9, 0.5), 0.9, 10), ball(vec3(2.2, 0.2, -1.6), 0.3, 24)].concat();
     let mut scenes: Vec<_> = lights().map(open).into();
-    scenes.extend(lights().map(|light| over_a_floor(&closed, light)));
+    scenes.extend(lights()[1..3].iter().map(|light| over_a_floor(&closed, *light)));
     scenes.extend(["st-wire", "st-foliage", "st-contact", "bench"].map(|name| built_in(name, [160, 90])));
     right(&mut scenes);
 }
