@@ -57,7 +57,7 @@ fn contact(renderer: &mut Renderer, setup: &Setup) -> Result<Option<Found>> {
     let shown = Setup { view: "contact-visibility".into(), ..setup.clone() };
     renderer.render(&shown, Ask { analysis: true, picture: false, ..Ask::of(&shown) })?;
     let Some((visibility, causes)) = renderer.read_without_contact()? else { return Ok(None) };
-    let (mask, hard) = (renderer.read_mask()?, renderer.read_hard_truth()?);
+    let (mask, hard) = (renderer.read_mask()?, renderer.read_labels()?);
     let pixels = Pixels { visibility, mean: Vec::new(), hard, mask };
     Ok(Some(Found::count(&pixels, &causes, &renderer.read_map()?)))
 }
