@@ -265,3 +265,21 @@ fn a_rectangle_over_an_edge_gives_a_ramp() {
         assert_eq!(*label >= 0.5, *e >= 0.5);
     }
 }
+
+/// Every built-in rectangle shines into its scene: some of the default picture faces it.
+#[test]
+fn built_in_rectangles_shine_into_their_scenes() {
+    let mut rectangles = 0;
+    for name in ["cubes", "blocks", "arches", "hall", "st-wide"] {
+        let (mut r, s) = built_in(name, SIZE);
+        for lamp in r.scene().lights.clone().iter().filter(|l| matches!(l.light, Light::RectArea { .. })) {
+            let s =
+                Setup { technique: "rt-soft".into(), light: lamp.light, truth_samples: Samples::Fixed(1), ..s.clone() };
+            r.render(&s, Ask { picture: false, ..ask(&s) }).unwrap();
+            let facing = r.read_mask().unwrap().iter().filter(|m| **m == FACING).count();
+            assert!(facing * 10 > (SIZE[0] * SIZE[1]) as usize, "{name}: {facing}");
+            rectangles += 1;
+        }
+    }
+    assert_eq!(rectangles, 5);
+}

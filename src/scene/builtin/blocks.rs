@@ -183,7 +183,7 @@ pub fn build() -> Scene {
                 "window",
                 Light::RectArea {
                     center: vec3(-4.0, 3.4, 1.2),
-                    half_u: vec3(0.25, 0.0, 0.85),
+                    half_u: vec3(-0.25, 0.0, -0.85),
                     half_v: vec3(0.42, 0.68, -0.12),
                     range: 20.0,
                     color: vec3(40.0, 40.0, 40.0),

@@ -68,8 +68,8 @@ pub fn build() -> Scene {
                 "area",
                 Light::RectArea {
                     center: vec3(-5.0, 6.0, -2.0),
-                    half_u: vec3(0.8, 0.0, 0.9),
-                    half_v: vec3(0.55, -0.65, -0.5),
+                    half_u: vec3(0.92, 0.0, 0.77),
+                    half_v: vec3(-0.33, -0.67, 0.4),
                     range: 60.0,
                     color: vec3(60.0, 56.0, 50.0),
                 },
