@@ -243,7 +243,7 @@ struct Wanted {
     /// Seconds on the scene's clock.
     #[arg(long)]
     time: Option<f32>,
-    /// Samples a pixel of the truth: auto, 1, 4, 16 or 64.
+    /// Samples a pixel of the truth: auto, 1, 4, 16, 64, 256, 1024 or 4096.
     #[arg(long, value_name = "N")]
     truth_samples: Option<Samples>,
     /// A parameter: key=value, or technique.key=value. Can be given many times.

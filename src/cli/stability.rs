@@ -32,7 +32,7 @@ pub struct Wanted {
     /// Another light of the scene, for cases whose path does not move the light.
     #[arg(long, allow_hyphen_values = true)]
     light: Option<String>,
-    /// Samples a pixel of the truth that flicker is measured against: auto, 1, 4, 16 or 64. By default one for techniques that
+    /// Samples a pixel of the truth that flicker is measured against: auto, 1, 4, 16, 64, 256, 1024 or 4096. By default one for techniques that
     /// say lit or dark, 16 for those that filter.
     #[arg(long, value_name = "N")]
     truth_samples: Option<Samples>,

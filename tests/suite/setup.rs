@@ -99,7 +99,7 @@ fn errors_name_the_key_the_value_and_the_range() {
         (with("colour = 3\n"), vec!["colour", "camera"]),
         (with("camera = \"nowhere\"\n"), vec!["nowhere", "default"]),
         (with("light = \"nowhere\"\n"), vec!["nowhere", "sun"]),
-        (with("truth_samples = 3\n"), vec!["truth_samples", "3", "1, 4, 16 or 64"]),
+        (with("truth_samples = 3\n"), vec!["truth_samples", "3", "1, 4, 16, 64, 256, 1024 or 4096"]),
         (with("truth_samples = \"all\"\n"), vec!["truth_samples", "all", "auto"]),
         (with("shadow_camera = \"nowhere\"\n"), vec!["nowhere", "default"]),
         (
