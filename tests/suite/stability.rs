@@ -154,6 +154,7 @@ fn flicker_of_a_set_up_is_that_of_its_technique() {
     assert_eq!((rays.flicker, rays.change), (0.0, rays.truth_change));
     setup.camera.target.y = 1000.0;
     assert_eq!(stability::flicker(&mut renderer, &setup).unwrap(), None, "nothing is in the sky");
+    setup.select("shadow-map").unwrap();
     setup.light = Light::RectArea { center: Vec3::Y, half_u: Vec3::X, half_v: Vec3::Z, range: 9.0, color: Vec3::ONE };
     assert!(stability::flicker(&mut renderer, &setup).is_err());
 }
