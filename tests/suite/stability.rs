@@ -329,7 +329,9 @@ fn the_command_writes_tables_charts_and_worst_frames() {
 
     let mut rows = csv::Reader::from_path(dir.path().join("out/stability.csv")).unwrap();
     let rows: Vec<csv::StringRecord> = rows.records().map(Result::unwrap).collect();
-    assert_eq!(rows.len(), 3 * techniques::ALL.iter().filter(|i| i.lights.contains(&"directional")).count());
+    // Of the sun in one case, of a rectangle in the other.
+    let serving = |kind| techniques::ALL.iter().filter(|i| i.lights.contains(&kind)).count();
+    assert_eq!(rows.len(), 3 * (serving("directional") + serving("rect-area")));
     assert_eq!(rows[0].len(), 19);
     assert!(rows[0].iter().skip(13).all(str::is_empty), "costs were not asked for");
     assert!(rows[0][7].is_empty() && rows[1][7].parse::<f64>().is_ok(), "the first frame has none before it");
