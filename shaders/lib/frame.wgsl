@@ -54,6 +54,11 @@ const rect_area = 4u;
 
 var<uniform> frame: Frame;
 
+// The pixel that charts are of.
+fn probed_pixel() -> vec2u {
+    return vec2u(frame.probe & 0xffffu, frame.probe >> 16u);
+}
+
 // The camera's ray through a place of the picture, pixels from its upper left corner; the length is 1 along `forward`.
 fn pixel_ray(at: vec2f) -> vec3f {
     return frame.rays * vec3f(at, 1.0);

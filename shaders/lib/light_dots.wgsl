@@ -5,10 +5,6 @@
 //     fn dot_place(i: u32) -> vec2f       where on the light one lies, -1 to 1
 //     fn dot_seen(i: u32) -> bool         whether the probed pixel sees it
 
-fn probed() -> vec2u {
-    return vec2u(frame.probe & 0xffffu, frame.probe >> 16u);
-}
-
 fn light_dots(pixel: vec2u) -> f32 {
     let size = vec2f(frame.size);
     let half = 0.5 * min(size.x, size.y) / 1.04;

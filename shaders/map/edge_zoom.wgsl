@@ -17,7 +17,7 @@ const zoomed_texels = 12.0;
 
 fn zoom(pixel: vec2u) -> Zoom {
     var z: Zoom;
-    z.s = load_surface(vec2u(frame.probe & 0xffffu, frame.probe >> 16u));
+    z.s = load_surface(probed_pixel());
     let size = vec2f(frame.size);
     z.scale = zoomed_texels / min(size.x, size.y);
     z.valid = z.s.valid;

@@ -155,7 +155,7 @@ fn exact_share(r: Receiver, z: f32) -> f32 {
 // the far plane.
 fn curve(pixel: vec2u) -> f32 {
     let size = vec2f(frame.size);
-    let s = load_surface(vec2u(frame.probe & 0xffffu, frame.probe >> 16u));
+    let s = load_surface(probed_pixel());
     let at = ((vec2f(pixel) + 0.5) / size - 0.05) / 0.9;
     let r = received(s);
     let step = vec2f(1.0) / (0.9 * size);

@@ -37,8 +37,7 @@ fn ray_place(pixel: vec2u, i: u32) -> vec2f {
     let k = grid_side();
     var inside = vec2f(0.5);
     if params.pattern == pattern_stratified {
-        let x = hash(pixel.x ^ hash(pixel.y ^ hash(i)));
-        inside = (vec2f(vec2u(x, hash(x)) >> vec2u(8u)) + 0.5) / 16777216.0;
+        inside = place_of_hash(hash(pixel.x ^ hash(pixel.y ^ hash(i)))) + 0.5 / 16777216.0;
     }
     return on_light((vec2f(vec2u(i % k, i / k)) + inside) / f32(k));
 }
@@ -46,9 +45,7 @@ fn ray_place(pixel: vec2u, i: u32) -> vec2f {
 // Whether a surface that faces the light sees that place of it. Where the place has set behind the surface's plane it does not.
 fn sees(s: Surface, light: LightSample, place: vec2f) -> bool {
     var there = light;
-    if any(place != vec2f(0.0)) {
-        there.to_light = towards(light.to_light, place);
-    }
+    there.to_light = towards(light.to_light, place);
     if dot(s.normal, there.to_light) <= 0.0 {
         return false;
     }
@@ -63,20 +60,17 @@ fn resolve(@builtin(global_invocation_id) id: vec3u) {
         return;
     }
     let s = load_surface(id.xy);
-    var v = 1.0;
-    if s.valid {
-        v = 0.0;
-        let light = light_at(s.position);
-        if light.reached && dot(s.normal, light.to_light) > 0.0 {
-            let at = id.y * frame.size.x + id.x;
-            var count = counts[at];
-            let first = count >> 16u;
-            for (var i = first; i < min(first + at_once, wanted()); i++) {
-                count += 0x10000u + select(0u, 1u, sees(s, light, ray_place(id.xy, i)));
-            }
-            counts[at] = count;
-            v = f32(count & 0xffffu) / f32(count >> 16u);
+    let light = light_at(s.position);
+    var v = select(1.0, 0.0, s.valid);
+    if may_be_shadowed(s, light) {
+        let at = id.y * frame.size.x + id.x;
+        var count = counts[at];
+        let first = count >> 16u;
+        for (var i = first; i < min(first + at_once, wanted()); i++) {
+            count += 0x10000u + select(0u, 1u, sees(s, light, ray_place(id.xy, i)));
         }
+        counts[at] = count;
+        v = f32(count & 0xffffu) / f32(count >> 16u);
     }
     textureStore(visibility_out, id.xy, vec4f(v));
 }
@@ -86,13 +80,13 @@ fn dot_count() -> u32 {
 }
 
 fn dot_place(i: u32) -> vec2f {
-    return ray_place(probed(), i);
+    return ray_place(probed_pixel(), i);
 }
 
 fn dot_seen(i: u32) -> bool {
-    let s = load_surface(probed());
+    let s = load_surface(probed_pixel());
     let light = light_at(s.position);
-    return s.valid && light.reached && dot(s.normal, light.to_light) > 0.0 && sees(s, light, dot_place(i));
+    return may_be_shadowed(s, light) && sees(s, light, dot_place(i));
 }
 
 @compute @workgroup_size(8, 8)

@@ -168,6 +168,7 @@ impl Setup {
         let one = |(i, light): (usize, Light)| info.refuses(&light).map(|why| format!("{why} (light {})", i + 1));
         lit.into_iter().find_map(one)
     }
+
     /// Why nothing can be measured of a technique: it does not serve the light at work, if that is on, or none that is. Others
     /// are left out with a note ([`Setup::unshadowed`]).
     pub fn unmeasurable(&self, info: &Info) -> Option<String> {

@@ -254,7 +254,7 @@ fn angle_chart(pixel: vec2u) -> f32 {
     if any(at < vec2f(0.0)) || any(at > vec2f(1.0)) {
         return drawn(white, 0.0);
     }
-    let s = load_surface(vec2u(frame.probe & 0xffffu, frame.probe >> 16u));
+    let s = load_surface(probed_pixel());
     let i = select(0u, choose(s).layer, s.valid);
     let v = light_views[i];
     let step = 1.0 / (0.9 * size.x);

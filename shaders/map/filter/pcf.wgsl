@@ -173,7 +173,7 @@ fn softness(s: Surface, layer: u32, casters: f32) -> f32 {
 // The pattern of taps, enlarged: each a dot as bright as its weight, over a receiver in the middle of a texel. It is as wide, and
 // turned, as at the probed pixel.
 fn tap_pattern(pixel: vec2u) -> f32 {
-    let probed = vec2u(frame.probe & 0xffffu, frame.probe >> 16u);
+    let probed = probed_pixel();
     let s = load_surface(probed);
     let stretched = select(vec2f(1.0), stretch(s, choose(s).layer), s.valid);
     let turn = turn_of(probed);

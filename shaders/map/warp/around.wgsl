@@ -8,7 +8,7 @@ fn in_layer(position: vec3f) -> bool {
 
 // The layer whose warp is shown: the one that the probed surface is looked up in, or the one that most pixels are.
 fn shown_layer() -> u32 {
-    let probe = vec2u(frame.probe & 0xffffu, frame.probe >> 16u);
+    let probe = probed_pixel();
     if all(probe < frame.size) {
         let s = load_surface(probe);
         if s.valid && faces_light(s) {

@@ -354,7 +354,7 @@ fn dots(s: Surface) -> f32 {
 
 // The VPL that gives the probed pixel most.
 fn probed_light() -> u32 {
-    let s = load_surface(vec2u(frame.probe & 65535u, frame.probe >> 16u));
+    let s = load_surface(probed_pixel());
     var best = 0u;
     var most = 0.0;
     if s.valid {
