@@ -34,7 +34,8 @@ struct View {
     // Shares of direct and ambient light beside indirect light.
     direct: f32,
     ambient: f32,
-    padding: u32,
+    // Of `range`: by the logarithm of one more.
+    log: u32,
 }
 
 var<uniform> view: View;
@@ -255,7 +256,8 @@ fn color_of(pixel: vec2u) -> vec4f {
             return vec4f(mix(below, label_color(label_of(x)), label_strength(x)), select(0.0, 1.0, plain || label_strength(x) > 0.0));
         }
         if x >= 0.0 && drawn_map == 2u {
-            return data(ramp((x - view.range.x) / (view.range.y - view.range.x)));
+            let along = (x - view.range.x) / (view.range.y - view.range.x);
+            return data(ramp(select(along, log(1.0 + x) / log(1.0 + view.range.y), view.log == 1u)));
         }
         if x >= 0.0 && drawn_map == 3u && s.valid {
             let cell = cell_of(x);

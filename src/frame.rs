@@ -401,7 +401,8 @@ pub struct ViewUniform {
     /// Shares of direct and of ambient light, where a technique offers indirect light.
     pub direct: f32,
     pub ambient: f32,
-    pub padding: u32,
+    /// Of `range`: by the logarithm of one more.
+    pub log: u32,
 }
 
 /// What a picture is drawn as, as `layer` in `shaders/shade.wgsl`.
@@ -515,7 +516,7 @@ impl Shading {
             (view.direct, view.ambient) = (indirect.direct, indirect.ambient);
         }
         match (picture.drawn, maps, aliasing) {
-            (Drawn::Ramp(values), ..) => view.range = values.range,
+            (Drawn::Ramp(values), ..) => (view.range, view.log) = (values.range, values.log as u32),
             (Drawn::Aliasing(channel), _, Some(aliasing)) => {
                 view.channel = channel;
                 run = run.bind("map", aliasing);

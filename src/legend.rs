@@ -175,6 +175,7 @@ impl Key {
                         .map(|(x, t)| (1.0 - x, format!("{t} m")))
                         .collect(),
                     None if matches!(view.drawn, view::Drawn::Depth) => Vec::new(),
+                    None if v.log => count_ticks(high),
                     None => linear_ticks(low, high, 5),
                 };
                 let of = if depth.is_some() && setup.sides() > 1 { " (of A)" } else { "" };
@@ -301,6 +302,13 @@ fn linear_ticks(low: f64, high: f64, count: u32) -> Vec<(f32, String)> {
     let first = (low / step - 1e-6).ceil() as i64;
     let last = (high / step + 1e-6).floor() as i64;
     (first..=last).map(|i| ((((i as f64) * step - low) / span) as f32, chart::short(i as f64 * step))).collect()
+}
+
+/// Counts on a scale by the logarithm of one more.
+fn count_ticks(most: f64) -> Vec<(f32, String)> {
+    let counts = [0.0, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0, 1000.0, 3000.0];
+    let along = |n: f64| (n.ln_1p() / most.ln_1p()) as f32;
+    counts.into_iter().filter(|n| *n <= most).map(|n| (along(n), chart::short(n))).collect()
 }
 
 /// Round values on a logarithmic scale: 1, 2, 5 of each power of ten, fewer where they would be more than `most`.

@@ -91,6 +91,8 @@ pub struct Values {
     /// Empty: a plain number.
     pub unit: &'static str,
     pub range: [f32; 2],
+    /// By the logarithm of one more, so that counts of all sizes can be told apart.
+    pub log: bool,
 }
 
 /// What the colours of a view mean.
@@ -192,7 +194,8 @@ pub const fn map(id: &'static str, title: &'static str, doc: &'static str, drawn
     View { id, title, doc, source, group: Group::Map, drawn }
 }
 
-pub const VISIBILITY: Legend = Legend::Scale(GREY, Values { what: "visibility", unit: "", range: [0.0, 1.0] });
+pub const VISIBILITY: Legend =
+    Legend::Scale(GREY, Values { what: "visibility", unit: "", range: [0.0, 1.0], log: false });
 const AXES: Legend = Legend::Classes(&[
     Class::new([1.0, 0.35, 0.3], "x"),
     Class::new([0.35, 0.9, 0.35], "y (up)"),
@@ -267,7 +270,7 @@ pub const VIEWS: &[View] = &[
         Source::Truth,
         Legend::Scale(
             crate::palette::DIVERGING,
-            Values { what: "visibility, first minus second or truth", unit: "", range: [-1.0, 1.0] },
+            Values { what: "visibility, first minus second or truth", unit: "", range: [-1.0, 1.0], log: false },
         ),
     ),
     common(
@@ -291,7 +294,7 @@ pub const VIEWS: &[View] = &[
         Group::Errors,
         "Share of wrong pixels among those that can be wrong, in a window around each pixel.",
         Source::Judged { analysed: false },
-        Legend::Scale(RAMP, Values { what: "wrong pixels in the window", unit: "%", range: [0.0, 50.0] }),
+        Legend::Scale(RAMP, Values { what: "wrong pixels in the window", unit: "%", range: [0.0, 50.0], log: false }),
     ),
     common(
         "error-size",
@@ -299,7 +302,7 @@ pub const VIEWS: &[View] = &[
         Group::Errors,
         "How far visibility is off at each pixel: |V − truth|.",
         Source::Truth,
-        Legend::Scale(RAMP, Values { what: "|V − truth|", unit: "", range: [0.0, 1.0] }),
+        Legend::Scale(RAMP, Values { what: "|V − truth|", unit: "", range: [0.0, 1.0], log: false }),
     ),
     common(
         "flip",
@@ -307,7 +310,7 @@ pub const VIEWS: &[View] = &[
         Group::Errors,
         "How much a viewer notices when the shaded picture and the one with the true shadow alternate.",
         Source::Judged { analysed: false },
-        Legend::Scale(RAMP, Values { what: "FLIP difference", unit: "", range: [0.0, 1.0] }),
+        Legend::Scale(RAMP, Values { what: "FLIP difference", unit: "", range: [0.0, 1.0], log: false }),
     ),
     common(
         "facing",
@@ -443,7 +446,12 @@ impl View {
 
 /// The ramp over these values.
 pub const fn ramp(what: &'static str, unit: &'static str, range: [f32; 2]) -> Drawn {
-    Drawn::Ramp(Values { what, unit, range })
+    Drawn::Ramp(Values { what, unit, range, log: false })
+}
+
+/// The ramp over counts, up to so many.
+pub const fn counts(what: &'static str, most: f32) -> Drawn {
+    Drawn::Ramp(Values { what, unit: "", range: [0.0, most], log: true })
 }
 
 const CELLS: &[Class] = &[
@@ -459,7 +467,7 @@ impl Drawn {
             Drawn::Ramp(values) => Legend::Scale(RAMP, *values),
             Drawn::Depth => Legend::Scale(
                 GREY,
-                Values { what: "depth along the light's axis", unit: "far … near", range: [0.0, 1.0] },
+                Values { what: "depth along the light's axis", unit: "far … near", range: [0.0, 1.0], log: false },
             ),
             Drawn::Cells => Legend::Classes(CELLS),
             Drawn::Aliasing(_) => Legend::Octaves("aliasing error, pixels per texel", 1.0),

@@ -142,14 +142,14 @@ pub const COSTS: &[Axis] = &[
     },
     Axis {
         id: "ratio",
-        title: "time, shadow-map of the same resolution = 1",
-        doc: "Time as a multiple of that of the standard shadow map of the same resolution, in the same run: each resolution has a base of its own.",
+        title: "time, plain map of the same resolution = 1",
+        doc: "Time as a multiple of that of the plain map (shadow-map, around a lamp cube) of the same resolution, in the same run: each resolution has a base of its own.",
         get: |r| r.ratio,
     },
     Axis {
         id: "cost",
-        title: "time, the set-up's own shadow-map = 1",
-        doc: "Time as a multiple of that of the shadow map that the set-up describes, in the same turns: one base for all rows.",
+        title: "time, the set-up's own plain map = 1",
+        doc: "Time as a multiple of that of the plain map that the set-up describes, in the same turns: one base for all rows.",
         get: |r| r.cost,
     },
     Axis {

@@ -21,7 +21,7 @@ pub struct Limits {
     /// error, or rmse where a technique filters.
     #[arg(long)]
     by: Option<String>,
-    /// Time allowed, as a multiple of that of the set-up's own shadow-map (its parameters as they stand in the set-up).
+    /// Time allowed, as a multiple of that of the set-up's own plain map (its parameters as they stand in the set-up).
     #[arg(long, allow_hyphen_values = true)]
     max_ratio: Option<f64>,
     /// Write what was measured as .csv or .json.
@@ -95,12 +95,12 @@ fn text(advice: &Advice, budget: Budget) -> String {
     let by = budget.by;
     let error = |r: &Record| by.of(r).map_or("-".into(), |x| by.value(x));
     let figures = |r: &Record| {
-        let ratio = r.cost.map_or(String::new(), |x| format!(" ({x:.2} × the set-up's shadow-map)"));
+        let ratio = r.cost.map_or(String::new(), |x| format!(" ({x:.2} × the set-up's plain map)"));
         format!("{} {}, {:.3} ms{ratio}, {:.2} MiB", by.title, error(r), r.gpu_ms, r.gpu_bytes as f64 / 1048576.0)
     };
     let mut asked = format!("{} at most {}", by.title, by.value(budget.max_error));
     if let Some(ratio) = budget.max_ratio {
-        asked += &format!(", time at most {ratio} × the set-up's shadow-map");
+        asked += &format!(", time at most {ratio} × the set-up's plain map");
     }
     let mut out = format!("asked for: {asked}\n");
     match (advice.answer.map(row), advice.closest.map(row)) {
@@ -142,15 +142,10 @@ fn text(advice: &Advice, budget: Budget) -> String {
     }
     out += &format!("\nmeasured {} of {} configurations (at most {})", advice.tried.len(), advice.space, advice.limit);
     out += "; those marked * are beaten by no other (times whose quartiles overlap count as equal):\n";
-    let heads = ["configuration", "", by.title, "× set-up's shadow-map", "GPU ms", "shadow-map, ms", "MiB"];
-    // Around a lamp there is no shadow-map to compare with.
-    let compared = advice.tried.iter().any(|r| r.cost.is_some());
-    let kept = |line: [String; 7]| -> Vec<String> {
-        line.into_iter().enumerate().filter(|(i, _)| compared || ![3, 5].contains(i)).map(|(_, cell)| cell).collect()
-    };
-    let mut lines = vec![kept(heads.map(String::from))];
+    let heads = ["configuration", "", by.title, "× set-up's plain map", "GPU ms", "plain map, ms", "MiB"];
+    let mut lines = vec![heads.map(String::from).to_vec()];
     for (i, r) in advice.tried.iter().enumerate() {
-        lines.push(kept([
+        lines.push(vec![
             name(r),
             if advice.frontier.contains(&i) { "*" } else { "" }.into(),
             error(r),
@@ -158,11 +153,11 @@ fn text(advice: &Advice, budget: Budget) -> String {
             format!("{:.3}", r.gpu_ms),
             r.cost_base_ms().map_or("-".into(), |ms| format!("{ms:.3}")),
             format!("{:.2}", r.gpu_bytes as f64 / 1048576.0),
-        ]));
+        ]);
     }
     out += &table::aligned(&lines);
     if let (Some(base), Some([least, most])) = (&advice.base, advice.base_ms()) {
-        out += &format!("The set-up's shadow-map ({base}) took {least:.3} to {most:.3} ms in turn with the rows");
+        out += &format!("The set-up's plain map ({base}) took {least:.3} to {most:.3} ms in turn with the rows");
         out += if most > 1.1 * least { ": compare multiples of it, not ms.\n" } else { ".\n" };
     }
     if let Some((cheapest, winner)) = advice.cheapest_beaten(by) {

@@ -68,7 +68,7 @@ fn why_missing(axis: &Axis) -> &'static str {
             "such a technique looks nothing up in a map"
         }
         "triangles_submitted" | "fragments" => "such a technique draws nothing, or the adapter does not count it",
-        "ratio" => "shadow-map does not serve that light",
+        "ratio" => "no plain map serves that light",
         _ => "the file does not hold it",
     }
 }

@@ -37,7 +37,7 @@ crate::params! {
     /// A single map.
     pub struct MapParams {
         "Map" {
-            /// Side of the square shadow map. Double it, and the stairs at a shadow's edge are half as large.
+            /// Side of the square shadow map, around a lamp of that of each face. Double it, and the stairs at a shadow's edge are half as large.
             resolution: int(1024, 64..=8192, "texels"),
         }
     }

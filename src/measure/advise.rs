@@ -115,7 +115,7 @@ pub struct Budget {
     pub by: &'static Figure,
     /// The largest error, a share 0 to 1.
     pub max_error: f64,
-    /// Time as a multiple of that of the set-up's own `shadow-map` ([`base`]).
+    /// Time as a multiple of that of the set-up's own plain map ([`base`]).
     pub max_ratio: Option<f64>,
 }
 
@@ -140,7 +140,7 @@ pub struct Advice {
     pub tried: Vec<Record>,
     /// What could not be measured: why, each with its name.
     pub failed: Vec<String>,
-    /// The main parameters of the `shadow-map` that times are multiples of; None where it does not serve the light.
+    /// The plain map that times are multiples of, and its main parameters; None where none serves the light.
     pub base: Option<String>,
     /// Configurations there were to choose from, and how many of them could be measured at most.
     pub space: usize,
@@ -169,7 +169,7 @@ impl Advice {
         a[0] <= b[1] && b[0] <= a[1]
     }
 
-    /// The least and the greatest time, ms, that the `shadow-map` took which times are multiples of: it takes turns with
+    /// The least and the greatest time, ms, that the plain map took which times are multiples of: it takes turns with
     /// each row anew, so that a machine which gets busy slows both alike. None where there is none.
     pub fn base_ms(&self) -> Option<[f64; 2]> {
         let all = || self.tried.iter().filter_map(Record::cost_base_ms);
@@ -202,9 +202,7 @@ const UNKNOWN: f64 = 1e9;
 /// compared with; and all, where there are so few).
 const SHARE: usize = 3;
 const FEW: usize = 12;
-/// What answers are compared with, the first that is asked about and serves the light, and how many of it may be measured beyond the
-/// share.
-const PLAIN: [&str; 2] = ["shadow-map", "cube"];
+/// How many plain maps, which answers are compared with, may be measured beyond the share.
 const PLAIN_MORE: usize = 4;
 
 /// Searches the techniques and their main parameters, those that `axes` name over the values given there. `watch` is told
@@ -223,7 +221,7 @@ pub fn advise(
     let anchor = sweep::baseline(setup, None)?.map(|(setup, _)| setup);
     ensure!(
         budget.max_ratio.is_none() || anchor.is_some(),
-        "a largest ratio needs shadow-map to compare with, and that does not serve {} light",
+        "a largest ratio needs a plain map to compare with, and none serves {} light",
         setup.light.kind()
     );
     let by = budget.by;
@@ -278,7 +276,7 @@ pub fn advise(
     let wanted = Wanted { error: budget.max_error, cost: budget.max_ratio.unwrap_or(f64::INFINITY) };
     let mut answer = search.cheapest(wanted, None, &mut measure)?;
     let within = |error: f64| Wanted { error, cost: f64::INFINITY };
-    let family = PLAIN.iter().find_map(|plain| techniques.iter().position(|t| t == plain));
+    let family = sweep::PLAIN.iter().find_map(|plain| techniques.iter().position(|t| t == plain));
     // Whether it is another technique than what answers are compared with.
     let other = |i: usize| family.is_some_and(|family| all[i].technique != techniques[family]);
     if answer.is_some_and(other) {
@@ -333,10 +331,9 @@ fn alike(rows: &[Record], answer: usize, meets: impl Fn(usize) -> bool) -> Vec<u
     found
 }
 
-/// The main parameters of the set-up's own `shadow-map`, which times are multiples of; None where it does not serve the
-/// light.
+/// The set-up's own plain map, which times are multiples of: its technique and main parameters; None where none serves the light.
 pub fn base(setup: &Setup) -> Option<String> {
-    sweep::baseline(setup, None).ok().flatten().map(|(base, _)| brief(&base))
+    sweep::baseline(setup, None).ok().flatten().map(|(base, _)| format!("{} {}", base.technique, brief(&base)))
 }
 
 /// The values of the technique's main parameters, `resolution=1024 kernel=3`.

@@ -36,13 +36,13 @@ pub(super) fn failure(setup: &Setup, error: Error) -> Result<Error> {
 /// Configurations that take turns in one timing: enough that drift cancels, few enough that their maps fit.
 const TURNS: usize = 16;
 const TURNS_BYTES: u64 = 2 << 30;
-/// The technique that times are given as a multiple of.
-const BASELINE: &str = "shadow-map";
+/// Plain maps: times are given as a multiple of the first that serves the light.
+pub(super) const PLAIN: [&str; 2] = ["shadow-map", "cube"];
 /// Share of a configuration's work that its errors take, roughly: for the progress only.
 const ERRORS_SHARE: f32 = 0.1;
 
 /// Measures configurations, each with its place in a sweep of so many, in their order. `base` is the set-up that they
-/// were made from: costs are multiples of its shadow map's. `flicker` moves the camera too.
+/// were made from: costs are multiples of its plain map's. `flicker` moves the camera too.
 /// `watch` is told of progress, of each row and of each configuration that cannot be measured, and stops the work by saying no.
 ///
 /// # Errors
@@ -184,15 +184,16 @@ pub fn time_one(
     Ok(())
 }
 
-/// The set-up with the baseline technique, at a resolution or its own, and that resolution; None where the baseline
-/// does not serve the light.
+/// The set-up with the plain map that serves its light, at a resolution or its own (around a lamp that of a face), and that
+/// resolution.
 pub fn baseline(setup: &Setup, resolution: Option<&Value>) -> Result<Option<(Setup, u32)>> {
-    if setup.refusal(techniques::find_or_say(BASELINE)?).is_some() {
+    let serves = |id: &&str| techniques::find(id).is_some_and(|info| setup.refusal(info).is_none());
+    let Some(plain) = PLAIN.into_iter().find(serves) else {
         return Ok(None);
-    }
+    };
     let mut base = setup.clone();
-    base.select(BASELINE)?;
-    let values = base.params.entry(BASELINE.into()).or_default();
+    base.select(plain)?;
+    let values = base.params.entry(plain.into()).or_default();
     contact::turn_off(values);
     if let Some(resolution) = resolution {
         values.insert("resolution".into(), resolution.clone());

@@ -1,6 +1,7 @@
 //! Measured rows as a table for people.
 
 use super::{Record, tied};
+use crate::chart;
 
 /// The rows with what must be known to read them.
 pub fn text(rows: &[Record]) -> String {
@@ -26,7 +27,7 @@ pub fn text(rows: &[Record]) -> String {
         "GPU ms",
         "quartiles",
         "frames",
-        "× same-size shadow-map",
+        "× same-size plain map",
         "CPU ms",
         "MiB",
     ];
@@ -146,6 +147,9 @@ pub fn text(rows: &[Record]) -> String {
             out +=
                 &format!("{} and {} are tied: these frames cannot tell their times apart.\n", a.technique, b.technique);
         }
+    }
+    if let Some(busy) = chart::busy(rows) {
+        out += &format!("{busy}\n");
     }
     if rows.iter().any(|r| r.wall_clock) {
         out += "Times are wall clock, each pass submitted alone: this adapter's timestamps cannot be trusted.\n";

@@ -18,7 +18,7 @@ crate::params! {
     /// The texels that must agree.
     pub struct AgreementParams {
         "Agreement" {
-            /// Side of the window of texels around the receiver that must agree. Wider ones ask more rays and are wrong less often.
+            /// Side of the window of texels around the receiver that must agree. Wider ones ask more rays and find more of what is thin. They are wrong less often with receiver_plane; without it the bias grows with the window, and with it the gap at contacts.
             window: int(2, 2..=7, "texels"),
             /// Traces a ray from each pixel whose texels disagree. Off: it sees as much of the light as they do.
             rays: flag(true),
@@ -47,7 +47,7 @@ pub static INFO: Info = Info {
         StoredParams::GROUP,
         HardwareParams::GROUP,
     ],
-    main: &[("resolution", "256..8192*2"), ("window", "2..4")],
+    main: &[("resolution", "256..8192*2"), ("window", "2..4"), ("receiver_plane", "false,true")],
     maps: &[&OWN, MAPS],
     make: |gpu, _| {
         let maps = PlainMaps::new([FILE, AROUND], INFO.params);

@@ -49,20 +49,20 @@ pub static INFO: Info = Info {
             "list-length",
             "List length",
             "How many entries the list has that each pixel stands in.",
-            view::ramp("entries in the list", "", [0.0, 16.0]),
+            view::counts("entries in the list", 300.0),
         ),
         map(
             "lists",
             "Lists",
             "The light's image with the length of the list in each cell; around a lamp the six faces of a cube.",
-            view::ramp("entries in the list", "", [0.0, 16.0]),
+            view::counts("entries in the list", 300.0),
         ),
         map(
             "tests",
             "Triangles tested",
             "How many triangles are brought to the list that each pixel stands in. One that is in shadow already meets no \
              more of them.",
-            view::ramp("triangles", "", [0.0, 64.0]),
+            view::counts("triangles", 1000.0),
         ),
     ]],
     make: |gpu, _| Ok(Box::new(Izb::new(gpu)?)),

@@ -41,6 +41,7 @@ use crate::frame::Frame;
 use crate::gpu::Gpu;
 use crate::light::Light;
 use crate::map::MOST;
+use crate::map::faces;
 use crate::map::filter::Filter;
 use crate::map::noise::NoiseParams;
 use crate::map::prefilter::PrefilterParams;
@@ -290,7 +291,12 @@ impl Info {
             [all @ .., last] if !all.is_empty() => format!("{} and {last}", all.join(", ")),
             _ => self.lights.concat(),
         };
-        (!self.lights.contains(&kind)).then(|| format!("{}: for {lights} light, not {kind}", self.title))
+        (!self.lights.contains(&kind)).then(|| {
+            let all_around = faces::LIGHTS.contains(&kind) && FILTERS.iter().any(|f| f.id == self.id);
+            let instead =
+                if all_around { format!("; cube with filter = {} serves that", self.id) } else { String::new() };
+            format!("{}: for {lights} light, not {kind}{instead}", self.title)
+        })
     }
 }
 

@@ -42,7 +42,7 @@ pub static INFO: Info = Info {
             "visits",
             "Triangles visited",
             "How many triangles of the tree each pixel visits; each has four planes.",
-            view::ramp("triangles visited", "", [0.0, 200.0]),
+            view::counts("triangles visited", 1000.0),
         ),
         map(
             "stack",

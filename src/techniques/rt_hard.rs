@@ -38,7 +38,7 @@ pub static INFO: Info = Info {
         "visits",
         "Node visits",
         "How many nodes of the BVH each pixel's ray visits: where ray tracing is slow.",
-        view::ramp("nodes visited", "", [0.0, 50.0]),
+        view::counts("nodes visited", 300.0),
     )]],
     make: |gpu, _| {
         Ok(Box::new(RtHard {

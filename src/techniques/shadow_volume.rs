@@ -42,15 +42,15 @@ crate::params! {
 const COUNT: View = view::map(
     "volume-count",
     "Volumes counted",
-    "How many volumes each pixel lies in: triangles between it and the light, or with closed meshes half of them. A count below 0, \
-     which is wrong, has no colours of its own: -1 is shown as 1.",
+    "How many volumes each pixel lies in: with topology = multiplicity the triangles between it and the light, with closed only those \
+     whose front faces the light. A count below 0, which is wrong, has no colours of its own: -1 is shown as 1.",
     view::ramp("volumes around the pixel, without the sign", "", [0.0, 8.0]),
 );
 const OVERDRAW: View = view::map(
     "volume-overdraw",
     "Volume overdraw",
     "How many faces of volumes are drawn over each pixel, before or behind what it sees: what the technique costs.",
-    view::ramp("fragments per pixel", "", [0.0, 64.0]),
+    view::counts("fragments per pixel", 1000.0),
 );
 const LINES: View = view::map(
     "volume-lines",
@@ -356,11 +356,19 @@ impl Technique for Volumes {
         let p = VolumeParams::read(f.values);
         let closed = self.silhouettes() && TopologyParams::read(f.values).topology == "closed";
         let z_pass = match p.method.as_str() {
-            "auto" => {
+            "zfail" => false,
+            method => {
                 let key = (f.revision, f.eye, f.size, f.light);
-                !*hold(&mut self.before_eye, key, |_| Ok(stands_before(f)))?
+                let before = *hold(&mut self.before_eye, key, |_| Ok(stands_before(f)))?;
+                if before && method == "zpass" {
+                    f.tell_note(
+                        "Some triangle stands between the light and the near plane: the eye may lie in its volume, where method = zpass \
+                         counts too few."
+                            .into(),
+                    );
+                }
+                method == "zpass" || !before
             }
-            method => method == "zpass",
         };
         let additive = p.counting == "additive";
         let state = State {

@@ -15,7 +15,7 @@ pub struct Advising {
     pub by: Option<&'static Figure>,
     /// The greatest of each of [`FIGURES`], shares in per cent.
     pub max_errors: [f64; FIGURES.len()],
-    /// Greatest ratio to `shadow-map`, where there is to be one.
+    /// Greatest ratio to the plain map, where there is to be one.
     pub limited: bool,
     pub max_ratio: f64,
     /// What was found, and for which budget.
@@ -85,10 +85,10 @@ fn controls(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
     ui.add(slider.suffix(suffix)).on_hover_text(doc(by));
     let base = advise::base(&m.setup);
     let tip = format!(
-        "Time as a multiple of that of the set-up's own shadow-map ({}), which takes turns with what is measured: no more than this.",
+        "Time as a multiple of that of the set-up's own plain map ({}), which takes turns with what is measured: no more than this.",
         base.as_deref().map_or("it does not serve this light".into(), spaced)
     );
-    let text = RichText::new("time at most, the set-up's shadow-map = 1").small();
+    let text = RichText::new("time at most, the set-up's plain map = 1").small();
     ui.add(Checkbox::new(&mut a.limited, text)).on_hover_text(&tip);
     let slider = Slider::new(&mut a.max_ratio, 1.0..=100.0).logarithmic(true).max_decimals(1).prefix("× ");
     ui.add_enabled(a.limited, slider).on_hover_text(tip);
@@ -121,7 +121,7 @@ fn found(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
         let by = budget.by;
         let mut wanted = format!("{} at most {}", by.title, value(by, budget.max_error));
         if let Some(ratio) = budget.max_ratio {
-            wanted += &format!(", time at most {} × the set-up's shadow-map", short(ratio));
+            wanted += &format!(", time at most {} × the set-up's plain map", short(ratio));
         }
         let tried = format!("Measured {} of {} configurations.", advice.tried.len(), advice.space);
         match (advice.answer, advice.closest) {
@@ -207,7 +207,7 @@ fn answer(ui: &mut Ui, by: &Figure, head: &str, i: usize, r: &Record, apply: &mu
         ui.label(main).on_hover_text(listed(r));
     }
     let time = match r.cost.zip(r.cost_base_ms()) {
-        Some((x, base)) => format!("{} × the set-up's shadow-map ({:.3} ms against {base:.3} ms)", short(x), r.gpu_ms),
+        Some((x, base)) => format!("{} × the set-up's plain map ({:.3} ms against {base:.3} ms)", short(x), r.gpu_ms),
         None => format!("{:.3} ms", r.gpu_ms),
     };
     ui.label(format!("{} {}, {time}", by.title, error(by, r)));
@@ -279,7 +279,7 @@ fn told(by: &Figure, advice: &Advice) -> Vec<String> {
             ),
             false => format!("took {} ms.", short(least)),
         };
-        out.push(format!("1 × is the set-up's own shadow-map ({}); it {took}", spaced(base)));
+        out.push(format!("1 × is the set-up's own plain map ({}); it {took}", spaced(base)));
     }
     out
 }
@@ -301,11 +301,11 @@ fn frontier_table(ui: &mut Ui, by: &Figure, advice: &Advice, apply: &mut Option<
         ("main parameters", "Point at them for all parameters."),
         (by.title, error_doc),
         (
-            "× shadow-map",
-            "Time as a multiple of that of the set-up's own shadow-map, in the same turns: what rows are compared by.",
+            "× plain map",
+            "Time as a multiple of that of the set-up's own plain map, in the same turns: what rows are compared by.",
         ),
         ("time, ms", "Median of the technique's time. A machine that gets busy lengthens it; the multiple stays."),
-        ("1 ×, ms", "What the set-up's own shadow-map took in turn with this row: 1 in the column of multiples."),
+        ("1 ×, ms", "What the set-up's own plain map took in turn with this row: 1 in the column of multiples."),
     ];
     Grid::new("frontier").num_columns(heads.len() + 1).striped(true).spacing([12.0, 3.0]).show(ui, |ui| {
         for (head, tip) in heads {

@@ -373,7 +373,7 @@ fn about(ui: &mut Ui, r: &Record, pictures: &mut Pictures, busy: bool, out: &mut
         }
     }
     // Each multiple has a base of its own.
-    let same = r.ratio_resolution.map_or("× shadow-map".into(), |side| format!("× shadow-map of {side}²"));
+    let same = r.ratio_resolution.map_or("× plain map".into(), |side| format!("× plain map of {side}²"));
     let multiple = |x: Option<f64>, base: Option<f64>| Some(format!("{} (1: {} ms)", short(x?), short(base?)));
     let rows = [
         ("wrong pixels", Some(percent(r.error_share))),
@@ -383,7 +383,7 @@ fn about(ui: &mut Ui, r: &Record, pictures: &mut Pictures, busy: bool, out: &mut
         ("edge error, 95 %", r.boundary_p95_px.map(|px| format!("{px:.1} px"))),
         ("flicker", r.flicker.map(percent)),
         ("time", Some(format!("{} ms ({} to {})", short(r.gpu_ms), short(r.gpu_ms_q1), short(r.gpu_ms_q3)))),
-        ("× the set-up's shadow-map", multiple(r.cost, r.cost_base_ms())),
+        ("× the set-up's plain map", multiple(r.cost, r.cost_base_ms())),
         (same.as_str(), multiple(r.ratio, r.ratio_base_ms())),
         ("memory", Some(mebibytes(r.gpu_bytes))),
         ("rays", (r.rays > 0).then(|| r.rays.to_string())),

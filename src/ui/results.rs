@@ -289,10 +289,10 @@ fn measured(ui: &mut Ui, i: usize, r: &Record) {
     rows.push((name, format!("{:.3} ms", r.gpu_ms), tip));
     let quartiles = format!("{:.3} to {:.3} ms", r.gpu_ms_q1, r.gpu_ms_q3);
     rows.push(("quartiles", quartiles, "The middle half of the frames lies between these."));
-    let tip = "Time as a multiple of the standard shadow map's of the same resolution, measured in the same run, and what that took.";
+    let tip = "Time as a multiple of the plain map's (shadow-map, around a lamp cube) of the same resolution, measured in the same run, and what that took.";
     let base = |ms: Option<f64>| ms.map_or(String::new(), |ms| format!(" (1: {} ms)", short(ms)));
     rows.extend(r.ratio.map(|x| ("× same resolution", format!("{x:.2}{}", base(r.ratio_base_ms())), tip)));
-    let tip = "Time as a multiple of that of the shadow map as the set-up has it, and what that took: comparable across all rows.";
+    let tip = "Time as a multiple of that of the plain map as the set-up has it, and what that took: comparable across all rows.";
     rows.extend(r.cost.map(|x| ("× set-up's map", format!("{x:.2}{}", base(r.cost_base_ms())), tip)));
     rows.push(("frames", r.frames.to_string(), "Frames that were timed, after some to warm up."));
     rows.push(("CPU time", format!("{:.3} ms", r.cpu_ms), "Recording the technique's passes."));

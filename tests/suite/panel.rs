@@ -995,8 +995,8 @@ fn advice_is_asked_for_and_applied() {
         row.cost = Some(row.gpu_ms / base);
     }
     harness.run_steps(2);
-    harness.get_by_label_contains("RMSE 0, 5 × the set-up's shadow-map (2.000 ms against 0.400 ms)");
-    harness.get_by_label_contains("the set-up's own shadow-map (resolution 1024); it took 0.2 to 0.4 ms in turn");
+    harness.get_by_label_contains("RMSE 0, 5 × the set-up's plain map (2.000 ms against 0.400 ms)");
+    harness.get_by_label_contains("the set-up's own plain map (resolution 1024); it took 0.2 to 0.4 ms in turn");
     click(&mut harness, "To the chart");
     let chart = &harness.state().model.chart;
     assert_eq!((chart::ERRORS[chart.error].id, chart::COSTS[chart.cost].id), ("rmse", "cost"));
