@@ -83,6 +83,30 @@ pub const ERRORS: &[Axis] = &[
         get: |r| Some(r.flip),
     },
     Axis {
+        id: "jod",
+        title: "loss of quality (ColorVideoVDP), JOD",
+        doc: "How far the picture's quality falls below 10 JOD, where nobody sees a difference from the true one; of two pictures 1 JOD apart three in four people prefer the better.",
+        get: |r| r.jod.map(|jod| 10.0 - jod),
+    },
+    Axis {
+        id: "rmse_penumbra",
+        title: "RMSE of visibility in the penumbra",
+        doc: "Root mean square of visibility minus the averaged truth over pixels whose truth lies between 0 and 1.",
+        get: |r| r.rmse_penumbra,
+    },
+    Axis {
+        id: "penumbra_off_px",
+        title: "penumbra's width off the true one, pixels",
+        doc: "How far penumbrae are wider or narrower than the true ones, from a tenth to nine tenths across the true contour, on average.",
+        get: |r| r.penumbra_off_px,
+    },
+    Axis {
+        id: "gap_p95_m",
+        title: "contact gap (95th percentile), metres",
+        doc: "How far the blocker is from pixels that are lit between a caster's foot and its shadow; 0 where there are none.",
+        get: |r| r.gap_p95_m.or(Some(0.0)),
+    },
+    Axis {
         id: "boundary_p95_px",
         title: "boundary error (95th percentile), pixels",
         doc: "How far wrong pixels lie from the true shadow edge; 0 where none is wrong.",

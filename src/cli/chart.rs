@@ -17,8 +17,8 @@ pub struct Wanted {
     /// The cost: gpu_ms, ratio, cost, gpu_bytes, rays, triangles_submitted or fragments.
     #[arg(long, default_value = COSTS[0].id)]
     x: String,
-    /// The error: error_share, rmse, mae, beyond_tolerance, flip, boundary_p95_px, contour_mean_px or flicker; or of the texels m_p95, texel_area_p95,
-    /// stretch_p95, anisotropy_p95 or folds.
+    /// The error: error_share, rmse, mae, beyond_tolerance, flip, jod, rmse_penumbra, penumbra_off_px, gap_p95_m, boundary_p95_px, contour_mean_px
+    /// or flicker; or of the texels m_p95, texel_area_p95, stretch_p95, anisotropy_p95 or folds.
     #[arg(long, default_value = ERRORS[0].id)]
     y: String,
     /// One line a technique: its own Pareto front over all of its parameters. The rest are faint points.
@@ -64,6 +64,7 @@ fn why_missing(axis: &Axis) -> &'static str {
     match axis.id {
         "flicker" => "only a sweep or measurement with --flicker measures it",
         "boundary_p95_px" | "contour_mean_px" => "there is no shadow edge to measure from",
+        "rmse_penumbra" | "penumbra_off_px" => "there is no penumbra to measure",
         "m_p95" | "texel_area_p95" | "stretch_p95" | "anisotropy_p95" | "folds" => {
             "such a technique looks nothing up in a map"
         }

@@ -5,6 +5,7 @@ use super::causes::CAUSES;
 use super::contour;
 use super::metrics::{self, Errors, Pixels};
 use super::record::{LightRow, Record, params_text};
+use super::softness::{self, Penumbrae};
 use crate::contact::{self, Found};
 use crate::frame::{Ask, PieceCount, Renderer, Told};
 use crate::gpu::Draws;
@@ -68,6 +69,10 @@ struct Gathered {
     frames: Vec<Pixels>,
     contours: Option<(f64, u64)>,
     causes: [usize; CAUSES.len()],
+    /// Metres to the blockers of detached pixels.
+    gaps: Vec<f32>,
+    penumbrae: Vec<[f32; 2]>,
+    spectrum: [f64; 4],
     aliasing: Vec<[f32; 4]>,
     /// Layers, texels, and whether all of these were counted.
     maps: Option<(u64, u64, bool)>,
@@ -91,6 +96,9 @@ impl Gathered {
         }
         let causes = renderer.read_causes()?;
         self.causes.iter_mut().zip(causes.counts).for_each(|(sum, n)| *sum += n);
+        self.gaps.extend(causes.gaps);
+        self.penumbrae.extend(softness::penumbrae(&pixels, &renderer.read_position()?, width));
+        self.spectrum.iter_mut().zip(softness::spectrum(&pixels, width)).for_each(|(sum, p)| *sum += p);
         // Of faces around a light only some are drawn.
         let faces = renderer.known()?.faces;
         let drawn = (!faces.is_empty()).then(|| faces.iter().flatten().count());
@@ -169,6 +177,7 @@ pub fn accuracy(renderer: &mut Renderer, setup: &Setup, index: u64) -> Result<Re
         g.take(renderer, one, seen)?;
     }
     let e = metrics::pooled(&g.frames, setup.size[0] as usize);
+    let truth_error = (samples > 1).then(|| metrics::truth_error(&g.frames, samples));
     g.frames.clear();
     if lights[0] != shaded {
         renderer.render(&shaded, Ask::of(&shaded))?;
@@ -176,6 +185,11 @@ pub fn accuracy(renderer: &mut Renderer, setup: &Setup, index: u64) -> Result<Re
     let picture = renderer.read_picture()?;
     let exact = renderer.read_truth_picture(&shaded)?;
     let share = |n| n as f64 / e.facing.max(1) as f64;
+    let penumbrae = Penumbrae::of(&g.penumbrae);
+    let power: f64 = g.spectrum.iter().sum();
+    let [power_16px, power_8px, power_4px, power_2px] = g.spectrum.map(|p| (power > 0.0).then(|| p / power));
+    g.gaps.sort_unstable_by(f32::total_cmp);
+    let gaps = Some(&g.gaps).filter(|gaps| !gaps.is_empty());
     let [acne_share, detachment_share, leak_share, missing_caster_share, stairs_share] = g.causes.map(share);
     let m = Aliasing::of(&g.aliasing);
     let counted = g.maps.is_some_and(|(_, _, counted)| counted);
@@ -221,7 +235,19 @@ pub fn accuracy(renderer: &mut Renderer, setup: &Setup, index: u64) -> Result<Re
         rmse_hard: Some(e.rmse_hard),
         rmse_penumbra: e.rmse_penumbra,
         rmse_image: metrics::rmse_image(&picture, &exact),
+        truth_error,
+        penumbra_px: penumbrae.map(|p| p.width),
+        penumbra_true_px: penumbrae.map(|p| p.truth),
+        penumbra_off_px: penumbrae.map(|p| p.off),
+        penumbra_slope: penumbrae.and_then(|p| p.slope),
+        power_16px,
+        power_8px,
+        power_4px,
+        power_2px,
+        gap_mean_m: gaps.map(|gaps| gaps.iter().map(|m| f64::from(*m)).sum::<f64>() / gaps.len() as f64),
+        gap_p95_m: gaps.map(|gaps| metrics::quantile(gaps, 0.95).into()),
         flip: metrics::flip(&exact, &picture, setup.size),
+        jod: metrics::jod(&exact, &picture, setup.size),
         boundary_median_px: e.boundary.map(|b| b.median as f64),
         boundary_p95_px: e.boundary.map(|b| b.p95 as f64),
         boundary_max_px: e.boundary.map(|b| b.max as f64),

@@ -42,6 +42,9 @@ pub const FIGURES: &[Figure] = &[
     figure("rmse", "RMSE", "rmse", Unit::Plain, 0.05),
     figure("mae", "MAE", "mae", Unit::Plain, 0.01),
     figure("flip", "FLIP", "flip", Unit::Plain, 0.02),
+    figure("jod", "loss of JOD", "jod", Unit::Plain, 0.2),
+    figure("penumbra-rmse", "RMSE in the penumbra", "rmse_penumbra", Unit::Plain, 0.05),
+    figure("penumbra", "penumbra's width", "penumbra_off_px", Unit::Pixels, 2.0),
     figure("boundary", "boundary error", "boundary_p95_px", Unit::Pixels, 2.0),
     figure("flicker", "flicker", "flicker", Unit::Share, 0.005),
 ];
@@ -409,7 +412,7 @@ mod tests {
         let all = Advice { frontier: vec![0, 2, 3], ..advice };
         assert_eq!(all.cheapest_beaten(by), None);
         let (setup, _) = Setup::open("cubes").unwrap();
-        assert_eq!(base(&setup).as_deref(), Some("resolution=1024"));
+        assert_eq!(base(&setup).as_deref(), Some("shadow-map resolution=1024"));
     }
 
     /// Numbers with the unit that a figure has, and none other.

@@ -68,6 +68,11 @@ impl Evidence {
     fn distance(&self) -> f32 {
         f32::from_bits(self.own)
     }
+
+    /// Whether something hides the light's centre, as it need not where a pixel is in the shadow of a light with a size.
+    fn blocked(&self) -> bool {
+        self.distance() > 0.0
+    }
 }
 
 /// The wrong pixels of a frame by cause.
@@ -77,6 +82,8 @@ pub struct Causes {
     pub classes: Vec<u8>,
     /// Pixels of each cause, in the order of [`CAUSES`].
     pub counts: [usize; CAUSES.len()],
+    /// Metres to the nearest blocker of each pixel of detachment.
+    pub gaps: Vec<f32>,
     /// Pixels that can be wrong.
     pub facing: usize,
 }
@@ -111,7 +118,7 @@ pub fn split(
     }
     let missing = |i: usize| {
         let [pixels, lit] = shadows[caster(i)];
-        pixels >= MISSING_PIXELS && lit as f32 >= MISSING_SHARE * pixels as f32
+        evidence[i].blocked() && pixels >= MISSING_PIXELS && lit as f32 >= MISSING_SHARE * pixels as f32
     };
     // The true contour runs half a pixel before the nearest pixel of the other label.
     let to = [false, true].map(|lit| {
@@ -131,7 +138,7 @@ pub fn split(
             (true, false) => ACNE,
             (true, true) => STAIRS,
             _ if missing(i) => MISSING,
-            _ if e.distance() < e.near => {
+            _ if e.blocked() && e.distance() < e.near => {
                 gap.push_back(i);
                 DETACHMENT
             }
@@ -162,7 +169,7 @@ pub fn split(
     if !depths.is_empty() {
         depths.sort_unstable_by(f32::total_cmp);
         let depth = SPARE * quantile(&depths, 0.95);
-        let in_gap = |i: usize| evidence[i].distance() <= depth;
+        let in_gap = |i: usize| evidence[i].blocked() && evidence[i].distance() <= depth;
         // Of a caster that seems to be missing most of the shadow must lie so near.
         let mut eaten = vec![[0u32; 2]; shadows.len()];
         for i in all.clone().filter(|i| classes[*i] == MISSING) {
@@ -181,5 +188,6 @@ pub fn split(
     }
     let mut counts = [0; CAUSES.len()];
     classes.iter().filter(|c| **c > 0).for_each(|c| counts[*c as usize - 1] += 1);
-    Causes { classes, counts, facing: all.filter(|i| facing(*i)).count() }
+    let gaps = all.clone().filter(|i| classes[*i] == DETACHMENT).map(|i| evidence[i].distance()).collect();
+    Causes { classes, counts, gaps, facing: all.filter(|i| facing(*i)).count() }
 }

@@ -91,7 +91,42 @@ pub const COLUMNS: &[Column] = &[
     column("beyond_tolerance", "off > 0.1, %", "Pixels whose visibility is off by more than 0.1", 3, |r| {
         Some(100.0 * r.beyond_tolerance)
     }),
+    column(
+        "rmse_penumbra",
+        "RMSE, penumbra",
+        "Root mean square of visibility minus the truth, over the true penumbra",
+        5,
+        |r| r.rmse_penumbra,
+    ),
+    column("truth_error", "truth ±", "What the averaged truth may itself be off by, root mean square", 5, |r| {
+        r.truth_error
+    }),
+    column("penumbra_px", "penumbra, px", "Mean width of penumbrae from a tenth to nine tenths", 1, |r| r.penumbra_px),
+    column("penumbra_true_px", "true penumbra, px", "Mean width of the true penumbrae there", 1, |r| {
+        r.penumbra_true_px
+    }),
+    column("penumbra_off_px", "penumbra off, px", "Mean of how far these widths are off the true ones", 1, |r| {
+        r.penumbra_off_px
+    }),
+    column("penumbra_slope", "penumbra slope", "How much these widths grow where the true ones do", 2, |r| {
+        r.penumbra_slope
+    }),
+    column("power_16px", "> 16 px, %", "Share of the error's power at wavelengths above 16 pixels", 1, |r| {
+        r.power_16px.map(|p| 100.0 * p)
+    }),
+    column("power_8px", "8–16 px, %", "Share of the error's power at wavelengths of 8 to 16 pixels", 1, |r| {
+        r.power_8px.map(|p| 100.0 * p)
+    }),
+    column("power_4px", "4–8 px, %", "Share of the error's power at wavelengths of 4 to 8 pixels", 1, |r| {
+        r.power_4px.map(|p| 100.0 * p)
+    }),
+    column("power_2px", "< 4 px, %", "Share of the error's power at wavelengths below 4 pixels", 1, |r| {
+        r.power_2px.map(|p| 100.0 * p)
+    }),
+    column("gap_mean_m", "gap, m", "Mean distance of the blocker at detached pixels", 3, |r| r.gap_mean_m),
+    column("gap_p95_m", "gap p95, m", "95th percentile of that distance", 3, |r| r.gap_p95_m),
     column("flip", "FLIP", "How different the shaded picture looks, 0 to 1", 5, |r| Some(r.flip)),
+    column("jod", "JOD", "Quality of the picture by ColorVideoVDP: 10 where nobody sees a difference", 3, |r| r.jod),
     column("boundary_p95_px", "edge p95, px", "Distance of wrong pixels from the true edge", 1, |r| r.boundary_p95_px),
     column("contour_mean_px", "contours, px", "Mean distance between the contour and the true one", 2, |r| {
         r.contour_mean_px

@@ -13,6 +13,7 @@ mod record;
 pub mod report;
 pub mod reproduce;
 mod search;
+pub mod softness;
 mod space;
 pub mod stability;
 mod sweep;

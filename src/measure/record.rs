@@ -54,8 +54,26 @@ pub struct Record {
     /// Root mean square in the truth's penumbra, and of the final picture.
     pub rmse_penumbra: Option<f64>,
     pub rmse_image: f64,
+    /// What the truth itself may be off by, root mean square.
+    pub truth_error: Option<f64>,
+    /// Widths of penumbrae from a tenth to nine tenths across the true contour, pixels: mean of the technique's, of the true ones,
+    /// and of how far the one is off the other; and how much the former grow with the latter ([`super::softness::Penumbrae`]).
+    pub penumbra_px: Option<f64>,
+    pub penumbra_true_px: Option<f64>,
+    pub penumbra_off_px: Option<f64>,
+    pub penumbra_slope: Option<f64>,
+    /// Shares of the power of visibility minus truth at wavelengths above 16 pixels, 8 to 16, 4 to 8 and below 4.
+    pub power_16px: Option<f64>,
+    pub power_8px: Option<f64>,
+    pub power_4px: Option<f64>,
+    pub power_2px: Option<f64>,
+    /// Metres between blocker and surface at pixels that are lit by detachment: mean and 95th percentile.
+    pub gap_mean_m: Option<f64>,
+    pub gap_p95_m: Option<f64>,
     /// Mean FLIP difference of the shaded picture from the one shaded with the truth, 0 to 1.
     pub flip: f64,
+    /// Quality of the shaded picture beside that with the truth, JOD: 10 where nobody sees a difference.
+    pub jod: Option<f64>,
     /// Distance of wrong pixels from the true boundary, pixels.
     pub boundary_median_px: Option<f64>,
     pub boundary_p95_px: Option<f64>,

@@ -235,7 +235,15 @@ fn measured(ui: &mut Ui, i: usize, r: &Record) {
         "Samples a pixel of the truth that the sizes of errors below are against; the counts above are against one.";
     rows.push(("truth samples", r.truth_samples.to_string(), tip));
     let tip = "Root mean square of visibility minus the averaged truth: fair to filters.";
-    rows.push(("RMSE", format!("{:.5}", r.rmse), tip));
+    let own = r.truth_error.map_or(String::new(), |e| format!(" (truth ±{e:.4})"));
+    let tip = if own.is_empty() {
+        tip
+    } else {
+        "Root mean square of visibility minus the averaged truth: fair to filters. Behind it what the truth's own samples leave open at most."
+    };
+    rows.push(("RMSE", format!("{:.5}{own}", r.rmse), tip));
+    let tip = "Root mean square of visibility minus the averaged truth, over pixels whose truth lies between 0 and 1.";
+    rows.extend(r.rmse_penumbra.map(|e| ("RMSE, penumbra", format!("{e:.5}"), tip)));
     let tip = "Mean of the absolute value of visibility minus the averaged truth, and its largest.";
     rows.push(("MAE, largest", format!("{:.5}, {:.3}", r.mae, r.max_error), tip));
     let tip = "Pixels whose visibility is off by more than 0.1, as a share of those that can be wrong.";
@@ -244,6 +252,22 @@ fn measured(ui: &mut Ui, i: usize, r: &Record) {
     rows.push(("RMSE of the picture", format!("{:.5}", r.rmse_image), tip));
     let tip = "How different the shaded picture looks from the true one to a human eye: 0 the same, 1 utterly.";
     rows.push(("FLIP", format!("{:.5}", r.flip), tip));
+    let tip =
+        "Quality of the shaded picture beside the true one by ColorVideoVDP: 10 JOD where nobody sees a difference.";
+    rows.extend(r.jod.map(|jod| ("quality", format!("{jod:.3} JOD"), tip)));
+    if let (Some(width), Some(truth)) = (r.penumbra_px, r.penumbra_true_px) {
+        let tip = "Pixels from a tenth to nine tenths of the light across the true shadow's edge, on average.";
+        rows.push(("penumbra", format!("{width:.1} px (true {truth:.1})"), tip));
+    }
+    let tip =
+        "How much penumbrae widen where the true ones do: 1 as they should, 0 where a filter is as wide everywhere.";
+    rows.extend(r.penumbra_slope.map(|slope| ("penumbra's slope", format!("{slope:.2}"), tip)));
+    if let (Some(coarse), Some(fine)) = (r.power_16px, r.power_2px) {
+        let tip = "Of the error's power, wavelengths above 16 pixels (bands, blotches, wrong on average) and below 4 (grain, stairs).";
+        rows.push(("error, coarse, fine", format!("{:.0} %, {:.0} %", 100.0 * coarse, 100.0 * fine), tip));
+    }
+    let tip = "How far the blocker is from pixels that are lit at a caster's foot: 95 % of them are nearer.";
+    rows.extend(r.gap_p95_m.map(|m| ("contact gap, 95 %", format!("{m:.3} m"), tip)));
     let tip =
         "Distance of wrong pixels from the true shadow edge: half of them, 95 % of them, all of them lie within it.";
     let edge = [

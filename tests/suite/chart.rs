@@ -451,7 +451,7 @@ fn the_command_joins_files_and_says_what_it_leaves_out() {
         ),
         (
             vec!["a.csv", "-o", "x.svg", "--y", "gpu_ms"],
-            "error_share, rmse, mae, beyond_tolerance, flip, boundary_p95_px, contour_mean_px, flicker",
+            "error_share, rmse, mae, beyond_tolerance, flip, jod, rmse_penumbra, penumbra_off_px, gap_p95_m, boundary_p95_px",
         ),
         (vec!["b.json", "-o", "x.svg", "--y", "flicker"], "--flicker"),
         (vec!["none.json", "-o", "x.svg"], "no rows"),
