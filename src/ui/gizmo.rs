@@ -4,10 +4,10 @@ use super::lamps;
 use super::lighting::{angles, from_angles};
 use super::model::Model;
 use super::style::{SUN, TEXT};
-use crate::light::Light;
+use crate::light::{Light, MAX_RADIUS};
 use crate::scene::Camera;
 use egui::{Align, Align2, Color32, CursorIcon, FontId, Id, Pos2, Rect, Response, Sense, Stroke, Ui, Vec2, pos2, vec2};
-use glam::Vec3;
+use glam::{Quat, Vec3};
 
 /// Radius of the sun's sky, points.
 const SKY: f32 = 50.0;
@@ -23,21 +23,18 @@ pub fn show(ui: &mut Ui, rect: Rect, free: Rect, m: &mut Model) {
     let light = &mut m.setup.light;
     match light {
         Light::Directional { to_light, .. } => sun(ui, rect.intersect(free), &camera, to_light),
-        Light::Omni { position, .. } => {
+        Light::Omni { position, radius, .. } => {
+            disc(ui, rect, &camera, *position, radius);
             place(ui, rect, &camera, position, "light");
         }
-        Light::Spot { position, direction, outer_angle, .. } => {
+        Light::Spot { position, direction, outer_angle, radius, .. } => {
+            disc(ui, rect, &camera, *position, radius);
             let cone = outer_angle.to_radians().min(1.4);
             aimed(ui, rect, &camera, position, direction, cone.tan());
         }
         Light::Hemisphere { position, direction, .. } => aimed(ui, rect, &camera, position, direction, 0.0),
         Light::RectArea { center, half_u, half_v, .. } => {
-            let corner = |u: f32, v: f32| *center + *half_u * u + *half_v * v;
-            let corners = [corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
-            for i in 0..4 {
-                segment(ui, rect, &camera, corners[i], corners[(i + 1) % 4]);
-            }
-            place(ui, rect, &camera, center, "light");
+            rectangle(ui, rect, &camera, center, [half_u, half_v]);
         }
     }
 }
@@ -141,6 +138,57 @@ fn aimed(ui: &mut Ui, rect: Rect, camera: &Camera, position: &mut Vec3, directio
     place(ui, rect, camera, position, "light");
 }
 
+/// The disc of a light with a radius, as it faces the camera: a handle at its edge.
+fn disc(ui: &mut Ui, rect: Rect, camera: &Camera, position: Vec3, radius: &mut f32) {
+    if *radius <= 0.0 {
+        return;
+    }
+    let (right, up) = camera.axes();
+    let edge = |i: usize| {
+        let (sin, cos) = (i as f32 * std::f32::consts::TAU / 32.0).sin_cos();
+        position + (right * cos + up * sin) * *radius
+    };
+    for i in 0..32 {
+        segment(ui, rect, camera, edge(i), edge(i + 1));
+    }
+    let mut end = position + right * *radius;
+    if handle(ui, rect, camera, &mut end, "light's radius", 5.0, "Drag to change the light's radius.") {
+        *radius = (end - position).dot(right).clamp(0.01, MAX_RADIUS);
+    }
+}
+
+/// A rectangle: its outline, the way it shines, and handles for place, sides and direction.
+fn rectangle(ui: &mut Ui, rect: Rect, camera: &Camera, center: &mut Vec3, [half_u, half_v]: [&mut Vec3; 2]) {
+    let corner = |u: f32, v: f32| *center + *half_u * u + *half_v * v;
+    let corners = [corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
+    for i in 0..4 {
+        segment(ui, rect, camera, corners[i], corners[(i + 1) % 4]);
+    }
+    let axis = half_u.cross(*half_v).normalize_or(Vec3::NEG_Y);
+    let depth = (*center - camera.position).dot(camera.forward());
+    let tip = *center + axis * (depth * 0.25).max(camera.near);
+    segment(ui, rect, camera, *center, tip);
+    let mut end = tip;
+    if handle(ui, rect, camera, &mut end, "light's direction", 5.0, "Drag to turn the light.") {
+        let turn = Quat::from_rotation_arc(axis, (end - *center).normalize_or(axis));
+        (*half_u, *half_v) = (turn * *half_u, turn * *half_v);
+    }
+    for (half, id, tip) in [
+        (half_u, "light's half width", "Drag to make the light wider or narrower."),
+        (half_v, "light's half height", "Drag to make the light higher or lower."),
+    ] {
+        let mut end = *center + *half;
+        if handle(ui, rect, camera, &mut end, id, 5.0, tip) {
+            let way = half.normalize_or(Vec3::X);
+            // As far along the side as its handle is seen to have moved.
+            let seen = way - camera.forward() * way.dot(camera.forward());
+            let further = (end - *center - *half).dot(seen) / seen.length_squared().max(0.01);
+            *half = way * (half.length() + further).max(0.01);
+        }
+    }
+    place(ui, rect, camera, center, "light");
+}
+
 fn place(ui: &mut Ui, rect: Rect, camera: &Camera, position: &mut Vec3, id: &str) {
     let tip = "Drag to move the light across the picture; with Shift nearer and farther.";
     handle(ui, rect, camera, position, id, 8.0, tip);
@@ -237,4 +285,72 @@ fn project(camera: &Camera, rect: Rect, point: Vec3) -> Option<Pos2> {
     let (right, up) = camera.axes();
     let scale = camera.metres_per_point(depth, rect.height());
     Some(rect.center() + vec2(eye.dot(right), -eye.dot(up)) / scale)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use egui_kittest::Harness;
+
+    const RECT: Rect = Rect { min: pos2(0.0, 0.0), max: pos2(800.0, 600.0) };
+
+    fn camera() -> Camera {
+        Camera { position: Vec3::new(1.0, 6.0, 7.0), target: Vec3::ZERO, fov: 50.0, near: 0.1, far: 100.0 }
+    }
+
+    /// The light after a drag from one point in space towards another, as they are seen.
+    fn dragged(light: Light, [begin, end]: [Vec3; 2]) -> Light {
+        let show = |ui: &mut Ui, light: &mut Light| match light {
+            Light::RectArea { center, half_u, half_v, .. } => rectangle(ui, RECT, &camera(), center, [half_u, half_v]),
+            Light::Omni { position, radius, .. } => disc(ui, RECT, &camera(), *position, radius),
+            _ => {}
+        };
+        let mut harness = Harness::builder().with_size(RECT.size()).build_ui_state(show, light);
+        let [begin, end] = [begin, end].map(|point| project(&camera(), RECT, point).unwrap());
+        harness.drag_at(begin);
+        harness.run_steps(2);
+        harness.hover_at(begin + (end - begin) / 2.0);
+        harness.run_steps(2);
+        harness.hover_at(end);
+        harness.run_steps(2);
+        harness.drop_at(end);
+        harness.run_steps(2);
+        *harness.state()
+    }
+
+    #[test]
+    fn a_rectangle_is_sized_and_turned_by_its_handles() {
+        let (center, half_u, half_v) = (Vec3::new(0.0, 1.0, 0.0), Vec3::X, Vec3::new(0.0, 0.0, 0.5));
+        let light = Light::RectArea { center, half_u, half_v, range: 20.0, color: Vec3::ONE };
+        let sides = |light: Light| match light {
+            Light::RectArea { center, half_u, half_v, .. } => (center, half_u, half_v),
+            _ => unreachable!(),
+        };
+        let (c, u, v) = sides(dragged(light, [center + half_u, center + 1.6 * half_u]));
+        assert!((c, v) == (center, half_v) && (u - 1.6 * half_u).length() < 0.05, "{u}");
+        let (c, u, v) = sides(dragged(light, [center + half_v, center + 0.5 * half_v]));
+        assert!((c, u) == (center, half_u) && (v - 0.5 * half_v).length() < 0.05, "{v}");
+        // It never turns over.
+        let (_, u, _) = sides(dragged(light, [center + half_u, center - 2.0 * half_u]));
+        assert!(u.dot(half_u) > 0.0, "{u}");
+        // It shines down; the handle stands a quarter of its depth below it.
+        let depth = (center - camera().position).dot(camera().forward());
+        let tip = center + half_u.cross(half_v).normalize() * depth * 0.25;
+        let (c, u, v) = sides(dragged(light, [tip, tip + Vec3::X]));
+        let lengths = u.length() - half_u.length() + v.length() - half_v.length();
+        assert!(c == center && lengths.abs() < 1e-4 && u.dot(v).abs() < 1e-4, "{u} {v}");
+        let turned = u.cross(v).normalize().dot((tip + Vec3::X - center).normalize());
+        assert!(turned > 0.97, "{turned}");
+    }
+
+    #[test]
+    fn a_radius_is_dragged() {
+        let position = Vec3::new(0.0, 1.0, 0.0);
+        let (right, _) = camera().axes();
+        let light = Light::Omni { position, range: 20.0, radius: 0.5, color: Vec3::ONE };
+        let wider = dragged(light, [position + 0.5 * right, position + 1.2 * right]);
+        assert!((wider.radius() - 1.2).abs() < 0.05 && wider.position() == position, "{wider:?}");
+        let none = Light::Omni { position, range: 20.0, radius: 0.0, color: Vec3::ONE };
+        assert_eq!(dragged(none, [position, position + right]), none);
+    }
 }
