@@ -33,12 +33,12 @@ fn ray_place(pixel: vec2u, i: u32) -> vec2f {
     }
     if params.pattern == pattern_r2 {
         // Shifted otherwise than the truth's rays: it would be measured against itself.
-        return on_light(scattered(pixel ^ vec2u(0x9e3779b9u), i));
+        return on_light(scattered(pixel ^ vec2u(hash(frame.seed + 1u)), i));
     }
     let k = grid_side();
     var inside = vec2f(0.5);
     if params.pattern == pattern_stratified {
-        inside = place_of_hash(hash(pixel.x ^ hash(pixel.y ^ hash(i)))) + 0.5 / 16777216.0;
+        inside = place_of_hash(hash(pixel.x ^ hash(pixel.y ^ hash(i ^ hash(frame.seed))))) + 0.5 / 16777216.0;
     }
     return on_light((vec2f(vec2u(i % k, i / k)) + inside) / f32(k));
 }

@@ -20,6 +20,9 @@ pub struct Output {
     /// Also move the camera in small steps and measure what flickers.
     #[arg(long)]
     flicker: bool,
+    /// Also draw with so many seeds, and tell apart what changes with them (noise) and what stays wrong (bias).
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u32).range(..=1024))]
+    seeds: u32,
 }
 
 pub fn run(wanted: Wanted, ids: Vec<String>, output: Output, adapter: Option<&str>) -> Result<()> {
@@ -45,14 +48,21 @@ pub fn run(wanted: Wanted, ids: Vec<String>, output: Output, adapter: Option<&st
     let mut renderer = Renderer::new(Arc::new(Gpu::new(adapter)?), Arc::new(scene))?;
     let bar = progress();
     let mut rows = Vec::new();
-    measure::run(&mut renderer, &setup, &work, work.len() as u64, output.flicker, &mut |step| {
-        match step {
-            Step::Working(done, what) => super::show(&bar, done, what),
-            Step::Row(row) => rows.push(*row),
-            Step::Failed(why) => failed.push(why.to_string()),
-        }
-        true
-    })?;
+    measure::run(
+        &mut renderer,
+        &setup,
+        &work,
+        work.len() as u64,
+        measure::More { flicker: output.flicker, seeds: output.seeds },
+        &mut |step| {
+            match step {
+                Step::Working(done, what) => super::show(&bar, done, what),
+                Step::Row(row) => rows.push(*row),
+                Step::Failed(why) => failed.push(why.to_string()),
+            }
+            true
+        },
+    )?;
     bar.finish_and_clear();
     let of = rows.len() + failed.len();
     if rows.is_empty() {

@@ -26,6 +26,9 @@ pub struct Output {
     /// Also move the camera in small steps and measure what flickers.
     #[arg(long)]
     flicker: bool,
+    /// Also draw with so many seeds, and tell apart what changes with them (noise) and what stays wrong (bias).
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u32).range(..=1024))]
+    seeds: u32,
     /// Also write an HTML page with charts, tables and pictures into this folder.
     #[arg(long, value_name = "DIR")]
     report: Option<PathBuf>,
@@ -64,6 +67,9 @@ pub fn run(mut wanted: Wanted, ids: Vec<String>, output: Output, adapter: Option
         // Rows of other versions may hold flicker by another definition, and no label flicker.
         rows.retain(|_, r| r.label_flicker.is_some());
     }
+    if output.seeds > 1 {
+        rows.retain(|_, r| r.seeds == Some(output.seeds));
+    }
     let missing: Vec<(u64, Setup)> =
         work.iter().filter(|(i, _)| !rows.contains_key(i)).map(|(i, s)| (*i, s.clone())).collect();
     if !rows.is_empty() {
@@ -84,18 +90,25 @@ pub fn run(mut wanted: Wanted, ids: Vec<String>, output: Output, adapter: Option
         let mut writer = csv::WriterBuilder::new().has_headers(held.is_empty()).from_writer(file);
         let bar = progress();
         let mut failed = None;
-        let measured = measure::run(&mut renderer, &setup, &missing, total, output.flicker, &mut |step| {
-            match step {
-                Step::Working(done, what) => super::show(&bar, done, what),
-                Step::Row(row) => {
-                    let written = writer.serialize(&*row).map_err(anyhow::Error::from);
-                    failed = written.and_then(|()| Ok(writer.flush()?)).err();
-                    rows.insert(row.index, *row);
+        let measured = measure::run(
+            &mut renderer,
+            &setup,
+            &missing,
+            total,
+            measure::More { flicker: output.flicker, seeds: output.seeds },
+            &mut |step| {
+                match step {
+                    Step::Working(done, what) => super::show(&bar, done, what),
+                    Step::Row(row) => {
+                        let written = writer.serialize(&*row).map_err(anyhow::Error::from);
+                        failed = written.and_then(|()| Ok(writer.flush()?)).err();
+                        rows.insert(row.index, *row);
+                    }
+                    Step::Failed(why) => refused.push(why.to_string()),
                 }
-                Step::Failed(why) => refused.push(why.to_string()),
-            }
-            failed.is_none()
-        });
+                failed.is_none()
+            },
+        );
         bar.finish_and_clear();
         failed.map_or(Ok(()), Err).with_context(|| cannot_write(&partial))?;
         measured?;

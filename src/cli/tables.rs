@@ -117,6 +117,9 @@ struct Place {
     old: Range<usize>,
 }
 
+/// Seeds over which a table's noise and bias are told apart.
+const SEEDS: u32 = 8;
+
 /// How a comment starts that holds a table's command.
 const START: &str = "<!-- shadowscope table ";
 /// How the line below a table starts.
@@ -263,11 +266,13 @@ impl Table {
     fn measure(self, gpu: Arc<Gpu>, tick: &mut dyn FnMut(f32, String)) -> Result<String> {
         let (names, setups): (Vec<String>, Vec<Setup>) = self.rows.into_iter().unzip();
         let work: Vec<(u64, Setup)> = (0..).zip(setups).collect();
-        let flicker = self.columns.iter().any(|c| ["flicker", "label_flicker"].contains(&c.id));
+        let asks = |ids: [&str; 2]| self.columns.iter().any(|c| ids.contains(&c.id));
+        let seeds = if asks(["seed_noise", "seed_bias"]) { SEEDS } else { 0 };
+        let more = measure::More { flicker: asks(["flicker", "label_flicker"]), seeds };
         let mut renderer = Renderer::new(gpu, Arc::new(self.scene))?;
         let mut records: Vec<Record> = Vec::new();
         let mut failed = Vec::new();
-        measure::run(&mut renderer, &self.setup, &work, work.len() as u64, flicker, &mut |step| {
+        measure::run(&mut renderer, &self.setup, &work, work.len() as u64, more, &mut |step| {
             match step {
                 Step::Working(done, what) => tick(done, what),
                 Step::Row(record) => records.push(*record),

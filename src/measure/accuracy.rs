@@ -7,7 +7,7 @@ use super::metrics::{self, Errors, Pixels};
 use super::record::{LightRow, Record, params_text};
 use super::softness::{self, Penumbrae};
 use crate::contact::{self, Found};
-use crate::frame::{Ask, PieceCount, Renderer, Told};
+use crate::frame::{Ask, PieceCount, Renderer, Told, Truth};
 use crate::gpu::Draws;
 use crate::setup::Setup;
 use crate::techniques;
@@ -47,6 +47,47 @@ fn compare(renderer: &mut Renderer, setup: &Setup, all: bool) -> Result<(Pixels,
     let mask = renderer.read_mask()?;
     let (hard, mean) = (renderer.read_labels()?, renderer.read_truth()?);
     Ok((Pixels { visibility: renderer.read_visibility()?, hard, mean, mask }, told))
+}
+
+/// What changes with the seed, and what does not.
+pub struct Spread {
+    /// Standard deviation of visibility over seeds, root mean square over the pixels that can be wrong.
+    pub noise: f64,
+    /// What the mean over seeds is off by, root mean square: less the noise that so few seeds leave in their mean.
+    pub bias: f64,
+}
+
+/// Draws with so many seeds, from the set-up's own on.
+///
+/// # Errors
+/// As [`errors`].
+pub fn over_seeds(renderer: &mut Renderer, setup: &Setup, seeds: u32) -> Result<Spread> {
+    let samples = setup.truth_samples.measured(&setup.light);
+    let base = Setup { truth_samples: Samples::Fixed(samples), ..setup.measured() };
+    let n = f64::from(seeds);
+    let (mut variance, mut squares, mut facing) = (0.0, 0.0, 0usize);
+    for one in served(&base)? {
+        let (first, _) = compare(renderer, &one, false)?;
+        let mut sums: Vec<[f64; 2]> = vec![[0.0; 2]; first.mask.len()];
+        for k in 0..seeds {
+            let other = Setup { seed: setup.seed.wrapping_add(k), ..one.clone() };
+            let ask = Ask { truth: Truth::Off, analysis: false, picture: false, ..Ask::of(&other) };
+            renderer.render(&other, ask)?;
+            for (sum, v) in sums.iter_mut().zip(renderer.read_visibility()?) {
+                let v = f64::from(v);
+                (sum[0], sum[1]) = (sum[0] + v, sum[1] + v * v);
+            }
+        }
+        for (i, [sum, square]) in sums.into_iter().enumerate().filter(|(i, _)| first.mask[*i] == metrics::FACING) {
+            let mean = sum / n;
+            variance += (square - sum * mean).max(0.0) / (n - 1.0);
+            squares += (mean - f64::from(first.mean[i])).powi(2);
+            facing += 1;
+        }
+    }
+    let facing = facing.max(1) as f64;
+    let (variance, squares) = (variance / facing, squares / facing);
+    Ok(Spread { noise: variance.sqrt(), bias: (squares - variance / n).max(0.0).sqrt() })
 }
 
 /// What contact shadows do to the light at work, if the set-up has them.

@@ -137,6 +137,8 @@ pub const COLUMNS: &[Column] = &[
     column("label_flicker", "label flicker, %", "Labels that change though the truth's do not", 4, |r| {
         r.label_flicker.map(|f| 100.0 * f)
     }),
+    column("seed_noise", "noise", "Standard deviation of visibility over seeds, root mean square", 5, |r| r.seed_noise),
+    column("seed_bias", "bias", "What the mean over seeds is off by, root mean square", 5, |r| r.seed_bias),
     column("gpu_ms", "GPU ms", "Median time of the technique's passes", 3, |r| Some(r.gpu_ms)),
     column("gpu_ms_q1", "q1", "A quarter of the frames took less", 3, |r| Some(r.gpu_ms_q1)),
     column("gpu_ms_q3", "q3", "A quarter of the frames took more", 3, |r| Some(r.gpu_ms_q3)),

@@ -85,6 +85,12 @@ pub struct Record {
     pub flicker: Option<f64>,
     pub label_flicker: Option<f64>,
 
+    /// Frames drawn with a seed each: their number, the standard deviation over them (root mean square over the pixels), and what their
+    /// mean is off by (root mean square, less what so few leave of the noise).
+    pub seeds: Option<u32>,
+    pub seed_noise: Option<f64>,
+    pub seed_bias: Option<f64>,
+
     /// Aliasing error m: the longest extent of a texel in the image, pixels.
     pub m_mean: Option<f64>,
     pub m_rms: Option<f64>,

@@ -3,7 +3,7 @@
 use super::advise::brief;
 use super::record::{LightRow, Record};
 use super::timing::{self, Times};
-use super::{accuracy, stability};
+use super::{accuracy, accuracy::over_seeds, stability};
 use crate::contact;
 use crate::frame::Renderer;
 use crate::gpu::GivenUp;
@@ -41,8 +41,18 @@ pub(super) const PLAIN: [&str; 2] = ["shadow-map", "cube"];
 /// Share of a configuration's work that its errors take, roughly: for the progress only.
 const ERRORS_SHARE: f32 = 0.1;
 
+/// What is measured beside errors and times.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct More {
+    /// What changes while the camera moves.
+    pub flicker: bool,
+    /// Seeds over which noise and bias are told apart; below 2 they are not.
+    pub seeds: u32,
+}
+
 /// Measures configurations, each with its place in a sweep of so many, in their order. `base` is the set-up that they
-/// were made from: costs are multiples of its plain map's. `flicker` moves the camera too.
+/// were made from: costs are multiples of its plain map's. `more`: what is measured
+/// besides.
 /// `watch` is told of progress, of each row and of each configuration that cannot be measured, and stops the work by saying no.
 ///
 /// # Errors
@@ -52,7 +62,7 @@ pub fn run(
     base: &Setup,
     work: &[(u64, Setup)],
     configurations: u64,
-    flicker: bool,
+    more: More,
     watch: &mut dyn FnMut(Step) -> bool,
 ) -> Result<()> {
     let total = work.len() as f32;
@@ -70,7 +80,7 @@ pub fn run(
         for (index, setup) in rest.iter().take(TURNS) {
             ensure!(watch(Step::Working(done / total, format!("{}: errors", setup.technique))), timing::STOPPED);
             taken += 1;
-            let measured = errors(renderer, setup, *index, flicker);
+            let measured = errors(renderer, setup, *index, more);
             done += ERRORS_SHARE;
             match measured {
                 Ok(record) => {
@@ -115,9 +125,15 @@ pub fn run(
 }
 
 /// A row without times.
-fn errors(renderer: &mut Renderer, setup: &Setup, index: u64, flicker: bool) -> Result<Record> {
+fn errors(renderer: &mut Renderer, setup: &Setup, index: u64, more: More) -> Result<Record> {
     let mut record = accuracy(renderer, setup, index)?;
-    if flicker {
+    if more.seeds > 1 {
+        let spread = over_seeds(renderer, setup, more.seeds)?;
+        record.seeds = Some(more.seeds);
+        record.seed_noise = Some(spread.noise);
+        record.seed_bias = Some(spread.bias);
+    }
+    if more.flicker {
         let change = stability::flicker(renderer, setup)?;
         record.flicker = change.map(|c| c.flicker);
         record.label_flicker = change.map(|c| c.label_flicker);

@@ -226,20 +226,23 @@ impl Desk {
 
     /// Measures set-ups, each a row, whose costs are multiples of the shadow map's of `base`.
     pub fn measure(&mut self, job: u64, adapter: String, scene: Arc<Scene>, base: Setup, setups: Vec<Setup>) {
-        let work = move |renderer: &mut Renderer, watch: &Watch| {
-            let setups: Vec<(u64, Setup)> = (0..).zip(setups).collect();
-            let mut failed = Vec::new();
-            measure::run(renderer, &base, &setups, setups.len() as u64, false, &mut |step| match step {
-                Step::Working(done, what) => watch.progress(done, &what),
-                Step::Row(row) => watch.tell(Done::Row(row)),
-                Step::Failed(why) => {
-                    failed.push(why.to_string());
-                    true
-                }
-            })?;
-            ensure!(failed.is_empty(), failed.join("; "));
-            Ok(())
-        };
+        let work =
+            move |renderer: &mut Renderer, watch: &Watch| {
+                let setups: Vec<(u64, Setup)> = (0..).zip(setups).collect();
+                let mut failed = Vec::new();
+                measure::run(renderer, &base, &setups, setups.len() as u64, measure::More::default(), &mut |step| {
+                    match step {
+                        Step::Working(done, what) => watch.progress(done, &what),
+                        Step::Row(row) => watch.tell(Done::Row(row)),
+                        Step::Failed(why) => {
+                            failed.push(why.to_string());
+                            true
+                        }
+                    }
+                })?;
+                ensure!(failed.is_empty(), failed.join("; "));
+                Ok(())
+            };
         self.beside(job, adapter, scene, work, Done::Measured);
     }
 

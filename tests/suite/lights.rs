@@ -232,7 +232,7 @@ fn figures_of_lights_add_up() {
     setup.add_light(coloured(1)).unwrap();
     setup.switch_light(3, false);
     let mut rows = Vec::new();
-    measure::run(&mut r, &setup, &[(0, setup.clone())], 1, false, &mut |step| {
+    measure::run(&mut r, &setup, &[(0, setup.clone())], 1, measure::More::default(), &mut |step| {
         if let measure::Step::Row(row) = step {
             rows.push(*row);
         }

@@ -591,7 +591,7 @@ fn rays_that_give_up_are_reported() {
     s.set("max_visits=65536", &["rt-hard".into()]).unwrap();
     let work = [(0, s)];
     let mut rows = Vec::new();
-    measure::run(&mut r, &work[0].1, &work, 1, false, &mut |step| {
+    measure::run(&mut r, &work[0].1, &work, 1, measure::More::default(), &mut |step| {
         if let Step::Row(row) = step {
             rows.push(row);
         }
@@ -599,7 +599,7 @@ fn rays_that_give_up_are_reported() {
     })
     .unwrap();
     assert!(rows.len() == 1 && rows[0].notes.is_empty(), "{:?}", rows[0].notes);
-    let stopped = measure::run(&mut r, &work[0].1, &work, 1, false, &mut |step| {
+    let stopped = measure::run(&mut r, &work[0].1, &work, 1, measure::More::default(), &mut |step| {
         assert!(matches!(step, Step::Working(..)), "a measurement that is told to stop gives no row");
         false
     });
