@@ -34,6 +34,8 @@ crate::params! {
             denoiser: choice("ffx", ["off", "ffx", "svgf"]),
             /// Passes of the filter, each with its taps twice as far apart. SVGF's authors take 5.
             passes: int(3, 0..=5, "passes") if denoiser = ["ffx", "svgf"],
+            /// Let the next frame take over what the first pass made of this one, as both methods do: less noise, and what lies still is blurred again in each frame. Off: what the passes are given.
+            feedback: flag(true) if history = true and passes > 0,
             /// Depth by which neighbours may differ, as a share of their distance. Small: edges stay sharp, and slanting surfaces noisy.
             sigma_z: float(0.01, 0.001..=0.1, "") if denoiser = "ffx" and passes > 0,
         }
@@ -178,7 +180,9 @@ impl Technique for RtDenoise {
             f.tell_note("The light has no size: one ray goes to its centre, and the filter blurs the edges.".into());
         }
         let wanted = if p.history { p.frames } else { 1 };
-        let passes = if p.denoiser == "off" { 0 } else { p.passes };
+        // Pass 0 filters nothing, and hands on what the next frame takes over.
+        let passes = if p.denoiser == "off" { 0 } else { p.passes as usize };
+        let first = usize::from(p.feedback && passes > 0);
         let blue = blue_tile(f.gpu, &mut self.blue, p.sequence == "blue");
         let of = Some((p, f.size));
         if f.history != History::Goes || self.of != of {
@@ -255,10 +259,8 @@ impl Technique for RtDenoise {
                     .bind("moments", now)
                     .per_pixel();
             }
-            // The next frame takes over what the first pass makes of this one.
             let mut way = [&estimate, &kept, &spare];
-            for pass in 0..passes.max(1) {
-                let spacing = &self.spacings[if passes == 0 { 0 } else { pass as usize + 1 }];
+            for spacing in &self.spacings[first..=passes] {
                 f.run(&self.a_trous)
                     .of_picture()
                     .bind("spacing", spacing)
@@ -266,7 +268,8 @@ impl Technique for RtDenoise {
                     .bind("estimate", way[0])
                     .bind("estimate_out", way[1])
                     .dispatch_indirect(&self.dispatch, 0);
-                way = if pass == 0 { [&kept, &spare, &estimate] } else { [way[1], way[2], way[1]] };
+                // What is kept stays as it is.
+                way = [way[1], way[2], if way[1] == &kept { &estimate } else { way[1] }];
             }
             if self.frames % 2 == 1 {
                 moments.swap(0, 1);
