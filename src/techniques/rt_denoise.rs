@@ -82,7 +82,7 @@ pub static INFO: Info = Info {
             "Clamp distance",
             "How far history was moved to lie near the mean of the neighbourhood: where a shadow moved, and where the filter blurs \
              what is sharp.",
-            view::ramp("change of visibility", "", [0.0, 0.5]),
+            view::ramp("change of visibility", "", [0.0, 0.25]),
         ),
         view::map(
             "disocclusion",

@@ -27,7 +27,7 @@ fn in_the_yard(light: Light) -> (Renderer, Setup) {
 }
 
 /// A floor under a lid 2 m above it that covers x < 0, seen from between them; the sun, 4° in radius, `turn` degrees from the
-/// zenith. The penumbra is some 25 pixels wide, and moves by about a pixel for each third of a degree.
+/// zenith. The penumbra is some 25 pixels wide, and moves by 1.1 pixels for each 0.4°.
 fn under_a_lid() -> (Renderer, Setup) {
     let mut triangles = floor(Vec2::splat(-20.0), Vec2::splat(20.0), 0.0);
     triangles.extend(floor(Vec2::splat(-20.0), Vec2::new(0.0, 20.0), 2.0));
@@ -94,6 +94,7 @@ fn errors_fall_to_a_floor() {
         errors(&["frames=64", &denoiser, "feedback=false"]);
         errors(&["frames=64", &denoiser, "history=false"]);
     }
+    errors(&["frames=64", "denoiser=svgf", "passes=5", "min_blend=0.2"]);
 }
 
 /// Each sequence, number of rays and number of frames comes to the mean over the light.
