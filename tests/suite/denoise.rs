@@ -226,6 +226,39 @@ fn revealed_surfaces_start_anew() {
     assert!(map.iter().zip(&mask).all(|(v, m)| *m != FACING || *v as u32 == 2));
 }
 
+/// History follows the camera: after steps through the yard the picture is not much worse than one at rest, and without neighbours
+/// far better than a frame alone.
+#[test]
+fn history_follows_the_camera() {
+    let (mut r, mut s) = in_the_yard(sun_at(0.0));
+    let here = s.camera;
+    let mut walk = |sets: &[&str]| {
+        select(&mut s, "rt-denoise", sets);
+        s.camera = here;
+        frame(&mut r, &s, History::Whole);
+        for _ in 0..8 {
+            s.camera.position += Vec3::new(0.031, 0.013, -0.02);
+            s.camera.target += Vec3::new(0.017, 0.0, 0.01);
+            frame(&mut r, &s, History::Goes);
+        }
+        let seen = r.read_visibility().unwrap();
+        let truth = many(&mut r, &s, 1024);
+        let walked = rmse(&mut r, &seen, &truth);
+        select(&mut s, "rt-denoise", sets);
+        let seen = frame(&mut r, &s, History::Whole);
+        let rested = rmse(&mut r, &seen, &truth);
+        println!("{sets:?}: {walked:.4}, at rest {rested:.4}");
+        [walked, rested]
+    };
+    let alone = walk(&["denoiser=off", "history=false"]);
+    let [walked, _] = walk(&["denoiser=off"]);
+    assert!(walked < 0.5 * alone[0], "{walked} of {alone:?}");
+    for denoiser in ["denoiser=ffx", "denoiser=svgf"] {
+        let [walked, rested] = walk(&[denoiser]);
+        assert!(walked < 1.7 * rested, "{denoiser}: {walked}, at rest {rested}");
+    }
+}
+
 /// Without history a frame knows nothing of those before, and with it it does. So many frames one by one are the picture at once,
 /// and pictures repeat.
 #[test]
