@@ -19,6 +19,14 @@ crate::params! {
             /// Where on the light they end. Blue: a tile of 64 × 64 whose neighbours differ as much as can be. Ign: interleaved gradient noise. R2: at random from pixel to pixel. These three step from frame to frame by the R2 sequence. White: at random each time.
             sequence: choice("blue", ["white", "ign", "blue", "r2"]),
         }
+        "Denoiser" {
+            /// How neighbours are averaged. Ffx: as AMD's FidelityFX shadow denoiser, 3 × 3 taps, only in tiles that are neither all lit nor all dark. Svgf: spatiotemporal variance-guided filtering, 5 × 5 taps, history not clamped. Off: not at all, frames alone.
+            denoiser: choice("ffx", ["off", "ffx", "svgf"]),
+            /// Passes of the filter, each with its taps twice as far apart. SVGF's authors take 5.
+            passes: int(3, 0..=5, "passes") if denoiser = ["ffx", "svgf"],
+            /// Depth by which neighbours may differ, as a share of their distance. Small: edges stay sharp, and slanting surfaces noisy.
+            sigma_z: float(0.01, 0.001..=0.1, "") if denoiser = "ffx" and passes > 0,
+        }
         "History" {
             /// Take over what earlier frames saw of the same surface.
             history: flag(true),
@@ -28,16 +36,8 @@ crate::params! {
             min_blend: float(0.05, 0.02..=1.0, "mean" => "newest") if history = true,
             /// How far history may lie from the mean of the 17 × 17 pixels around, in standard deviations of these. Small: moving shadows lag less, and noise and blur grow.
             clamp_k: float(0.5, 0.25..=2.0, "σ") if history = true and denoiser = "ffx",
-        }
-        "Denoiser" {
-            /// How neighbours are averaged. Ffx: as AMD's FidelityFX shadow denoiser, 3 × 3 taps, only in tiles that are neither all lit nor all dark. Svgf: spatiotemporal variance-guided filtering, 5 × 5 taps, history not clamped. Off: not at all, frames alone.
-            denoiser: choice("ffx", ["off", "ffx", "svgf"]),
-            /// Passes of the filter, each with its taps twice as far apart. SVGF's authors take 5.
-            passes: int(3, 0..=5, "passes") if denoiser = ["ffx", "svgf"],
-            /// Let the next frame take over what the first pass made of this one, as both methods do: less noise, and what lies still is blurred again in each frame. Off: what the passes are given.
+            /// Let the next frame take over what the first pass made of this one, as SVGF does: less noise, and what lies still is blurred again in each frame. Off: what the passes are given.
             feedback: flag(true) if history = true and passes > 0,
-            /// Depth by which neighbours may differ, as a share of their distance. Small: edges stay sharp, and slanting surfaces noisy.
-            sigma_z: float(0.01, 0.001..=0.1, "") if denoiser = "ffx" and passes > 0,
         }
     }
 }
@@ -45,7 +45,7 @@ crate::params! {
 pub static INFO: Info = Info {
     id: "rt-denoise",
     title: "Ray-traced, denoised",
-    paper: "Schied et al. 2017 (SVGF); AMD FidelityFX Shadow Denoiser 2021",
+    paper: "Schied et al. 2017; AMD FidelityFX 2021",
     family: "Ray traced",
     mark: 40,
     doc: "One ray a pixel to a random place of the light. Earlier frames, found again by reprojection, and neighbours on the same \
