@@ -45,11 +45,13 @@ fn place_of_hash(x: u32) -> vec2f {
     return vec2f(vec2u(x, hash(x)) >> vec2u(8u)) / 16777216.0;
 }
 
-// The place of the sample `i` that a pixel sends its ray to: the points of the R2 sequence (Roberts 2018), shifted in the square
-// by a distance that differs from pixel to pixel (Cranley, Patterson 1976).
+// The point `i` of the R2 sequence (Roberts 2018), in the unit square. In whole numbers, which thousands of steps do not round.
+fn r2_point(i: u32) -> vec2f {
+    return vec2f(vec2u(i * 3242174889u, i * 2447445414u) >> vec2u(8u)) / 16777216.0;
+}
+
+// The place of the sample `i` that a pixel sends its ray to: the points of that sequence, shifted in the square by a distance
+// that differs from pixel to pixel (Cranley, Patterson 1976).
 fn scattered(pixel: vec2u, i: u32) -> vec2f {
-    let shift = place_of_hash(hash(pixel.x ^ hash(pixel.y)));
-    // In whole numbers, which thousands of steps do not round.
-    let step = vec2u(i * 3242174889u, i * 2447445414u) >> vec2u(8u);
-    return fract(shift + vec2f(step) / 16777216.0);
+    return fract(place_of_hash(hash(pixel.x ^ hash(pixel.y))) + r2_point(i));
 }

@@ -26,15 +26,12 @@ fn held(pixel: vec2u) -> Held {
 // What the last frame held where it saw this surface: its four pixels around the place, as far as they show the same surface.
 // Of 0 frames: none did.
 fn earlier(s: Surface) -> Held {
-    let clip = past.view_proj * vec4f(s.position, 1.0);
-    if past.frames == 0u || clip.w <= 0.0 {
+    let before = place_before(past, s.position);
+    if before.z <= 0.0 {
         return Held(0.0, 0.0, 0.0);
     }
     let size = vec2f(frame.size);
-    let at = (0.5 + vec2f(0.5, -0.5) * clip.xy / clip.w) * size - 0.5;
-    // Of a camera at rest exactly the same pixel.
-    let near = round(at);
-    let place = select(at, near, abs(at - near) < vec2f(1e-2));
+    let place = before.xy;
     let away = distance(s.position, past.eye);
     // How much farther off the surface is a pixel on.
     let facing = max(abs(dot(s.normal, normalize(s.position - past.eye))), 0.02);

@@ -1,7 +1,6 @@
 //!include lib/frame.wgsl
 //!include lib/gbuffer.wgsl
-//!include lib/light_place.wgsl
-//!include lib/shadow_ray.wgsl
+//!include lib/light_ray.wgsl
 //!include constants.wgsl
 //!include lib/light_dots.wgsl
 // The mean over rays to places all over the light. Each dispatch adds some to those that the pixels have.
@@ -41,18 +40,6 @@ fn ray_place(pixel: vec2u, i: u32) -> vec2f {
         inside = place_of_hash(hash(pixel.x ^ hash(pixel.y ^ hash(i ^ hash(frame.seed))))) + 0.5 / 16777216.0;
     }
     return on_light((vec2f(vec2u(i % k, i / k)) + inside) / f32(k));
-}
-
-// Whether a surface that faces the light sees that place of it. Where the place has set behind the surface's plane it does not.
-fn sees(s: Surface, light: LightSample, place: vec2f) -> bool {
-    var there = light;
-    there.to_light = towards(light.to_light, place);
-    if dot(s.normal, there.to_light) <= 0.0 {
-        return false;
-    }
-    let hit = trace(shadow_ray(s, there));
-    tally_ray(hit);
-    return !hit.blocked;
 }
 
 @compute @workgroup_size(8, 8)

@@ -88,8 +88,25 @@ static BLUE: LazyLock<Vec<f32>> = LazyLock::new(|| {
     ranks.into_iter().map(|rank| (rank as f32 + 0.5) / ALL as f32).collect()
 });
 
+/// The tile of blue noise as shaders read it; one texel stands in where it is not `wanted`.
+pub fn blue_tile(gpu: &Gpu, slot: &mut Slot, wanted: bool) -> wgpu::TextureView {
+    let usage = wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST;
+    let side = if wanted { SIDE as u32 } else { 1 };
+    let held = slot.texture().map(|t| t.width());
+    let blue = slot.get(gpu, "blue noise", [side; 2], Format::R32Float, usage);
+    if let Some(texture) = slot.texture().filter(|_| wanted && held != Some(side)) {
+        gpu.write_texture(texture, bytemuck::cast_slice(&BLUE));
+    }
+    blue
+}
+
 /// Bytes of `Past` in WGSL.
 const PAST: usize = 96;
+
+/// What is known of the frames before, `Past` in WGSL: of none.
+pub fn past(gpu: &Gpu) -> Buffer {
+    gpu.buffer("past", &[0; PAST], wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::STORAGE)
+}
 
 /// What the turned taps of a filter need, and what earlier frames saw.
 pub struct Noise {
@@ -120,20 +137,12 @@ impl Accumulation {
 
 impl Noise {
     pub fn new(gpu: &Gpu) -> Noise {
-        let usage = wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::STORAGE;
-        Noise { blue: Slot::default(), past: gpu.buffer("past", &[0; PAST], usage), history: None }
+        Noise { blue: Slot::default(), past: past(gpu), history: None }
     }
 
     /// What a shader that includes `map/filter/disk.wgsl` binds, by name.
     pub fn bound(&mut self, f: &Frame) -> [(&'static str, Resource); 2] {
-        let usage = wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST;
-        // One texel stands in where the tile is not asked for.
-        let side = if NoiseParams::read(f.values).noise == "blue" { SIDE as u32 } else { 1 };
-        let held = self.blue.texture().map(|t| t.width());
-        let blue = self.blue.get(f.gpu, "blue noise", [side; 2], Format::R32Float, usage);
-        if let Some(texture) = self.blue.texture().filter(|_| side > 1 && held != Some(side)) {
-            f.gpu.write_texture(texture, bytemuck::cast_slice(&BLUE));
-        }
+        let blue = blue_tile(f.gpu, &mut self.blue, NoiseParams::read(f.values).noise == "blue");
         [("blue_noise", (&blue).into()), ("past", (&self.past).into())]
     }
 

@@ -25,6 +25,7 @@ mod psm;
 pub mod pssm;
 mod psv;
 mod rbsm;
+mod rt_denoise;
 mod rt_hard;
 mod rt_soft;
 mod rtw;
@@ -213,6 +214,7 @@ pub static ALL: &[&Info] = &[
     &hybrid_pcf::INFO,
     &rt_hard::INFO,
     &rt_soft::INFO,
+    &rt_denoise::INFO,
 ];
 
 /// The technique whose ray-traced result is the truth.

@@ -10,6 +10,7 @@ mod common;
 mod conservative;
 mod contact;
 mod culling;
+mod denoise;
 mod edges;
 mod figures;
 mod filters_pcf;

@@ -694,7 +694,7 @@ fn maps_stay_with_the_frozen_camera() {
         let fitted = fits(r, s);
         let (at, lit) = (r.read_position().unwrap(), r.read_visibility().unwrap());
         let flown = Setup { camera: there, shadow_camera: Some(here), ..s.clone() };
-        if ["shadow-volume", "psv", "izb", "rt-soft"].iter().any(|id| what.starts_with(id)) {
+        if ["shadow-volume", "psv", "izb", "rt-soft", "rt-denoise"].iter().any(|id| what.starts_with(id)) {
             // Without maps the picture is that of its own camera.
             let seen = [&flown, &Setup { camera: there, ..s.clone() }].map(|s| {
                 r.render(s, ask(s)).unwrap();
