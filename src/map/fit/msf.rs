@@ -21,11 +21,16 @@ pub fn view(scope: &Scope, scene: &Polyhedron) -> Option<LightView> {
             let before = |image: &LightImage| corners.iter().all(|p| image.depth.dot(p.extend(1.0)) > scope.eps());
             if before(&image) { image } else { return None }
         }
+        // A rectangle's keeps its axis and sides, along which filters lay theirs.
+        Light::RectArea { .. } => scope.image(),
         _ => return None,
     };
     // Silhouettes of both are the same: what casts lies between the light and what receives.
     let points: Vec<DVec2> = corners.iter().map(|p| image.at(*p)).collect();
-    let turn = turned(&points)?;
+    let turn = match scope.light {
+        Light::RectArea { .. } => DMat3::IDENTITY,
+        _ => turned(&points)?,
+    };
     let nearest = scope.nearest(&image, &casting.corners());
     scope.view_between(&image, &turn, &points, Some(nearest), scope.deepest(&image, &corners))
 }
