@@ -123,7 +123,7 @@ impl ShadowMap {
                 if f.wants_outlines() {
                     f.outline_body(scope.seen_of(f.geometry.hull().clone()));
                 }
-                *self.least.get(f, scope, |s| msf::view(s, f.geometry.hull()))
+                *self.least.get(f, scope, |s| msf::view(s, f.geometry.hull(), reach.metres))
             }
             _ => None,
         };

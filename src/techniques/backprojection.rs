@@ -5,8 +5,9 @@ use super::shadow_map::GROUPS;
 use super::{Info, MAPS, Technique};
 use crate::frame::Frame;
 use crate::gpu::{self, Gpu, Pass, Resource, Texture, hold};
+use crate::light::Light;
 use crate::map::Maps;
-use crate::map::filter::{Filter, LookUp, shader, soft_reach};
+use crate::map::filter::{Filter, LookUp, Reach, shader, soft_reach};
 use crate::map::single::ShadowMap;
 use crate::params::Params;
 use crate::view::{self, Area, Axis, Class, Drawn, Legend, Span};
@@ -25,8 +26,8 @@ crate::params! {
             stride: int(1, 1..=4, "texels"),
             /// Closes gaps between the rectangles of texels side by side that lie at different depths. Off: light leaks through surfaces that slope. On: it no longer passes between two casters of which one hides the edge of the other.
             gap_fill: flag(true),
-            /// How often the window is narrowed to what casters as near as the nearest in it can hide. 0: it is as wide as if casters could touch the light, and too many texels are read, or skipped.
-            shrink: int(2, 0..=3, "times"),
+            /// How often the window is narrowed to what casters as near as the nearest in it can hide. 0: it is as wide as if the map's nearest caster lay before each pixel, and too many texels are read, or skipped.
+            shrink: int(3, 0..=3, "times"),
             /// A pixel all of whose window's texels lie before it is dark, whatever gaps there are between them.
             early_umbra: flag(true),
         }
@@ -36,8 +37,14 @@ crate::params! {
 static FILTER: Filter = Filter {
     id: "backprojection",
     file: "map/filter/backprojection.wgsl",
-    // How far texels lie that can hide some of the light is known only when the map is drawn.
-    reach: |f| soft_reach(f, f32::INFINITY),
+    // How far texels lie that can hide some of the light is known only when the map is drawn: half the light's sides for casters half-way
+    // up to it.
+    reach: |f| match f.light {
+        Light::RectArea { half_u, half_v, .. } => {
+            Reach { metres: half_u.length().max(half_v.length()), ..soft_reach(f, f32::INFINITY) }
+        }
+        _ => Reach::default(),
+    },
     smooth: |_| false,
     ..Filter::PLAIN
 };

@@ -74,7 +74,8 @@ fn window(s: Surface, layer: u32) -> Window {
     if w.closed {
         return w;
     }
-    var nearest = v.near;
+    // No caster is nearer than the nearest of the map.
+    var nearest = linear_depth(v, textureLoad(pyramid, vec2u(0u), textureNumLevels(pyramid) - 1u).x);
     var found = vec2f(0.0);
     // Round after round the nearest caster in the window makes it narrower; the last one asks what is left in it.
     for (var i = 0u; i <= backprojection.shrink; i++) {

@@ -19,9 +19,12 @@ fn widest_penumbra(depth: f32, casters: f32) -> f32 {
     return max(widths.x, widths.y);
 }
 
-// Lengths in metres across the light along the map's sides, in texels; the longer is `most` at most.
+// Lengths in metres across the light along the map's sides, in texels, `most` at most; a disc's keep their ratio.
 fn in_texels(metres: vec2f, density: vec2f, most: f32) -> vec2f {
     let wanted = metres * density;
+    if frame.light_kind == rect_area {
+        return min(wanted, vec2f(most));
+    }
     return wanted * min(1.0, most / max(max(wanted.x, wanted.y), 1e-30));
 }
 

@@ -217,7 +217,11 @@ impl Scope {
             Light::RectArea { half_u, .. } => {
                 // In f64 `axis` is at right angles to it only nearly.
                 let along = half_u.as_dvec3();
-                LightImage::turned(axis, (along - axis * axis.dot(along)).normalize_or(axis.any_orthonormal_vector()), from)
+                LightImage::turned(
+                    axis,
+                    (along - axis * axis.dot(along)).normalize_or(axis.any_orthonormal_vector()),
+                    from,
+                )
             }
             _ => LightImage::new(axis, from),
         }
