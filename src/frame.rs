@@ -909,7 +909,7 @@ impl Renderer {
         told.gpu_bytes = told.lights.iter().map(|l| l.gpu_bytes).sum();
         told.frames = f.frames;
         self.frames = f.frames[0];
-        self.sizeless = setup.light.radius() == 0.0 && info.filter(values).is_some_and(|f| (f.sized)(values));
+        self.sizeless = !setup.light.has_size() && info.filter(values).is_some_and(|f| (f.sized)(values));
         let Frame { mut recorder, .. } = f;
         recorder.set("frame", &self.frame_buffer);
         recorder.set("tally", &self.tally);

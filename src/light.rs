@@ -79,6 +79,9 @@ fn is_zero(size: &f32) -> bool {
 /// Largest `radius`, metres, and largest `angular_radius`, degrees.
 pub const MAX_RADIUS: f32 = 10.0;
 
+/// Angle from a rectangle's axis, degrees, beyond which no single view sees.
+pub const WIDEST: f32 = 80.0;
+
 /// The light kinds' names, in the shaders' order.
 pub const KINDS: [&str; 5] = ["directional", "spot", "omni", "hemisphere", "rect-area"];
 
@@ -170,6 +173,26 @@ impl Light {
         }
     }
 
+    /// Tangent of the angle from the axis up to which a single perspective view from its place sees: a spot's cone, and of the half
+    /// space before a rectangle's centre what lies within [`WIDEST`]. None of lights without such a view.
+    pub fn view_tangent(&self) -> Option<f32> {
+        match *self {
+            Light::Spot { outer_angle, .. } => Some(outer_angle.to_radians().tan()),
+            Light::RectArea { .. } => Some(WIDEST.to_radians().tan()),
+            _ => None,
+        }
+    }
+
+    /// Unit vector to the right in its view: along the width of a rectangle, else level.
+    pub fn view_right(&self) -> Vec3 {
+        let axis = self.axis();
+        let up = if axis.y.abs() > 0.9999 { Vec3::NEG_Z } else { Vec3::Y };
+        match *self {
+            Light::RectArea { half_u, .. } => half_u.normalize_or(Vec3::X),
+            _ => axis.cross(up).normalize(),
+        }
+    }
+
     /// Whether it is more than a point, so that shadows have penumbras.
     pub fn has_size(&self) -> bool {
         self.radius() > 0.0 || matches!(self, Light::RectArea { .. })
@@ -237,14 +260,13 @@ impl LightView {
         }
     }
 
-    /// The view of a directional or spot light that sees the whole scene: the box around the scene's
-    /// bounds, or the cone. `margin` texels stay free when a fit narrows it.
+    /// The view of a directional, spot or area light that sees the whole scene: the box around the scene's
+    /// bounds, the cone, or the square pyramid before a rectangle's centre, whose sides run along the rectangle's.
+    /// `margin` texels stay free when a fit narrows it.
     ///
     /// Other kinds have no single view: None.
     pub fn whole(light: &Light, bounds: [Vec3; 2], resolution: u32, margin: f32) -> Option<LightView> {
-        let axis = light.axis();
-        let up = if axis.y.abs() > 0.9999 { Vec3::NEG_Z } else { Vec3::Y };
-        let right = axis.cross(up).normalize();
+        let (axis, right) = (light.axis(), light.view_right());
         let up = right.cross(axis);
         let r = resolution as f32;
         let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
@@ -269,8 +291,8 @@ impl LightView {
                 view.row_z = (Vec4::W * view.far - view.axis) / view.far;
                 view.texel = size.x.max(size.y) / r;
             }
-            Light::Spot { position, outer_angle, range, .. } => {
-                let tangent = outer_angle.to_radians().tan();
+            Light::Spot { range, .. } | Light::RectArea { range, .. } => {
+                let (position, tangent) = (light.position(), light.view_tangent()?);
                 let row = |v: Vec3, scale: f32| (v / scale).extend(-v.dot(position) / scale);
                 view.row_x = row(right, tangent);
                 view.row_y = row(up, tangent);

@@ -5,11 +5,19 @@
 //     fn dot_place(i: u32) -> vec2f       where on the light one lies, -1 to 1
 //     fn dot_seen(i: u32) -> bool         whether the probed pixel sees it
 
+// Half the drawn light's sides, pixels.
+fn drawn_half() -> f32 {
+    return 0.5 * f32(min(frame.size.x, frame.size.y)) / 1.04;
+}
+
+// The place of the light, -1 to 1, that a pixel of the drawing shows.
+fn drawn_place(pixel: vec2u) -> vec2f {
+    return vec2f(1.0, -1.0) * (vec2f(pixel) + 0.5 - 0.5 * vec2f(frame.size)) / drawn_half();
+}
+
 fn light_dots(pixel: vec2u) -> f32 {
-    let size = vec2f(frame.size);
-    let half = 0.5 * min(size.x, size.y) / 1.04;
-    let at = vec2f(1.0, -1.0) * (vec2f(pixel) + 0.5 - 0.5 * size) / half;
-    let line = 1.0 / half;
+    let at = drawn_place(pixel);
+    let line = 1.0 / drawn_half();
     if any(abs(at) > vec2f(1.0 + line)) {
         return drawn(white, 0.0);
     }

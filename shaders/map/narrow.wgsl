@@ -6,18 +6,22 @@
 // Largest u, v, 1 - u, 1 - v, depth share and 1 - depth share of any receiver, as the bits of floats in [0, 1].
 var<storage, read_write> extent: array<atomic<u32>, 6>;
 var<storage, read_write> fitted: LightView;
+// Receivers that lie outside the light's view: a single one cannot take all that lies before a rectangle.
+var<storage, read_write> beyond: atomic<u32>;
 
 // A workgroup takes 64 × 64 pixels, neighbouring threads neighbouring ones: few atomics, no barriers.
 @compute @workgroup_size(8, 8)
 fn receivers(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) local: vec3u) {
     let v = light_view;
     var most = array<f32, 6>(-1.0, -1.0, -1.0, -1.0, -1.0, -1.0);
+    var outside = 0u;
     for (var i = 0u; i < 64u; i++) {
         let p = lit_sample(group.xy * 64u + vec2u(i % 8u, i / 8u) * 8u + local.xy);
         if p.w <= 0.0 {
             continue;
         }
         let clip = light_clip(v, p.xyz);
+        outside += select(0u, 1u, any(abs(clip.xy) > vec2f(clip.w)));
         let uv = saturate(0.5 + 0.5 * clip.xy / clip.w);
         let z = dot(v.axis, vec4f(p.xyz, 1.0));
         most[0] = max(most[0], uv.x);
@@ -26,6 +30,9 @@ fn receivers(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) 
         most[3] = max(most[3], 1.0 - uv.y);
         most[4] = max(most[4], saturate((z - v.near) / (v.far - v.near)));
         most[5] = max(most[5], saturate((v.far - z) / (v.far - v.near)));
+    }
+    if outside > 0u {
+        atomicAdd(&beyond, outside);
     }
     if most[0] >= 0.0 {
         for (var i = 0u; i < 6u; i++) {

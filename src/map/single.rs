@@ -7,9 +7,10 @@ use super::peel::{Depths, Held};
 use super::{MapParams, Maps, light_views, margin, whole};
 use crate::frame::Frame;
 use crate::gpu::{Buffer, Gpu, Pass};
-use crate::light::LightView;
+use crate::light::{Light, LightView, WIDEST};
 use crate::params::Params;
 use anyhow::Result;
+use wgpu::BufferUsages as Use;
 
 crate::params! {
     /// What an unwarped map covers.
@@ -28,6 +29,8 @@ pub struct Fit {
     extent: Buffer,
     receivers: Pass,
     narrow: Pass,
+    /// Receivers that the whole view does not see.
+    beyond: Buffer,
     last: Option<LightView>,
 }
 
@@ -36,9 +39,10 @@ impl Fit {
         Ok(Fit {
             whole: light_views(gpu, "whole light view"),
             fitted: light_views(gpu, "fitted light view"),
-            extent: gpu.buffer("receivers' extent", &[0; 24], wgpu::BufferUsages::STORAGE),
+            extent: gpu.buffer("receivers' extent", &[0; 24], Use::STORAGE),
             receivers: Pass::compute(gpu, "fit: receivers", "map/narrow.wgsl", "receivers", &[])?,
             narrow: Pass::compute(gpu, "fit: narrow", "map/narrow.wgsl", "narrow", &[])?,
+            beyond: gpu.room("receivers beyond the map", 4, Use::STORAGE | Use::COPY_DST | Use::COPY_SRC),
             last: None,
         })
     }
@@ -54,7 +58,17 @@ impl Fit {
         }
         let [w, h] = f.size.map(|side| side.div_ceil(64));
         f.clear(&self.extent);
-        f.run(&self.receivers).bind("light_view", &self.whole).bind("extent", &self.extent).dispatch(w, h, 1);
+        f.clear(&self.beyond);
+        f.run(&self.receivers)
+            .bind("light_view", &self.whole)
+            .bind("extent", &self.extent)
+            .bind("beyond", &self.beyond)
+            .dispatch(w, h, 1);
+        if matches!(f.light, Light::RectArea { .. }) {
+            f.tell_counted(&self.beyond, |pixels| {
+                format!("{pixels} pixels lie more than {WIDEST}° off the light's axis, where no single map reaches: they are lit.")
+            });
+        }
         f.run(&self.narrow)
             .bind("light_view", &self.whole)
             .bind("extent", &self.extent)
@@ -109,7 +123,7 @@ impl ShadowMap {
                 if f.wants_outlines() {
                     f.outline_body(scope.seen_of(f.geometry.hull().clone()));
                 }
-                *self.least.get(f, scope, |s| msf::view(s, f.geometry.hull()))
+                *self.least.get(f, scope, |s| msf::view(s, f.geometry.hull(), reach.metres))
             }
             _ => None,
         };

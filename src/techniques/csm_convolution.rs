@@ -54,7 +54,7 @@ pub static INFO: Info = Info {
     mark: 17,
     doc: "The depth test as a Fourier series: its terms can be blurred before the receiver is known. It takes many numbers a \
           texel, rings, and leaks near contacts.",
-    lights: &["directional", "spot"],
+    lights: &["directional", "spot", "rect-area"],
     filter: Some(&FILTER),
     smooth: |_| false,
     params: crate::groups!(&[PrefilterParams::GROUP, CsmConvolutionParams::GROUP], GROUPS),

@@ -55,7 +55,7 @@ pub static INFO: Info = Info {
     mark: 15,
     doc: "An exponential stands for the depth test, so that one number per texel can be blurred. Light leaks near contacts, and \
           where receivers are not flat it must be helped.",
-    lights: &["directional", "spot"],
+    lights: &["directional", "spot", "rect-area"],
     filter: Some(&FILTER),
     smooth: |_| false,
     params: crate::groups!(&[PrefilterParams::GROUP, EsmParams::GROUP], GROUPS),

@@ -55,7 +55,7 @@ pub static INFO: Info = Info {
     mark: 16,
     doc: "Variance shadow maps of depth that two exponentials have warped, of which the better bound counts. Little light leaks; \
           it takes twice the memory, and more bits.",
-    lights: &["directional", "spot"],
+    lights: &["directional", "spot", "rect-area"],
     filter: Some(&FILTER),
     smooth: |_| false,
     params: crate::groups!(&[PrefilterParams::GROUP, EvsmParams::GROUP, ChebyshevParams::GROUP], GROUPS),

@@ -1,5 +1,6 @@
 //! The techniques: the trait they implement and the registry they stand in.
 
+mod backprojection;
 mod csm_conservative;
 mod csm_convolution;
 mod cube;
@@ -212,6 +213,7 @@ pub static ALL: &[&Info] = &[
     &izb::INFO,
     &csm_conservative::INFO,
     &hybrid_pcf::INFO,
+    &backprojection::INFO,
     &rt_hard::INFO,
     &rt_soft::INFO,
     &rt_denoise::INFO,

@@ -64,7 +64,7 @@ pub static INFO: Info = Info {
     mark: 18,
     doc: "Four moments of depth, from which the least shadow follows that they allow. Two layers of casters come out exactly; \
           with more, light leaks.",
-    lights: &["directional", "spot"],
+    lights: &["directional", "spot", "rect-area"],
     filter: Some(&FILTER),
     smooth: |_| false,
     params: crate::groups!(&[PrefilterParams::GROUP, MsmParams::GROUP], GROUPS),

@@ -317,7 +317,7 @@ impl Technique for Notw {
                 // Faces around a light are narrowed each: see `cropped`.
                 match self.around {
                     true => None,
-                    false => *self.least.get(f, scope(f, Reach::default()), |s| msf::view(s, f.geometry.hull())),
+                    false => *self.least.get(f, scope(f, Reach::default()), |s| msf::view(s, f.geometry.hull(), 0.0)),
                 }
             }
             _ => None,

@@ -71,7 +71,7 @@ pub static INFO: Info = Info {
     mark: 1,
     doc: "Several depth comparisons around each pixel's place in the shadow map, averaged: the stairs blur. The blur \
           is equally wide everywhere, even where the shadow touches its caster.",
-    lights: &["directional", "spot"],
+    lights: &["directional", "spot", "rect-area"],
     filter: Some(&FILTER),
     smooth: |_| false,
     params: crate::groups!(&[PcfParams::GROUP, NoiseParams::GROUP], GROUPS),

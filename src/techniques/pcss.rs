@@ -24,7 +24,7 @@ crate::params! {
 pub static FILTER: Filter = Filter {
     id: "pcss",
     file: "map/filter/pcss.wgsl",
-    reach: |f| match f.light.radius() > 0.0 {
+    reach: |f| match f.light.has_size() {
         true => soft_reach(f, PcssParams::read(f.values).max_radius),
         false => Reach::default(),
     },
@@ -45,7 +45,7 @@ pub const BLOCKER_DEPTH: View = view::map(
 pub const PENUMBRA_WIDTH: View = view::map(
     "penumbra-width",
     "Penumbra width",
-    "The width that the penumbra of a straight edge would have at the depth that the search found.",
+    "The width that the penumbra of a straight edge would have at the depth that the search found; under a rectangle the wider one.",
     view::ramp("penumbra width", "m", [0.0, 1.0]),
 );
 
@@ -56,9 +56,9 @@ pub static INFO: Info = Info {
     family: "Filters",
     mark: 13,
     doc: "The farther a caster is from what it shades, the wider the penumbra: a search in the shadow map finds the \
-          mean depth of the casters, and PCF as wide as the penumbra follows. The light needs a size. Where casters lie \
-          at several depths their mean is the depth of none.",
-    lights: &["directional", "spot"],
+          mean depth of the casters, and PCF as wide as the penumbra follows, over a disk or, under a rectangle, over one of its \
+          shape. The light needs a size. Where casters lie at several depths their mean is the depth of none.",
+    lights: &["directional", "spot", "rect-area"],
     filter: Some(&FILTER),
     smooth: |_| false,
     params: crate::groups!(&[PcssParams::GROUP, NoiseParams::GROUP], GROUPS),

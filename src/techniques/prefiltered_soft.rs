@@ -36,7 +36,7 @@ pub static FILTER: Filter = Filter {
     file: "map/filter/prefiltered_soft.wgsl",
     reach: |f| {
         let p = PrefilteredSoftParams::read(f.values);
-        match (p.soft_kind.as_str(), f.light.radius() > 0.0) {
+        match (p.soft_kind.as_str(), f.light.has_size()) {
             ("savsm", _) => Reach { casters: false, ..soft_reach(f, 0.5 * p.box_width.min(p.max_box as f32)) },
             (_, true) => soft_reach(f, 0.5 * p.max_box as f32),
             (_, false) => Reach { texels: 1.0, ..Reach::default() },
@@ -63,7 +63,7 @@ pub static INFO: Info = Info {
     doc: "Penumbras as wide as PCSS has them, at the same cost whatever their width: moments of depth are summed up over the map, so \
           that the mean over a box takes a few reads. One box tells how far off the casters are, a second how much light \
           they leave. The light needs a size, unless the box's width is given. Light leaks where casters lie at several depths.",
-    lights: &["directional", "spot"],
+    lights: &["directional", "spot", "rect-area"],
     filter: Some(&FILTER),
     smooth: |_| false,
     params: crate::groups!(&[PrefilteredSoftParams::GROUP], GROUPS),

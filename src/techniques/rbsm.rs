@@ -88,7 +88,7 @@ pub static INFO: Info = Info {
     mark: 32,
     doc: "Follows each step of the plain map's stairs to its ends and draws a slanting line in its place. Knows no geometry, \
           so that it serves any map; short steps stay, and thin things break up.",
-    lights: &["directional", "spot"],
+    lights: &["directional", "spot", "rect-area"],
     filter: Some(&FILTER),
     smooth: |_| false,
     params: crate::groups!(&[RbsmParams::GROUP], GROUPS),

@@ -33,7 +33,7 @@ pub static INFO: Info = Info {
     mark: 0,
     doc: "Depth seen from the light, compared once per pixel. Fast; its edges are stairs of the map's texels, and \
           without a bias surfaces shadow themselves (acne).",
-    lights: &["directional", "spot"],
+    lights: &["directional", "spot", "rect-area"],
     filter: Some(&FILTER),
     smooth: |_| false,
     params: GROUPS,

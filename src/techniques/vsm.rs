@@ -69,7 +69,7 @@ pub static INFO: Info = Info {
     mark: 14,
     doc: "The map holds the mean of depth and of its square, and can be blurred and mipmapped like any picture. Chebyshev's \
           inequality then bounds the light. Cheap and smooth, but light leaks through behind two casters one after the other.",
-    lights: &["directional", "spot"],
+    lights: &["directional", "spot", "rect-area"],
     filter: Some(&FILTER),
     smooth: |_| false,
     params: crate::groups!(&[PrefilterParams::GROUP, VsmParams::GROUP, ChebyshevParams::GROUP], GROUPS),

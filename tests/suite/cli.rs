@@ -190,7 +190,7 @@ fn errors_are_one_sentence_and_a_non_zero_exit() {
         (vec!["capture", "cubes", "--view", "error", "--size", "32x32", "-o", "x.exr"], "raw values"),
         (vec!["capture", "cubes", "--size", "32", "-o", "x.png"], "WIDTHxHEIGHT"),
         (vec!["capture", "cubes", "--light", "omni", "--technique", "pcf", "-o", "x.png"], "not omni"),
-        (vec!["capture", "cubes", "--light", "area", "--technique", "shadow-map", "-o", "x.png"], "not rect-area"),
+        (vec!["capture", "cubes", "--light", "area", "--technique", "pssm", "-o", "x.png"], "not rect-area"),
         (vec!["capture", "cubes", "--set", "resolution=1", "-o", "x.png"], "64 to 8192"),
         (vec!["measure", "cubes", "--techniques", "esmm"], "esmm"),
         (vec!["--adapter", "abacus", "capture", "cubes", "-o", "x.png"], "abacus"),

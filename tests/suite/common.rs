@@ -109,6 +109,13 @@ pub fn lamp(position: Vec3) -> Light {
     Light::Omni { position, range: 60.0, radius: 0.0, color: Vec3::splat(20.0) }
 }
 
+/// A square of `half` a side to each of its middle that shines from `position` at `target`.
+pub fn plate(position: Vec3, target: Vec3, half: f32) -> Light {
+    let half_u = (target - position).normalize().any_orthonormal_vector() * half;
+    let half_v = (target - position).normalize().cross(half_u);
+    Light::RectArea { center: position, half_u, half_v, range: 60.0, color: Vec3::splat(20.0) }
+}
+
 /// Pixels of the last frame that face a spot and lie in its cone: those that surely do, and with those on its very edge.
 pub fn in_cone(r: &mut Renderer, light: &Light) -> [u64; 2] {
     let Light::Spot { position, outer_angle, range, .. } = *light else { panic!("not a spot") };

@@ -92,6 +92,7 @@ fn a_lit_floor_is_lit() {
         (spot(p(-9.0, 4.0, 1.0), p(2.0, 0.0, 2.0), 30.0), true),
         (spot(p(2.0, 5.0, 18.0), p(0.0, 0.0, 2.0), 35.0), false),
         (lamp(p(-2.0, 3.0, 1.0)), false),
+        (plate(p(-2.0, 3.0, 1.0), p(2.0, 0.0, 1.0), 0.03), false),
     ] {
         let (mut r, mut s) = start(lit(&ground, view, light), [120, 90]);
         for (i, info) in techniques::ALL.iter().enumerate().filter(|(_, i)| i.refuses(&light).is_none()) {
@@ -131,6 +132,9 @@ fn every_view_sample_has_a_texel() {
     let view = camera(Vec3::new(0.0, 2.0, 9.0), Vec3::new(0.0, 0.5, 0.0));
     let lamps = [Vec3::new(0.5, 3.0, 2.0), Vec3::new(-6.0, 1.0, 12.0), Vec3::new(0.0, 30.0, 0.0)];
     scenes.push(over_the_yard(lamps.map(|at| ("a lamp", view, lamp(at))).into()));
+    let plates = [Vec3::new(0.5, 3.0, 2.0), Vec3::new(0.0, 30.0, 0.0)];
+    scenes
+        .push(over_the_yard(plates.map(|at| ("a plate", view, plate(at, at * Vec3::new(1.0, 0.0, 1.0), 0.3))).into()));
     for (k, (r, places)) in scenes.iter_mut().enumerate() {
         let rows = (0..places.len()).map(|at| if k == 1 { k } else { at }).collect();
         for (info, sets, turn) in turns(places[0].1.light, rows) {
@@ -166,7 +170,8 @@ fn errors_fall_with_resolution() {
     let view = camera(Vec3::new(0.0, 5.0, 9.0), Vec3::ZERO);
     let cone = spot(Vec3::new(3.0, 9.0, 4.0), Vec3::ZERO, 45.0);
     let lamp = lamp(Vec3::new(-1.0, 4.0, 3.0));
-    for (at, light) in [sun(Vec3::new(0.5, 1.0, 0.3)), cone, lamp].into_iter().enumerate() {
+    let plate = plate(Vec3::new(3.0, 9.0, 4.0), Vec3::ZERO, 0.01);
+    for (at, light) in [sun(Vec3::new(0.5, 1.0, 0.3)), cone, lamp, plate].into_iter().enumerate() {
         let (mut r, mut s) = start(lit(&yard(), view, light), [160, 120]);
         for info in serving(light).filter(|i| i.specs().any(|s| s.name == "resolution")) {
             for sets in look_ups(info, at == 0) {
@@ -204,6 +209,8 @@ fn nothing_breaks() {
         ("from outside", view, spot(p(0.0, 40.0, 0.0), p(0.0, 90.0, 1.0), 60.0)),
     ]);
     let mut scenes = vec![over_the_yard(spots)];
+    let plates = [p(0.5, 3.0, 2.0), view.position, p(0.0, 3.0, -6.0), p(-5.0, 0.1, 0.0), p(0.0, 0.0, 0.0)];
+    scenes.push(over_the_yard(plates.map(|at| ("a plate", view, plate(at, p(0.1, -0.2, 0.0), 0.8))).into()));
     for id in ["st-duel", "st-behind", "st-degenerate", "st-depthrange"] {
         let (r, s) = built_in(id, [48, 48]);
         let place = |t| {
@@ -278,6 +285,11 @@ fn every_view_of_a_lamp_shows_something() {
     every_view_shows_something(lamp(Vec3::new(-0.5, 3.0, 2.0)), false);
 }
 
+#[test]
+fn every_view_of_a_rectangle_shows_something() {
+    every_view_shows_something(plate(Vec3::new(-0.5, 5.0, 2.0), Vec3::ZERO, 0.5), false);
+}
+
 /// `filters`: with each.
 fn every_view_shows_something(light: Light, filters: bool) {
     let view = camera(Vec3::new(0.0, 4.0, 10.0), Vec3::ZERO);
@@ -313,6 +325,7 @@ fn no_technique_needs_more_than_is_guaranteed() {
         sun(Vec3::new(0.4, 0.8, 0.3).normalize()),
         spot(Vec3::new(3.0, 7.0, 2.0), Vec3::ZERO, 50.0),
         lamp(Vec3::new(-0.5, 3.0, 2.0)),
+        plate(Vec3::new(3.0, 7.0, 2.0), Vec3::ZERO, 0.3),
     ];
     let (mut strong, mut setup) = start(lit(&yard(), view, lights[0]), [96, 72]);
     let mut weak = Renderer::new(Arc::new(weak), strong.scene().clone()).unwrap();
@@ -363,7 +376,8 @@ fn a_caster_near_the_lamp_casts() {
 /// One picture of every technique: what a second driver is asked for, where each takes seconds to compile.
 #[test]
 fn every_technique_draws() {
-    let lights = [sun(Vec3::new(0.8, 0.6, 0.3)), lamp(Vec3::new(-0.5, 3.0, 2.0))];
+    let plate = plate(Vec3::new(-0.5, 3.0, 2.0), Vec3::ZERO, 0.1);
+    let lights = [sun(Vec3::new(0.8, 0.6, 0.3)), lamp(Vec3::new(-0.5, 3.0, 2.0)), plate];
     let (mut r, mut s) = start(lit(&yard(), camera(Vec3::new(2.0, 3.0, 4.0), Vec3::ZERO), lights[0]), [64, 48]);
     println!("{}", r.gpu.info.name);
     let mut seen = Vec::new();
@@ -408,11 +422,11 @@ fn memory_told_is_memory_made() {
         all - told
     });
     let mut seen = Vec::new();
-    for light in [light, lamp(Vec3::new(-0.5, 3.0, 2.0))] {
+    for light in [light, lamp(Vec3::new(-0.5, 3.0, 2.0)), plate(Vec3::new(-0.5, 3.0, 2.0), Vec3::ZERO, 0.3)] {
         s.light = light;
         for info in serving(light) {
             // Filters know nothing of the light's kind.
-            let filters = if matches!(light, Light::Omni { .. }) { vec![] } else { filters(info) };
+            let filters = if matches!(light, Light::Directional { .. }) { filters(info) } else { vec![] };
             let chosen = filters.into_iter().map(|f| vec![format!("filter={}", f.id)]).chain(exact(info));
             for sets in chosen.chain([vec![]]) {
                 choose(&mut s, info, 512, &sets);

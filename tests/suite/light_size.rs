@@ -11,7 +11,7 @@ use shadowscope::truth::Samples;
 use std::f64::consts::PI;
 
 /// Height of the lid that throws the shadow. It covers x < 0.
-const LID: f32 = 2.0;
+pub const LID: f32 = 2.0;
 const SIZE: [u32; 2] = [72, 54];
 
 fn lamp(position: Vec3, radius: f32) -> Light {
@@ -24,7 +24,7 @@ pub fn wide_sun(to_light: Vec3, angular_radius: f32) -> Light {
 }
 
 /// A floor under a lid with one straight edge, seen from between them, around x on the floor.
-fn under_the_lid(light: Light, x: f32) -> (Renderer, Setup) {
+pub fn under_the_lid(light: Light, x: f32) -> (Renderer, Setup) {
     let mut triangles = floor(Vec2::splat(-20.0), Vec2::splat(20.0), 0.0);
     triangles.extend(floor(Vec2::splat(-20.0), Vec2::new(0.0, 20.0), LID));
     let view = camera(Vec3::new(x, 1.2, 0.3), Vec3::new(x, 0.0, 0.0));
@@ -264,6 +264,80 @@ fn a_rectangle_over_an_edge_gives_a_ramp() {
     for (label, e) in labels.iter().zip(&exact).filter(|(_, e)| (*e - 0.5).abs() > 0.1) {
         assert_eq!(*label >= 0.5, *e >= 0.5);
     }
+}
+
+/// Single maps see what lies before a rectangle's centre: penumbras of an edge along either of its sides are the closed form's ramps, as
+/// their kernels are boxes of its shape, whichever side lies along the edge.
+#[test]
+fn penumbras_of_a_rectangle_are_ramps() {
+    let (height, wide, narrow) = (4.0, 0.3, 0.1);
+    for (half_u, half_v, half) in [
+        (Vec3::X * wide, Vec3::Z * narrow, wide),
+        (Vec3::X * narrow, Vec3::Z * wide, narrow),
+        (Vec3::Z * wide, Vec3::NEG_X * narrow, narrow),
+        (Vec3::Z * narrow, Vec3::NEG_X * wide, wide),
+    ] {
+        let light = Light::RectArea { center: Vec3::Y * height, half_u, half_v, range: 30.0, color: Vec3::ONE };
+        let (mut r, mut s) = under_the_lid(light, 0.0);
+        let ramp = |x: f64| ((half as f64 + x * (height / LID - 1.0) as f64) / (2.0 * half as f64)).clamp(0.0, 1.0);
+        for (technique, most) in [("pcss", 0.015), ("prefiltered-soft", 0.04)] {
+            for fit in ["receivers", "msf"] {
+                let sets = [format!("fit={fit}"), "max_radius=128".into(), "max_box=256".into()];
+                let info = techniques::find(technique).unwrap();
+                let own = sets.into_iter().filter(|set| info.specs().any(|p| set.split('=').next() == Some(p.name)));
+                choose(&mut s, info, 1024, &own.collect::<Vec<_>>());
+                r.render(&s, Ask { picture: false, ..ask(&s) }).unwrap();
+                let seen = r.read_visibility().unwrap();
+                let (mut n, mut sum, mut edge) = (0.0, 0.0, 0);
+                for (p, v) in places(&mut r, &seen) {
+                    let e = ramp(p.x);
+                    edge += (e > 0.0 && e < 1.0) as u32;
+                    sum += (v - e) * (v - e);
+                    n += 1.0;
+                }
+                let rms = f64::sqrt(sum / n);
+                println!("{technique} {fit} {half_u} {half_v}: {rms:.4} of {edge}");
+                assert!(rms < most && edge > 300, "{technique} {fit} {half_u} {half_v}: {rms}, {edge}");
+            }
+        }
+    }
+}
+
+/// A hard shadow under a rectangle is its centre's, by every fit; and what lies too far off its axis for a map is lit and counted.
+#[test]
+fn single_maps_see_a_rectangle_from_its_centre() {
+    let view = camera(Vec3::new(0.0, 4.0, 10.0), Vec3::ZERO);
+    let light = |height: f32| Light::RectArea {
+        center: Vec3::new(0.3, height, 0.2),
+        half_u: Vec3::new(3e-3, 0.0, 1e-3),
+        half_v: Vec3::new(-1e-3, 0.0, 3e-3),
+        range: 60.0,
+        color: Vec3::ONE,
+    };
+    let made = scene(vec![mesh(&yard(), 0)], vec![material(Vec3::ONE)], view, light(5.0));
+    let (mut r, mut s) = start(made, [96, 72]);
+    for fit in ["receivers", "scene", "msf"] {
+        let e = errors(&mut r, &mut s, "shadow-map", &["resolution=2048", &format!("fit={fit}")]);
+        println!("{fit}: {:.4}, {} in shadow", e.rmse, e.shadow_correct);
+        assert!(e.rmse < 0.1 && e.shadow_correct > 60 && r.notes().unwrap().is_empty(), "{fit}: {e:?}");
+    }
+    s.light = light(0.9);
+    let e = errors(&mut r, &mut s, "shadow-map", &["resolution=2048"]);
+    let (mask, at) = (r.read_mask().unwrap(), r.read_position().unwrap());
+    let seen = r.read_visibility().unwrap();
+    let (right, far) = (Vec3::new(3.0, 0.0, 1.0).normalize(), Vec3::new(-1.0, 0.0, 3.0).normalize());
+    let mut beyond = 0;
+    for ((_, p), v) in mask.iter().zip(&at).zip(&seen).filter(|((m, _), _)| **m == FACING) {
+        let q = Vec3::from_slice(p) - s.light.position();
+        let tangent = q.dot(right).abs().max(q.dot(far).abs()) / -q.y;
+        if tangent > 80f32.to_radians().tan() {
+            // A texel at the border may see a little more.
+            assert!(*v == 1.0 || tangent < 1.02 * 80f32.to_radians().tan(), "{p:?}");
+            beyond += 1;
+        }
+    }
+    let notes = r.notes().unwrap().join(" ");
+    assert!(beyond > 100 && notes.starts_with(&format!("{beyond} pixels")), "{beyond}: {notes} {e:?}");
 }
 
 /// Every built-in rectangle shines into its scene: some of the default picture faces it.

@@ -2,6 +2,7 @@
 
 mod around;
 mod averaged_truth;
+mod backprojection;
 mod bias;
 mod cascades;
 mod chart;

@@ -114,7 +114,7 @@ fn calipers_find_the_least_rectangle() {
         assert!(least <= brute * (1.0 + 1e-9) && least >= brute * 0.999, "frustum {i}: {least}, {brute}");
         gained += (least < 0.8 * turned(0.0)) as u32;
         // All that the frustum sees of the box is inside; corners are where three planes of theirs meet.
-        let view = msf::view(&s, &s.cuboid()).unwrap();
+        let view = msf::view(&s, &s.cuboid(), 0.0).unwrap();
         for p in s.seen() {
             let t = texel(&view, p);
             assert!(t.min_element() > 0.5 && t.max_element() < 511.5, "frustum {i}: {p} at {t}");
@@ -153,9 +153,9 @@ fn the_minimal_frustum_is_that_of_the_hull() {
         let side = |row: Vec4| 2.0 / row.truncate().length() * (510.0 / 512.0);
         side(v.row_x) * side(v.row_y)
     };
-    let of_hull = msf::view(&scope, r.geometry().hull()).unwrap();
+    let of_hull = msf::view(&scope, r.geometry().hull(), 0.0).unwrap();
     assert!((area(&of_hull) - 4.0 * half * width).abs() < 0.05, "{} m²", area(&of_hull));
-    let of_box = msf::view(&scope, &scope.cuboid()).unwrap();
+    let of_box = msf::view(&scope, &scope.cuboid(), 0.0).unwrap();
     assert!((area(&of_box) - 400.0).abs() < 0.5, "{} m²", area(&of_box));
     assert!((of_hull.far - of_hull.near - 1.0).abs() < 0.01, "{}", of_hull.far - of_hull.near);
     // Seen from close by, casts only what stands between the light and what is seen.
@@ -169,7 +169,7 @@ fn the_minimal_frustum_is_that_of_the_hull() {
     let built = scene(vec![mesh(&[&mast[..], &ground].concat(), 0)], vec![material(Vec3::ONE)], view, sun(Vec3::Y));
     let (r, s) = start(built, [64, 64]);
     let scope = Scope { camera: s.camera, bounds: r.geometry().bounds, aspect: 1.0, ..scope };
-    let close = msf::view(&scope, r.geometry().hull()).unwrap();
+    let close = msf::view(&scope, r.geometry().hull(), 0.0).unwrap();
     // There the hull, a tent around the mast, is low.
     assert!(close.far - close.near < 25.0, "{}", close.far - close.near);
 }

@@ -12,6 +12,13 @@ fn in_disk(i: u32, n: f32, radius: f32, turn: f32) -> vec2f {
     return r * vec2f(cos(angle), sin(angle));
 }
 
+// Taps in a square from -1 to 1, even along x, by the golden ratio along y, so that both sides are covered evenly (a Fibonacci lattice).
+// A turn moves all of them around.
+fn in_square(i: u32, n: f32, turn: f32) -> vec2f {
+    let shift = turn / 6.2831853;
+    return 2.0 * fract(vec2f((f32(i) + 0.5) / n + shift, (f32(i) + 0.5) * 0.618034 + 5.0 * shift)) - 1.0;
+}
+
 // The angle by which a pixel turns its taps in this frame.
 fn turn_of(pixel: vec2u) -> f32 {
     if turning.rotate == 0u {

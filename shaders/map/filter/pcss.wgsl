@@ -1,5 +1,6 @@
 //!include map/filter/disk.wgsl
 //!include map/filter/penumbra.wgsl
+//!include lib/light_place.wgsl
 // Fernando 2005: how far off the casters are says how wide the penumbra is, and that how wide to filter.
 
 var<uniform> soft: PcssParams;
@@ -17,7 +18,7 @@ struct Search {
     turn: f32,
 }
 
-// Radii of the disc under whose middle casters at a depth make a penumbra, texels.
+// Radii of the disc, or half the sides of the rectangle, under whose middle casters at a depth make a penumbra, texels.
 fn disc(search: Search, casters: f32) -> vec2f {
     return in_texels(0.5 * penumbra(search.depth, casters), search.density, most_texels(search.here.layer, soft.max_radius));
 }
@@ -33,6 +34,14 @@ fn begin(s: Surface, layer: u32) -> Search {
     return search;
 }
 
+// A tap within the shape of the light, in units of its radius or half its sides.
+fn tap(i: u32, n: u32, turn: f32) -> vec2f {
+    if frame.light_kind == rect_area {
+        return in_square(i, f32(n), turn);
+    }
+    return in_disk(i, f32(n), 1.0, turn);
+}
+
 // What to compare with `offset` texels from the receiver.
 fn at_tap(search: Search, offset: vec2f) -> Receiver {
     var r = search.here;
@@ -40,7 +49,7 @@ fn at_tap(search: Search, offset: vec2f) -> Receiver {
     return r;
 }
 
-// Mean depth of the casters before the receiver, metres; negative: there are none. The search covers what the light's disc takes
+// Mean depth of the casters before the receiver, metres; negative: there are none. The search covers what the light takes
 // of the map's near plane, seen from the receiver.
 fn search_casters(s: Surface, layer: u32, search: ptr<function, Search>) -> f32 {
     let v = light_views[layer];
@@ -50,7 +59,7 @@ fn search_casters(s: Surface, layer: u32, search: ptr<function, Search>) -> f32 
     var sum = 0.0;
     var found = 0u;
     for (var i = 0u; i < soft.search_taps; i++) {
-        let offset = in_disk(i, f32(soft.search_taps), 1.0, (*search).turn) * radii;
+        let offset = tap(i, soft.search_taps, (*search).turn) * radii;
         let r = at_tap(*search, offset);
         let texel = r.texel + offset;
         if compare(r, texel) == 0.0 {
@@ -63,7 +72,7 @@ fn search_casters(s: Surface, layer: u32, search: ptr<function, Search>) -> f32 
 
 fn lit(s: Surface, layer: u32) -> f32 {
     var search = begin(s, layer);
-    if frame.light_radius == 0.0 {
+    if !has_size() {
         return compare(search.here, search.here.texel);
     }
     let casters = search_casters(s, layer, &search);
@@ -73,7 +82,7 @@ fn lit(s: Surface, layer: u32) -> f32 {
     let radii = disc(search, casters);
     var seen = 0.0;
     for (var i = 0u; i < soft.filter_taps; i++) {
-        let offset = in_disk(i, f32(soft.filter_taps), 1.0, search.turn) * radii;
+        let offset = tap(i, soft.filter_taps, search.turn) * radii;
         let r = at_tap(search, offset);
         seen += compare(r, r.texel + offset);
     }
@@ -97,5 +106,5 @@ fn inspect_filter(s: Surface) -> f32 {
     if frame.map == shows_blocker_depth {
         return saturate((casters - v.near) / (v.far - v.near));
     }
-    return penumbra(search.depth, casters);
+    return widest_penumbra(search.depth, casters);
 }

@@ -9,8 +9,10 @@
 
 var<uniform> soft: PrefilteredSoftParams;
 
-// Half the side of a square as large as a disc of radius 1.
-const square = 0.8862269;
+// The side of a square as large as a disc of diameter 1, or of the rectangle itself.
+fn square() -> f32 {
+    return select(0.8862269, 1.0, frame.light_kind == rect_area);
+}
 
 // Smaller shares of casters are rounding (Yang et al., section 5).
 const least_share = 0.01;
@@ -79,10 +81,10 @@ fn casters_in(s: Surface, layer: u32, half: vec2f) -> vec2f {
     return select(vec2f(share, found.y / max(found.x, 1e-6)), vec2f(0.0), outside_map(whole, whole.texel));
 }
 
-// Half the sides of the box that stands for a disc, texels.
-fn half_box(s: Surface, layer: u32, diameter: f32) -> vec2f {
+// Half the sides of the box that stands for a disc, texels. `widths`: along the map's sides, metres.
+fn half_box(s: Surface, layer: u32, widths: vec2f) -> vec2f {
     let most = most_texels(layer, 0.5 * widest_box());
-    return max(in_texels(0.5 * square * diameter, texels_per_metre(s, layer), most), vec2f(0.5));
+    return max(in_texels(0.5 * square() * widths, texels_per_metre(s, layer), most), vec2f(0.5));
 }
 
 fn depth_along_axis(s: Surface, layer: u32) -> f32 {
@@ -124,7 +126,7 @@ fn inspect_filter(s: Surface) -> f32 {
         return inspect_look_up(s, received(s, layer, half_filter(s, layer)));
     }
     let casters = search_casters(s, layer);
-    let shown = select(penumbra(depth_along_axis(s, layer), casters), saturate((casters - v.near) / (v.far - v.near)),
+    let shown = select(widest_penumbra(depth_along_axis(s, layer), casters), saturate((casters - v.near) / (v.far - v.near)),
                        frame.map == shows_blocker_depth);
     return select(-1.0, shown, s.valid && faces_light(s) && casters >= 0.0 && soft.soft_kind != soft_kind_savsm);
 }

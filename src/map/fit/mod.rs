@@ -16,7 +16,7 @@ pub mod quickhull;
 pub mod tsm;
 
 use crate::frame::Frame;
-use crate::light::{Light, LightView};
+use crate::light::{Light, LightView, WIDEST};
 use crate::params::Values;
 use crate::scene::Camera;
 use bytemuck::Zeroable;
@@ -36,7 +36,11 @@ impl LightImage {
     /// The image of a spot light at `from`, or of the sun (None), that looks along the unit vector `axis`.
     pub fn new(axis: DVec3, from: Option<DVec3>) -> LightImage {
         let up = if axis.y.abs() > 0.9999 { DVec3::NEG_Z } else { DVec3::Y };
-        let right = axis.cross(up).normalize();
+        LightImage::turned(axis, axis.cross(up).normalize(), from)
+    }
+
+    /// The same with the unit vector `right`, at right angles to `axis`, to its right.
+    fn turned(axis: DVec3, right: DVec3, from: Option<DVec3>) -> LightImage {
         let up = right.cross(axis);
         let row = |v: DVec3| v.extend(-v.dot(from.unwrap_or(DVec3::ZERO)));
         let w = if from.is_some() { row(axis) } else { DVec4::W };
@@ -186,26 +190,41 @@ impl Scope {
     }
 
     /// Planes around what a spot light can reach, positive inside: the eight-sided pyramid around its cone, cut off beyond its
-    /// range or the scene's farthest corner. What is left lies before the light and so has a place in its image. The cone's
+    /// range or the scene's farthest corner. Of a rectangle the four-sided one of its widest view. What is left lies before the light and so has a place in its image. The cone's
     /// tip, a thousandth of that reach, is cut off too: maps begin behind it, and as the tip comes into view all rays would
     /// do so at once. None for the sun.
     pub fn reach(&self) -> Vec<DVec4> {
-        let Light::Spot { outer_angle, range, .. } = self.light else { return Vec::new() };
+        let (tangent, eighths) = match self.light {
+            Light::Spot { outer_angle, .. } => ((outer_angle as f64).to_radians().tan(), 1),
+            Light::RectArea { .. } => ((WIDEST as f64).to_radians().tan(), 2),
+            _ => return Vec::new(),
+        };
         let image = self.image();
-        let tangent = (outer_angle as f64).to_radians().tan();
         let side = |k: usize| {
             let (sin, cos) = (k as f64 * std::f64::consts::FRAC_PI_4).sin_cos();
             image.depth * tangent - image.rows[0] * cos - image.rows[1] * sin
         };
-        let reach = self.deepest(&image, &self.cuboid().corners()).min(range as f64).max(0.0);
+        let reach = self.deepest(&image, &self.cuboid().corners()).min(self.light.range() as f64).max(0.0);
         let ends = [image.depth - DVec4::W * (1e-3 * reach).max(1e3 * self.eps()), DVec4::W * reach - image.depth];
-        (0..8).map(side).chain(ends).collect()
+        (0..8).step_by(eighths).map(side).chain(ends).collect()
     }
 
-    /// The light's image: the sun's, or that of a spot light along its axis.
+    /// The light's image: the sun's, or that of a spot or area light along its axis.
     pub fn image(&self) -> LightImage {
-        let lamp = matches!(self.light, Light::Spot { .. });
-        LightImage::new(self.light.axis().as_dvec3().normalize(), lamp.then(|| self.light.position().as_dvec3()))
+        let axis = self.light.axis().as_dvec3().normalize();
+        let from = self.light.view_tangent().map(|_| self.light.position().as_dvec3());
+        match self.light {
+            Light::RectArea { half_u, .. } => {
+                // In f64 `axis` is at right angles to it only nearly.
+                let along = half_u.as_dvec3();
+                LightImage::turned(
+                    axis,
+                    (along - axis * axis.dot(along)).normalize_or(axis.any_orthonormal_vector()),
+                    from,
+                )
+            }
+            _ => LightImage::new(axis, from),
+        }
     }
 
     /// The light's view through the homography `h` of its image, fitted to the box around `points` of that image, which
@@ -248,7 +267,7 @@ impl Scope {
             (image.rows[0] * r.x + image.rows[1] * r.y + image.rows[2] * r.z).as_vec4()
         };
         let affine = h.row(2).x == 0.0 && h.row(2).y == 0.0;
-        let (lamp, mut near) = (matches!(self.light, Light::Spot { .. }), whole.near);
+        let (lamp, mut near) = (self.light.view_tangent().is_some(), whole.near);
         let mut axis = image.depth.as_vec4();
         if lamp {
             let corners = self.cuboid().corners();

@@ -5,9 +5,10 @@ use super::{LightImage, Scope, hull, warped};
 use crate::light::{Light, LightView};
 use glam::{DMat3, DVec2, DVec3, DVec4};
 
-/// The light's view through the rectangle of least area around the receivers' silhouette. `scene`: the scene's convex hull.
+/// The light's view through the rectangle of least area around the receivers' silhouette. `scene`: the scene's convex hull;
+/// `reach`: metres across the light that stay free around them.
 /// None if the camera sees nothing of it that the light could reach, or the light has no single view.
-pub fn view(scope: &Scope, scene: &Polyhedron) -> Option<LightView> {
+pub fn view(scope: &Scope, scene: &Polyhedron, reach: f32) -> Option<LightView> {
     let seen = scope.seen_of(scene.clone());
     let corners = seen.corners();
     let casting = casting(scope, scene, &corners);
@@ -21,12 +22,24 @@ pub fn view(scope: &Scope, scene: &Polyhedron) -> Option<LightView> {
             let before = |image: &LightImage| corners.iter().all(|p| image.depth.dot(p.extend(1.0)) > scope.eps());
             if before(&image) { image } else { return None }
         }
+        // A rectangle's keeps its axis and sides, along which filters lay theirs.
+        Light::RectArea { .. } => scope.image(),
         _ => return None,
     };
     // Silhouettes of both are the same: what casts lies between the light and what receives.
     let points: Vec<DVec2> = corners.iter().map(|p| image.at(*p)).collect();
-    let turn = turned(&points)?;
+    let turn = match scope.light {
+        Light::RectArea { .. } => DMat3::IDENTITY,
+        _ => turned(&points)?,
+    };
     let nearest = scope.nearest(&image, &casting.corners());
+    // As far as a filter reaches on each corner's plane.
+    let around = |p: &DVec3| {
+        let (at, out) = (image.at(*p), reach as f64 / image.rows[2].dot(p.extend(1.0)));
+        let step = |x: f64, y: f64| at + (turn.transpose() * DVec3::new(x * out, y * out, 0.0)).truncate();
+        [step(-1.0, -1.0), step(1.0, -1.0), step(1.0, 1.0), step(-1.0, 1.0)]
+    };
+    let points: Vec<DVec2> = corners.iter().flat_map(around).collect();
     scope.view_between(&image, &turn, &points, Some(nearest), scope.deepest(&image, &corners))
 }
 
