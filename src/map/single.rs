@@ -64,17 +64,21 @@ impl Fit {
             .bind("extent", &self.extent)
             .bind("beyond", &self.beyond)
             .dispatch(w, h, 1);
-        if matches!(f.light, Light::RectArea { .. }) {
-            f.tell_counted(&self.beyond, |pixels| {
-                format!("{pixels} pixels lie more than {WIDEST}° off the light's axis, where no single map reaches: they are lit.")
-            });
-        }
         f.run(&self.narrow)
             .bind("light_view", &self.whole)
             .bind("extent", &self.extent)
             .bind("fitted", &self.fitted)
             .dispatch(1, 1, 1);
         self.fitted.clone()
+    }
+
+    /// Tells what a rectangle's narrowed view leaves out.
+    fn tell_beyond(&self, f: &mut Frame) {
+        if matches!(f.light, Light::RectArea { .. }) {
+            f.tell_counted(&self.beyond, |pixels| {
+                format!("{pixels} pixels lie more than {WIDEST}° off the light's axis, where no single map reaches: they are lit.")
+            });
+        }
     }
 }
 
@@ -102,7 +106,11 @@ impl ShadowMap {
     /// A light without a single view, or a map that the adapter cannot hold.
     pub fn render(&mut self, f: &mut Frame, reach: Reach) -> Result<Maps> {
         let (view, narrow) = self.chosen(f, reach);
-        self.render_view(f, view, reach, narrow)
+        let maps = self.render_view(f, view, reach, narrow)?;
+        if narrow {
+            self.fit.tell_beyond(f);
+        }
+        Ok(maps)
     }
 
     /// The light's view that the parameters ask for, on the GPU, for casters that are drawn otherwise.
@@ -111,7 +119,11 @@ impl ShadowMap {
     /// A light without a single view.
     pub fn fit(&mut self, f: &mut Frame, reach: Reach) -> Result<Buffer> {
         let (view, narrow) = self.chosen(f, reach);
-        self.fit_view(f, view, reach, narrow)
+        let fitted = self.fit_view(f, view, reach, narrow)?;
+        if narrow {
+            self.fit.tell_beyond(f);
+        }
+        Ok(fitted)
     }
 
     /// A view, if the fit gives one, and whether it is narrowed to the receivers that the camera sees.

@@ -10,6 +10,7 @@ mod edsm;
 mod esm;
 mod evsm;
 mod fem_grid;
+mod hybrid_area;
 mod hybrid_pcf;
 mod imperfect_sm;
 mod ipsm;
@@ -213,6 +214,7 @@ pub static ALL: &[&Info] = &[
     &izb::INFO,
     &csm_conservative::INFO,
     &hybrid_pcf::INFO,
+    &hybrid_area::INFO,
     &backprojection::INFO,
     &rt_hard::INFO,
     &rt_soft::INFO,

@@ -342,3 +342,53 @@ fn shadows_lag_behind_a_light_that_turns() {
         assert!(sets != ["denoiser=ffx"] || settled <= 16, "{sets:?}: {settled}");
     }
 }
+
+/// Eight maps of a light with a size decide what they agree on; rays to all of the light put right what they do not.
+#[test]
+fn maps_agree_on_all_but_penumbras() {
+    let rectangle = Light::RectArea {
+        center: Vec3::new(-1.0, 5.0, 2.5),
+        half_u: Vec3::new(0.5, 0.0, 0.0),
+        half_v: Vec3::new(0.0, 0.2, 0.4),
+        range: 40.0,
+        color: Vec3::ONE,
+    };
+    let pick = |s: &mut Setup, id: &str, resolution: u32, sets: &[&str]| {
+        let sets: Vec<String> = sets.iter().map(|set| set.to_string()).collect();
+        choose(s, shadowscope::techniques::find(id).unwrap(), resolution, &sets);
+    };
+    for light in [sun_at(0.0), rectangle] {
+        let (mut r, s) = in_the_yard(light);
+        let mut truth = s.clone();
+        pick(&mut truth, "rt-soft", 64, &["samples=1024"]);
+        r.render(&truth, Ask { truth: Truth::Off, ..Ask::of(&truth) }).unwrap();
+        let exact = r.read_visibility().unwrap();
+        let off = |r: &mut Renderer, id: &str, sets: &[&str]| {
+            let mut s = s.clone();
+            pick(&mut s, id, 1024, sets);
+            r.render(&s, Ask { truth: Truth::Off, analysis: true, ..Ask::of(&s) }).unwrap();
+            let (seen, mask) = (r.read_visibility().unwrap(), r.read_mask().unwrap());
+            let facing = (0..mask.len()).filter(|i| mask[*i] == FACING);
+            let squares: Vec<f32> = facing.map(|i| (seen[i] - exact[i]).powi(2)).collect();
+            ((squares.iter().sum::<f32>() / squares.len() as f32).sqrt(), r.read_rays().unwrap())
+        };
+        let (rays, sent) = off(&mut r, "rt-soft", &["samples=64"]);
+        let (hybrid, few) = off(&mut r, "hybrid-area", &["receiver_plane=true"]);
+        let (maps, none) = off(&mut r, "hybrid-area", &["receiver_plane=true", "rays=false"]);
+        println!("{}: rays {rays} ({sent}), hybrid {hybrid} ({few}), maps {maps} ({none})", light.kind());
+        // A rectangle's corners lie beyond the eight places: what hides one of them alone is missed.
+        let most = if light.kind() == "rect-area" { 0.015 } else { 1.1 * rays };
+        assert!(hybrid < most && 2 * few < sent && few > 0, "{hybrid} {rays}, {few} of {sent}");
+        assert!(none == 0 && maps > 1.2 * hybrid && maps < 0.05, "{maps} {hybrid}");
+        // A light without a size has one place: rays end the same disputes as those of the hard hybrid.
+        let Light::Directional { to_light, color, .. } = light else { continue };
+        let point = Setup { light: Light::Directional { to_light, angular_radius: 0.0, color }, ..s.clone() };
+        let [area, hard] = ["hybrid-area", "hybrid-pcf"].map(|id| {
+            let mut s = point.clone();
+            pick(&mut s, id, 256, &[]);
+            r.render(&s, Ask { truth: Truth::Off, analysis: true, ..Ask::of(&s) }).unwrap();
+            r.read_visibility().unwrap()
+        });
+        assert!(area == hard, "one place is the centre");
+    }
+}

@@ -9,7 +9,7 @@ use glam::{Vec3, vec3};
 pub const CASE: Case = Case {
     id: "st-wide",
     title: "Wide: a growing area light",
-    doc: "A square light 3 m above the floor grows to 5 m. No technique with a shadow map serves it yet.",
+    doc: "A square light 3 m above the floor grows to 5 m: filters that search one map for blockers see but those of its middle.",
     axis: "side of the light, m",
     value: side,
     place: |setup, t| setup.light = light_at(t),

@@ -1,0 +1,128 @@
+//!include map/choose/single.wgsl
+//!include map/place/straight.wgsl
+//!include map/look_up.wgsl
+//!include lib/listed.wgsl
+//!include lib/labels.wgsl
+//!include lib/light_ray.wgsl
+//!include lib/light_dots.wgsl
+//!include constants.wgsl
+// Beister, Ernst, Stamminger 2005, for lights with a size: where all texels of the windows in all maps agree, they decide; else rays do.
+
+var<uniform> agreement: AreaAgreementParams;
+// From the light's middle to the place that the map is drawn from.
+var<uniform> step_to_place: vec4f;
+// Of each pixel the texels asked so far in the upper half, those of them that see the light in the lower.
+var<storage, read_write> seen: array<u32>;
+
+@compute @workgroup_size(8, 8)
+fn begin(@builtin(global_invocation_id) id: vec3u) {
+    if all(id.xy < frame.size) {
+        seen[id.y * frame.size.x + id.x] = 0u;
+    }
+}
+
+// One map more.
+@compute @workgroup_size(8, 8)
+fn add(@builtin(global_invocation_id) id: vec3u) {
+    if any(id.xy >= frame.size) {
+        return;
+    }
+    let s = load_surface(id.xy);
+    let light = light_at(s.position);
+    if !may_be_shadowed(s, light) {
+        return;
+    }
+    let n = agreement.window;
+    let around = 0.5 * f32(n - 1u);
+    let r = receive(s, choose(s).layer, around, 1.0);
+    let first = floor(r.texel - around) + 0.5;
+    var lit = 0.0;
+    // A place that has set behind the surface's plane is not seen, whatever the map says.
+    let risen = dot(s.normal, light.to_light + step_to_place.xyz) > 0.0;
+    for (var i = 0u; i < select(0u, n * n, risen); i++) {
+        lit += compare(r, first + vec2f(vec2u(i % n, i / n)));
+    }
+    seen[id.y * frame.size.x + id.x] += (n * n << 16u) + u32(lit + 0.5);
+}
+
+// The share of the light that the maps see together.
+fn share(pixel: vec2u) -> f32 {
+    let both = seen[pixel.y * frame.size.x + pixel.x];
+    return f32(both & 0xffffu) / f32(max(both >> 16u, 1u));
+}
+
+@compute @workgroup_size(8, 8)
+fn decide(@builtin(global_invocation_id) id: vec3u) {
+    if any(id.xy >= frame.size) {
+        return;
+    }
+    let s = load_surface(id.xy);
+    var v = select(1.0, 0.0, s.valid);
+    if may_be_shadowed(s, light_at(s.position)) {
+        v = share(id.xy);
+        if agreement.rays != 0u && v > 0.0 && v < 1.0 {
+            list_ray(id.xy, 3.4e38);
+        }
+    }
+    textureStore(visibility_out, id.xy, vec4f(v));
+}
+
+fn ray_count() -> u32 {
+    return select(1u, agreement.samples, has_size());
+}
+
+// Shifted otherwise than the truth's rays.
+fn ray_place(pixel: vec2u, i: u32) -> vec2f {
+    if !has_size() {
+        return vec2f(0.0);
+    }
+    return on_light(scattered(pixel ^ vec2u(hash(frame.seed + 1u)), i));
+}
+
+@compute @workgroup_size(64)
+fn resolve_listed(@builtin(global_invocation_id) id: vec3u) {
+    let i = listed_index(id);
+    if i >= listed_number() {
+        return;
+    }
+    let pixel = listed_pixel(i);
+    let s = load_surface(pixel);
+    let light = light_at(s.position);
+    var lit = 0u;
+    for (var k = 0u; k < ray_count(); k++) {
+        lit += select(0u, 1u, sees(s, light, ray_place(pixel, k)));
+    }
+    textureStore(visibility_out, pixel, vec4f(f32(lit) / f32(ray_count())));
+}
+
+fn dot_count() -> u32 {
+    return ray_count();
+}
+
+fn dot_place(i: u32) -> vec2f {
+    return ray_place(probed_pixel(), i);
+}
+
+fn dot_seen(i: u32) -> bool {
+    let s = load_surface(probed_pixel());
+    let light = light_at(s.position);
+    return may_be_shadowed(s, light) && sees(s, light, dot_place(i));
+}
+
+fn inspect_map(s: Surface) -> f32 {
+    if frame.map == shows_light_samples {
+        return light_dots(s.pixel);
+    }
+    let light = light_at(s.position);
+    if frame.map != shows_agreement && frame.map != shows_map_share {
+        return inspect_filter(s);
+    }
+    if !may_be_shadowed(s, light) {
+        return -1.0;
+    }
+    let v = share(s.pixel);
+    if frame.map == shows_map_share {
+        return v;
+    }
+    return select(label(select(1u, 7u, v == 0.0), 0.25), label(2u, 0.8), v > 0.0 && v < 1.0);
+}
