@@ -78,6 +78,8 @@ pub struct Analysis {
     pub(super) pieces: Option<Buffer>,
     /// Buffers that say where maps look, by their names in WGSL.
     tables: Vec<(&'static str, wgpu::Buffer)>,
+    /// Maps that were drawn one after the other into the one that is offered.
+    maps_drawn: Option<u64>,
 }
 
 /// What a warped map's casters became.
@@ -106,6 +108,7 @@ impl Analysis {
         self.maps = None;
         self.pieces = None;
         self.tables.clear();
+        self.maps_drawn = None;
         if !wanted {
             self.aliasing = Slot::default();
             self.places = Slot::default();
@@ -236,6 +239,11 @@ impl Analysis {
         self.draws.as_ref().map_or(Ok(None), |d| d.read(gpu))
     }
 
+    /// How many maps were drawn one after the other into the one that was counted; None of others.
+    pub fn maps_drawn(&self) -> Option<u64> {
+        self.maps_drawn
+    }
+
     /// The depth layers that the technique drew into, and those of them that got something. None as [`Analysis::draws`], and
     /// of techniques that draw into none.
     pub fn layers(&self, gpu: &Gpu) -> Result<Option<LayerCount>> {
@@ -255,6 +263,13 @@ impl Frame<'_> {
     /// Tells where a warped map counts its pieces (`State` in `shaders/map/warp/warped.wgsl`, which begins with its counters).
     pub(crate) fn count_pieces(&mut self, counters: &Buffer) {
         self.pieces = Some(counters.clone());
+    }
+
+    /// Tells how many maps were drawn one after the other into the one that is offered.
+    pub(crate) fn count_maps(&mut self, number: usize) {
+        if let Some(analysis) = self.analysis.as_deref_mut() {
+            analysis.maps_drawn = Some(number as u64);
+        }
     }
 
     /// Keeps a buffer that says where maps look for [`Analysis::table`].

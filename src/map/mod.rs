@@ -17,6 +17,7 @@ mod layers;
 pub mod noise;
 pub mod paraboloid;
 pub mod peel;
+pub mod places;
 pub mod plain;
 pub mod prefilter;
 pub mod silhouettes;

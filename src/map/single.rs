@@ -24,48 +24,59 @@ crate::params! {
 
 /// A light's view on the GPU: as it is given, or narrowed to the receivers that the camera sees.
 pub struct Fit {
-    whole: Buffer,
+    /// Of each place of a light with a size that a map is drawn from: what is written is there before any of them is drawn.
+    whole: Vec<(Option<LightView>, Buffer)>,
     fitted: Buffer,
     extent: Buffer,
     receivers: Pass,
     narrow: Pass,
     /// Receivers that the whole view does not see.
     beyond: Buffer,
-    last: Option<LightView>,
 }
 
 impl Fit {
     pub fn new(gpu: &Gpu) -> Result<Fit> {
         Ok(Fit {
-            whole: light_views(gpu, "whole light view"),
+            whole: Vec::new(),
             fitted: light_views(gpu, "fitted light view"),
             extent: gpu.buffer("receivers' extent", &[0; 24], Use::STORAGE),
             receivers: Pass::compute(gpu, "fit: receivers", "map/narrow.wgsl", "receivers", &[])?,
             narrow: Pass::compute(gpu, "fit: narrow", "map/narrow.wgsl", "narrow", &[])?,
             beyond: gpu.room("receivers beyond the map", 4, Use::STORAGE | Use::COPY_DST | Use::COPY_SRC),
-            last: None,
         })
     }
 
     /// The buffer that holds `view`; `narrow`: fitted once more, to the receivers that the camera sees.
     pub fn run(&mut self, f: &mut Frame, view: LightView, narrow: bool) -> Buffer {
-        if self.last != Some(view) {
-            f.gpu.queue.write_buffer(&self.whole, 0, bytemuck::bytes_of(&view));
-            self.last = Some(view);
+        self.run_place(f, 0, view, narrow)
+    }
+
+    /// The same for one of several places of the light; the buffer of a narrowed view is the same for all.
+    fn run_place(&mut self, f: &mut Frame, place: usize, view: LightView, narrow: bool) -> Buffer {
+        while self.whole.len() <= place {
+            self.whole.push((None, light_views(f.gpu, "whole light view")));
+        }
+        let (last, whole) = &mut self.whole[place];
+        if *last != Some(view) {
+            f.gpu.queue.write_buffer(whole, 0, bytemuck::bytes_of(&view));
+            *last = Some(view);
         }
         if !narrow {
-            return self.whole.clone();
+            return whole.clone();
         }
+        let whole = &*whole;
         let [w, h] = f.size.map(|side| side.div_ceil(64));
         f.clear(&self.extent);
-        f.clear(&self.beyond);
+        if matches!(f.light, Light::RectArea { .. }) {
+            f.clear(&self.beyond);
+        }
         f.run(&self.receivers)
-            .bind("light_view", &self.whole)
+            .bind("light_view", whole)
             .bind("extent", &self.extent)
             .bind("beyond", &self.beyond)
             .dispatch(w, h, 1);
         f.run(&self.narrow)
-            .bind("light_view", &self.whole)
+            .bind("light_view", whole)
             .bind("extent", &self.extent)
             .bind("fitted", &self.fitted)
             .dispatch(1, 1, 1);
@@ -158,6 +169,28 @@ impl ShadowMap {
     pub fn render_view(&mut self, f: &mut Frame, view: Option<LightView>, reach: Reach, narrow: bool) -> Result<Maps> {
         let warped = view.is_some_and(|view| view.perspective == LightView::WARPED);
         let light_views = self.fit_view(f, view, reach, narrow)?;
+        self.draw(f, light_views, warped)
+    }
+
+    /// Draws the map of a place of a light with a size, into the same texture as all others: what looks it up must come before the
+    /// next. The first place is the one that outlines and notes tell of.
+    ///
+    /// # Errors
+    /// As [`ShadowMap::render`].
+    pub fn render_place(&mut self, f: &mut Frame, place: usize, light: Light, reach: Reach) -> Result<Maps> {
+        let narrow = FitParams::read(f.values).fit != "scene";
+        let view = whole(&Scope { light, ..scope(f, reach) })?;
+        let light_views = self.fit.run_place(f, place, LightView { reach: reach.metres, ..view }, narrow);
+        if place == 0 {
+            f.outline_view(&light_views);
+            if narrow {
+                self.fit.tell_beyond(f);
+            }
+        }
+        self.draw(f, light_views, false)
+    }
+
+    fn draw(&mut self, f: &mut Frame, light_views: Buffer, warped: bool) -> Result<Maps> {
         let sides = vec![MapParams::read(f.values).resolution];
         let depths = Depths::hold(&mut self.layers, f, &sides)?;
         let to = Target::whole(sides[0], &light_views, warped);

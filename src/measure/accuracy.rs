@@ -146,7 +146,9 @@ impl Gathered {
         let (gpu, analysis) = (&renderer.gpu, renderer.analysis());
         let maps = analysis.maps();
         self.aliasing.extend(analysis.aliasing(gpu)?.into_iter().flatten());
+        let one_by_one = analysis.maps_drawn();
         let drawn = drawn.map_or(maps.map_or(0, |m| m.layers as u64), |drawn| drawn as u64);
+        let drawn = one_by_one.unwrap_or(drawn);
         let mut needed = maps.map_or(Vec::new(), |m| vec![false; m.layers as usize]);
         let filled = &mut self.counts;
         let counted = analysis.counts(gpu, |first, counts| {
@@ -164,7 +166,7 @@ impl Gathered {
             true => needed.iter().filter(|n| **n).count(),
             false => faces.iter().flatten().filter(|face| face[0] > 0).count(),
         };
-        self.views_needed += needed as u64;
+        self.views_needed += one_by_one.unwrap_or(needed as u64);
         if let Some(d) = analysis.draws(gpu)? {
             let held = self.draws.get_or_insert_default();
             held.sent += d.sent;

@@ -1,5 +1,6 @@
 //! The techniques: the trait they implement and the registry they stand in.
 
+mod area_uniform;
 mod backprojection;
 mod csm_conservative;
 mod csm_convolution;
@@ -216,6 +217,7 @@ pub static ALL: &[&Info] = &[
     &hybrid_pcf::INFO,
     &hybrid_area::INFO,
     &backprojection::INFO,
+    &area_uniform::INFO,
     &rt_hard::INFO,
     &rt_soft::INFO,
     &rt_denoise::INFO,

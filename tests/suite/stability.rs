@@ -154,7 +154,7 @@ fn flicker_of_a_set_up_is_that_of_its_technique() {
     assert_eq!((rays.flicker, rays.change), (0.0, rays.truth_change));
     setup.camera.target.y = 1000.0;
     assert_eq!(stability::flicker(&mut renderer, &setup).unwrap(), None, "nothing is in the sky");
-    setup.select("shadow-map").unwrap();
+    setup.select("pssm").unwrap();
     setup.light = Light::RectArea { center: Vec3::Y, half_u: Vec3::X, half_v: Vec3::Z, range: 9.0, color: Vec3::ONE };
     assert!(stability::flicker(&mut renderer, &setup).is_err());
 }
@@ -316,7 +316,7 @@ fn the_command_writes_tables_charts_and_worst_frames() {
     };
     let table = run(&["-o", "out"]);
     assert!(table.contains("st-corner: sun's azimuth, °; 3 frames of 64 × 64 pixels"), "{table}");
-    assert!(table.contains("left out: Shadow map: for"), "{table}");
+    assert!(table.contains("left out: Parallel-split (cascaded) shadow maps: for"), "{table}");
     let some = ["--json", "--techniques", "shadow-map,pcf,rtw,rt-hard"];
     let json = run(&some);
     assert_eq!(json, run(&some), "two runs print different figures");

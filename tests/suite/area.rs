@@ -1,0 +1,113 @@
+//! Maps from many places of a light with a size.
+
+use crate::common::*;
+use crate::denoise::{in_the_yard, sun_at};
+use glam::Vec3;
+use shadowscope::frame::{Ask, Renderer, Truth};
+use shadowscope::light::Light;
+use shadowscope::measure::metrics::FACING;
+use shadowscope::setup::Setup;
+
+fn rectangle() -> Light {
+    Light::RectArea {
+        center: Vec3::new(-1.0, 5.0, 2.5),
+        half_u: Vec3::new(0.5, 0.0, 0.0),
+        half_v: Vec3::new(0.0, 0.2, 0.4),
+        range: 40.0,
+        color: Vec3::ONE,
+    }
+}
+
+fn pick(s: &mut Setup, id: &str, resolution: u32, sets: &[&str]) {
+    let sets: Vec<String> = sets.iter().map(|set| set.to_string()).collect();
+    choose(s, shadowscope::techniques::find(id).unwrap(), resolution, &sets);
+}
+
+/// The visibility of a technique without the truth.
+fn seen(r: &mut Renderer, s: &Setup, id: &str, resolution: u32, sets: &[&str]) -> Vec<f32> {
+    let mut s = s.clone();
+    pick(&mut s, id, resolution, sets);
+    r.render(&s, Ask { truth: Truth::Off, ..Ask::of(&s) }).unwrap();
+    r.read_visibility().unwrap()
+}
+
+/// More places come to the truth, whatever shape the light has; those in the middles of cells sooner than those from edge to edge. What is
+/// lit or dark for all of the light is so by every map.
+#[test]
+fn the_mean_over_places_comes_to_the_truth() {
+    for light in [sun_at(0.0), rectangle()] {
+        let (mut r, s) = in_the_yard(light);
+        let exact = seen(&mut r, &s, "rt-soft", 64, &["samples=4096"]);
+        let mask = r.read_mask().unwrap();
+        let mut off = |sets: &[&str]| {
+            let found = seen(&mut r, &s, "area-uniform", 1024, &[&["receiver_plane=true", "kernel=1"], sets].concat());
+            let facing = || (0..mask.len()).filter(|i| mask[*i] == FACING);
+            let squares: f32 = facing().map(|i| (found[i] - exact[i]).powi(2)).sum();
+            let certain = facing().filter(|i| exact[*i] == 0.0 || exact[*i] == 1.0);
+            let wrong = certain.filter(|i| (found[*i] - exact[*i]).abs() > 0.5).count();
+            ((squares / facing().count() as f32).sqrt(), wrong)
+        };
+        let centers = ["side=1", "side=2", "side=4", "side=12"].map(|side| off(&[side]));
+        let corners = off(&["side=4", "placement=corners"]);
+        println!("{}: {centers:?}, corners {corners:?}", light.kind());
+        // What the map's texels and its bias leave stays.
+        let floor = if light.kind() == "rect-area" { 0.017 } else { 0.004 };
+        assert!(centers.windows(2).all(|w| w[1].0 < (0.75 * w[0].0).max(floor)), "{centers:?}");
+        assert!(centers[3].0 < floor && centers[3].1 <= 3 && centers[2].0 < corners.0, "{centers:?} {corners:?}");
+    }
+}
+
+/// A light without a size has one place, and the map is that of the standard technique.
+#[test]
+fn one_place_is_the_plain_map() {
+    let Light::Directional { to_light, color, .. } = sun_at(0.0) else { return };
+    let (mut r, s) = in_the_yard(Light::Directional { to_light, angular_radius: 0.0, color });
+    let [area, plain] =
+        [("area-uniform", &["kernel=1"][..]), ("shadow-map", &[])].map(|(id, sets)| seen(&mut r, &s, id, 256, sets));
+    assert!(area == plain);
+    let (mut r, s) = in_the_yard(rectangle());
+    let [area, plain] = [("area-uniform", &["kernel=1", "side=1"][..]), ("shadow-map", &[])]
+        .map(|(id, sets)| seen(&mut r, &s, id, 256, sets));
+    let (mask, differ) = (r.read_mask().unwrap(), |i: &usize| area[*i] != plain[*i]);
+    // Only where the centre has set behind the surface, which faces it not at all.
+    assert!((0..mask.len()).filter(|i| mask[*i] == FACING).filter(differ).count() == 0);
+}
+
+/// Eight maps of a light with a size decide what they agree on; rays to all of the light put right what they do not.
+#[test]
+fn maps_agree_on_all_but_penumbras() {
+    for light in [sun_at(0.0), rectangle()] {
+        let (mut r, s) = in_the_yard(light);
+        let mut truth = s.clone();
+        pick(&mut truth, "rt-soft", 64, &["samples=1024"]);
+        r.render(&truth, Ask { truth: Truth::Off, ..Ask::of(&truth) }).unwrap();
+        let exact = r.read_visibility().unwrap();
+        let off = |r: &mut Renderer, id: &str, sets: &[&str]| {
+            let mut s = s.clone();
+            pick(&mut s, id, 1024, sets);
+            r.render(&s, Ask { truth: Truth::Off, analysis: true, ..Ask::of(&s) }).unwrap();
+            let (seen, mask) = (r.read_visibility().unwrap(), r.read_mask().unwrap());
+            let facing = (0..mask.len()).filter(|i| mask[*i] == FACING);
+            let squares: Vec<f32> = facing.map(|i| (seen[i] - exact[i]).powi(2)).collect();
+            ((squares.iter().sum::<f32>() / squares.len() as f32).sqrt(), r.read_rays().unwrap())
+        };
+        let (rays, sent) = off(&mut r, "rt-soft", &["samples=64"]);
+        let (hybrid, few) = off(&mut r, "hybrid-area", &["receiver_plane=true"]);
+        let (maps, none) = off(&mut r, "hybrid-area", &["receiver_plane=true", "rays=false"]);
+        println!("{}: rays {rays} ({sent}), hybrid {hybrid} ({few}), maps {maps} ({none})", light.kind());
+        // A rectangle's corners lie beyond the eight places: what hides one of them alone is missed.
+        let most = if light.kind() == "rect-area" { 0.015 } else { 1.1 * rays };
+        assert!(hybrid < most && 2 * few < sent && few > 0, "{hybrid} {rays}, {few} of {sent}");
+        assert!(none == 0 && maps > 1.2 * hybrid && maps < 0.05, "{maps} {hybrid}");
+        // A light without a size has one place: rays end the same disputes as those of the hard hybrid.
+        let Light::Directional { to_light, color, .. } = light else { continue };
+        let point = Setup { light: Light::Directional { to_light, angular_radius: 0.0, color }, ..s.clone() };
+        let [area, hard] = ["hybrid-area", "hybrid-pcf"].map(|id| {
+            let mut s = point.clone();
+            pick(&mut s, id, 256, &[]);
+            r.render(&s, Ask { truth: Truth::Off, analysis: true, ..Ask::of(&s) }).unwrap();
+            r.read_visibility().unwrap()
+        });
+        assert!(area == hard, "one place is the centre");
+    }
+}
