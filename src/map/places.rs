@@ -4,7 +4,7 @@
 use super::Maps;
 use super::filter::Reach;
 use super::single::ShadowMap;
-use crate::frame::Frame;
+use crate::frame::{ANALYSIS, Frame, MapSizes};
 use crate::gpu::{Buffer, Gpu, Pass, Resource, hold};
 use crate::light::Light;
 use crate::params::Group;
@@ -14,9 +14,13 @@ use wgpu::BufferUsages as Use;
 
 /// The map, and what it and those before it saw.
 pub struct PlacedMaps {
+    file: String,
+    groups: &'static [Group],
     map: ShadowMap,
     begin: Pass,
     add: Pass,
+    inspect: Option<((), Pass)>,
+    analyse: Option<((), Pass)>,
     /// From the light's middle to its places.
     steps: Vec<(Vec3, Buffer)>,
     /// Texels that see the light, of so many so far, a word a pixel; and those of the probed pixel, a word a place.
@@ -55,11 +59,15 @@ impl PlacedMaps {
     ///
     /// # Errors
     /// Passes that cannot be made.
-    pub fn new(gpu: &Gpu, file: &str, groups: &[Group]) -> Result<PlacedMaps> {
+    pub fn new(gpu: &Gpu, file: String, groups: &'static [Group]) -> Result<PlacedMaps> {
         Ok(PlacedMaps {
             map: ShadowMap::new(gpu)?,
-            begin: Pass::compute(gpu, "sum over maps", file, "begin", groups)?,
-            add: Pass::compute(gpu, "sum over maps", file, "add", groups)?,
+            begin: Pass::compute(gpu, "sum over maps", &file, "begin", groups)?,
+            add: Pass::compute(gpu, "sum over maps", &file, "add", groups)?,
+            file,
+            groups,
+            inspect: None,
+            analyse: None,
             steps: Vec::new(),
             seen: None,
             seen_places: None,
@@ -107,8 +115,38 @@ impl PlacedMaps {
         Ok(first)
     }
 
-    /// What the maps saw, by name, for passes that come after them.
-    pub fn bound(&self) -> Vec<(&'static str, Resource)> {
+    /// Runs the technique's pass over all pixels that makes visibility of what the maps saw, and what is asked for beside it: views and
+    /// the analysis know the first place's map. `bound`: what the technique's shader needs beside what maps and sums are bound as.
+    ///
+    /// # Errors
+    /// Passes that cannot be made.
+    pub fn resolve(
+        &mut self,
+        f: &mut Frame,
+        pass: &Pass,
+        maps: &Maps,
+        mut bound: Vec<(&'static str, Resource)>,
+    ) -> Result<()> {
+        bound.extend(self.bound());
+        bound.extend([("shadow_maps", (&maps.layers.all).into()), ("light_views", (&maps.light_views).into())]);
+        f.keep_table("light_views", &maps.light_views);
+        f.offer_maps(&maps.layers.each, &maps.light_views, &maps.sides);
+        f.run(pass).bind_all(&bound).of_picture().per_pixel();
+        let gpu = f.gpu;
+        let made = |name, entry| Pass::compute(gpu, name, &self.file, entry, self.groups);
+        if f.wants_analysis() {
+            let analyse = hold(&mut self.analyse, (), |()| made(ANALYSIS, "analyse"))?;
+            f.analyse(analyse, MapSizes::of(&maps.sides), &bound);
+        }
+        if f.wants_any_map() {
+            let inspect = hold(&mut self.inspect, (), |()| made("inspect", "inspect"))?;
+            f.run(inspect).bind_all(&bound).per_pixel();
+        }
+        Ok(())
+    }
+
+    /// What the maps saw, by name.
+    fn bound(&self) -> Vec<(&'static str, Resource)> {
         let held = [("seen", &self.seen), ("seen_places", &self.seen_places)];
         held.into_iter().filter_map(|(name, held)| held.as_ref().map(|(_, buffer)| (name, buffer.into()))).collect()
     }

@@ -2,8 +2,8 @@
 
 use super::rt_soft::LIGHT_SAMPLES;
 use super::{Info, MAPS, NEAREST, Technique};
-use crate::frame::{ANALYSIS, Frame, MapSizes};
-use crate::gpu::{Buffer, Gpu, Pass, Resource, hold};
+use crate::frame::Frame;
+use crate::gpu::{Buffer, Gpu, Pass, hold};
 use crate::light::Light;
 use crate::map::filter::{Reach, alone};
 use crate::map::peel::StoredParams;
@@ -84,8 +84,6 @@ type Held = (Vec<Vec2>, Buffer);
 struct AreaUniform {
     maps: PlacedMaps,
     mean: Pass,
-    inspect: Option<((), Pass)>,
-    analyse: Option<((), Pass)>,
     places: Option<Held>,
 }
 
@@ -93,10 +91,8 @@ impl AreaUniform {
     fn new(gpu: &Gpu) -> Result<AreaUniform> {
         let file = alone(FILE);
         Ok(AreaUniform {
-            maps: PlacedMaps::new(gpu, &file, INFO.params)?,
             mean: Pass::compute(gpu, "mean over maps", &file, "mean", INFO.params)?,
-            inspect: None,
-            analyse: None,
+            maps: PlacedMaps::new(gpu, file, INFO.params)?,
             places: None,
         })
     }
@@ -115,21 +111,6 @@ impl Technique for AreaUniform {
         let held = hold(&mut self.places, places.clone(), made)?.clone();
         let reach = Reach { texels: 0.5 * (p.kernel - 1) as f32, ..Reach::default() };
         let Some(maps) = self.maps.draw(f, &places, reach)? else { return Ok(()) };
-        let mut bound: Vec<(&'static str, Resource)> = self.maps.bound();
-        bound.extend([("light_places", (&held).into())]);
-        bound.extend([("shadow_maps", (&maps.layers.all).into()), ("light_views", (&maps.light_views).into())]);
-        f.keep_table("light_views", &maps.light_views);
-        f.offer_maps(&maps.layers.each, &maps.light_views, &maps.sides);
-        let pass = |name, entry| Pass::compute(gpu, name, &alone(FILE), entry, INFO.params);
-        if f.wants_analysis() {
-            let analyse = hold(&mut self.analyse, (), |()| pass(ANALYSIS, "analyse"))?;
-            f.analyse(analyse, MapSizes::of(&maps.sides), &bound);
-        }
-        f.run(&self.mean).bind_all(&bound).of_picture().per_pixel();
-        if f.wants_any_map() {
-            let inspect = hold(&mut self.inspect, (), |()| pass("inspect", "inspect"))?;
-            f.run(inspect).bind_all(&bound).per_pixel();
-        }
-        Ok(())
+        self.maps.resolve(f, &self.mean, &maps, vec![("light_places", (&held).into())])
     }
 }

@@ -2,8 +2,8 @@
 
 use super::rt_soft::LIGHT_SAMPLES;
 use super::{Info, MAPS, NEAREST, Technique};
-use crate::frame::{ANALYSIS, Frame, MapSizes};
-use crate::gpu::{Gpu, Pass, Resource, hold};
+use crate::frame::Frame;
+use crate::gpu::{Gpu, Pass};
 use crate::listed_rays::ListedRays;
 use crate::map::filter::{Reach, alone};
 use crate::map::peel::StoredParams;
@@ -76,13 +76,12 @@ pub static INFO: Info = Info {
 };
 
 const FILE: &str = "techniques/hybrid_area.wgsl";
+
 struct HybridArea {
     maps: PlacedMaps,
     rays: ListedRays,
     decide: Pass,
     resolve: Pass,
-    inspect: Option<((), Pass)>,
-    analyse: Option<((), Pass)>,
 }
 
 impl HybridArea {
@@ -90,19 +89,16 @@ impl HybridArea {
         let file = alone(FILE);
         let pass = |name, entry| Pass::compute(gpu, name, &file, entry, INFO.params);
         Ok(HybridArea {
-            maps: PlacedMaps::new(gpu, &file, INFO.params)?,
+            maps: PlacedMaps::new(gpu, file.clone(), INFO.params)?,
             rays: ListedRays::new(gpu)?,
             decide: pass("agreement", "decide")?,
             resolve: pass("shadow rays", "resolve_listed")?,
-            inspect: None,
-            analyse: None,
         })
     }
 }
 
 impl Technique for HybridArea {
     fn render(&mut self, f: &mut Frame) -> Result<()> {
-        let gpu = f.gpu;
         let p = AreaAgreementParams::read(f.values);
         // The middle, and seven places at the rim: of a rectangle on the ellipse that touches its sides.
         let rim = |k| Vec2::from_angle(std::f32::consts::TAU * k as f32 / 7.0);
@@ -114,24 +110,10 @@ impl Technique for HybridArea {
         }
         let reach = Reach { texels: 0.5 * p.window as f32, ..Reach::default() };
         let Some(maps) = self.maps.draw(f, &places, reach)? else { return Ok(()) };
-        let mut bound: Vec<(&'static str, Resource)> = self.rays.begin(f)?.into();
-        bound.extend(self.maps.bound());
-        bound.extend([("shadow_maps", (&maps.layers.all).into()), ("light_views", (&maps.light_views).into())]);
-        f.keep_table("light_views", &maps.light_views);
-        f.offer_maps(&maps.layers.each, &maps.light_views, &maps.sides);
-        let file = alone(FILE);
-        let pass = |name, entry| Pass::compute(gpu, name, &file, entry, INFO.params);
-        if f.wants_analysis() {
-            let analyse = hold(&mut self.analyse, (), |()| pass(ANALYSIS, "analyse"))?;
-            f.analyse(analyse, MapSizes::of(&maps.sides), &bound);
-        }
-        f.run(&self.decide).bind_all(&bound).of_picture().per_pixel();
+        let listed = self.rays.begin(f)?;
+        self.maps.resolve(f, &self.decide, &maps, listed.into())?;
         if p.rays {
             self.rays.trace_by(f, &self.resolve);
-        }
-        if f.wants_any_map() {
-            let inspect = hold(&mut self.inspect, (), |()| pass("inspect", "inspect"))?;
-            f.run(inspect).bind_all(&bound).per_pixel();
         }
         Ok(())
     }

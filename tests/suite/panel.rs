@@ -2048,10 +2048,10 @@ fn tooltips_of_lists_stand_beside_them() {
     assert!(tip.right() <= left, "{tip:?} covers what stands at {left}");
 }
 
-/// A window of 1800 points and more shows all techniques at once.
+/// A window of 1900 points and more shows all techniques at once.
 #[test]
 fn a_high_window_shows_all_techniques() {
-    let harness = harness("cubes", 1800.0);
+    let harness = harness("cubes", 1900.0);
     let last = techniques::ALL.last().unwrap();
     let (_, rect, clip, ..) = texts(&harness).into_iter().find(|t| t.0 == last.title).expect("it is painted");
     assert!(clip.contains_rect(rect), "{rect:?} in {clip:?}");

@@ -49,6 +49,7 @@ fn whole() -> Vec<(String, &'static [Group])> {
         "lib/analysis.wgsl",
         "lib/light_dots.wgsl",
         "map/look_up.wgsl",
+        "map/places.wgsl",
         "map/ray_cells.wgsl",
         "map/analysis.wgsl",
         "map/single.wgsl",
