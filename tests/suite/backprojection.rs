@@ -58,9 +58,9 @@ fn hidden(place: DVec2, depth: f64, before: f64, texels: &[f64], per_texel: DVec
                 continue;
             }
             for (hit, spare) in hit.iter_mut().zip([-3e-4, 3e-4]) {
-                for j in 0..n * n {
+                for (j, hit) in hit.iter_mut().enumerate() {
                     let at = (2.0 * DVec2::new((j % n) as f64, (j / n) as f64) + 1.0) / n as f64 - 1.0;
-                    hit[j] |= at.cmpge(from - spare).all() && at.cmplt(to + spare).all();
+                    *hit |= at.cmpge(from - spare).all() && at.cmplt(to + spare).all();
                 }
             }
         }
