@@ -3,7 +3,9 @@
 use super::{Info, Technique};
 use crate::frame::{Frame, History};
 use crate::gpu::{Buffer, Gpu, Pass};
+use crate::light::Light;
 use crate::params::Params;
+use crate::scene::Camera;
 use crate::view::{self, Area, Axis, Class, Drawn, Legend, Span, View};
 use anyhow::{Result, ensure};
 use wgpu::BufferUsages as Use;
@@ -63,12 +65,15 @@ const FILE: &str = "techniques/rt_soft.wgsl";
 /// Rays from each pixel that one dispatch sends, `at_once` in WGSL.
 const AT_ONCE: u32 = 8;
 
+/// What rays depend on beside the parameters: the scene's revision, camera, size, light and seed.
+type Picture = (u64, Camera, [u32; 2], Light, u32);
+
 struct RtSoft {
     resolve: Pass,
     inspect: Pass,
     /// Rays so far and those that were not blocked, a word a pixel, and the picture that they are of.
     counts: Option<(u64, Buffer)>,
-    of: Option<(RtSoftParams, [u32; 2])>,
+    of: Option<(RtSoftParams, Picture)>,
     traced: u32,
 }
 
@@ -106,12 +111,14 @@ impl Technique for RtSoft {
             self.counts = Some((bytes, f.gpu.room("rays so far", bytes, Use::STORAGE | Use::COPY_DST)));
         }
         let Some((_, counts)) = &self.counts else { return Ok(()) };
-        let of = Some((p, f.size));
-        if f.history != History::Goes || f.fresh || self.of != of {
+        let of = Some((p, (f.revision, f.eye, f.size, f.light, f.seed)));
+        // Along a path each frame is another picture, and wants all of its rays.
+        let other = self.of != of;
+        if f.history != History::Goes || f.fresh || other {
             (self.traced, self.of) = (0, of);
             f.clear(counts);
         }
-        let whole = f.history == History::Whole || f.fresh;
+        let whole = f.history == History::Whole || f.fresh || (other && f.history == History::Goes);
         let target = if whole { wanted } else { (self.traced + AT_ONCE).min(wanted) };
         // Once more where all are there: the frame's visibility is filled anew.
         loop {

@@ -3,7 +3,7 @@
 use crate::common::*;
 use crate::denoise::{in_the_yard, sun_at};
 use glam::Vec3;
-use shadowscope::frame::{Ask, Renderer, Truth};
+use shadowscope::frame::{Ask, History, Renderer, Truth};
 use shadowscope::light::Light;
 use shadowscope::measure::metrics::FACING;
 use shadowscope::setup::Setup;
@@ -55,6 +55,22 @@ fn the_mean_over_places_comes_to_the_truth() {
         assert!(centers.windows(2).all(|w| w[1].0 < (0.75 * w[0].0).max(floor)), "{centers:?}");
         assert!(centers[3].0 < floor && centers[3].1 <= 3 && centers[2].0 < corners.0, "{centers:?} {corners:?}");
     }
+}
+
+/// Along a path, where the light moves from frame to frame, rays of the last frame's light are none of this one's.
+#[test]
+fn no_ray_outlives_its_light() {
+    let (mut r, s) = in_the_yard(sun_at(0.0));
+    let mut s = s.clone();
+    pick(&mut s, "rt-soft", 64, &["samples=32"]);
+    let mut frame = |light: Light, history: History| {
+        let s = Setup { light, ..s.clone() };
+        r.render(&s, Ask { truth: Truth::Off, history, ..Ask::of(&s) }).unwrap();
+        r.read_visibility().unwrap()
+    };
+    let alone = frame(sun_at(20.0), History::Whole);
+    frame(sun_at(0.0), History::Whole);
+    assert!(frame(sun_at(20.0), History::Goes) == alone);
 }
 
 /// A light without a size has one place, and the map is that of the standard technique.
