@@ -55,3 +55,8 @@ fn r2_point(i: u32) -> vec2f {
 fn scattered(pixel: vec2u, i: u32) -> vec2f {
     return fract(place_of_hash(hash(pixel.x ^ hash(pixel.y))) + r2_point(i));
 }
+
+// As `scattered`, but shifted otherwise than the truth's rays, by the seed: what is measured against them is not measured against itself.
+fn scattered_by_seed(pixel: vec2u, i: u32) -> vec2f {
+    return scattered(pixel ^ vec2u(hash(frame.seed + 1u)), i);
+}

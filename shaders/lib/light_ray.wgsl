@@ -13,3 +13,10 @@ fn sees(s: Surface, light: LightSample, place: vec2f) -> bool {
     tally_ray(hit);
     return !hit.blocked;
 }
+
+// Whether the probed pixel sees that place of the light.
+fn probed_sees(place: vec2f) -> bool {
+    let s = load_surface(probed_pixel());
+    let light = light_at(s.position);
+    return may_be_shadowed(s, light) && sees(s, light, place);
+}

@@ -32,12 +32,11 @@ fn ray_count() -> u32 {
     return select(1u, agreement.samples, has_size());
 }
 
-// Shifted otherwise than the truth's rays.
 fn ray_place(pixel: vec2u, i: u32) -> vec2f {
     if !has_size() {
         return vec2f(0.0);
     }
-    return on_light(scattered(pixel ^ vec2u(hash(frame.seed + 1u)), i));
+    return on_light(scattered_by_seed(pixel, i));
 }
 
 @compute @workgroup_size(64)
@@ -65,9 +64,7 @@ fn dot_place(i: u32) -> vec2f {
 }
 
 fn dot_seen(i: u32) -> bool {
-    let s = load_surface(probed_pixel());
-    let light = light_at(s.position);
-    return may_be_shadowed(s, light) && sees(s, light, dot_place(i));
+    return probed_sees(dot_place(i));
 }
 
 fn inspect_map(s: Surface) -> f32 {

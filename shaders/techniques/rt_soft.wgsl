@@ -31,8 +31,7 @@ fn ray_place(pixel: vec2u, i: u32) -> vec2f {
         return vec2f(0.0);
     }
     if params.pattern == pattern_r2 {
-        // Shifted otherwise than the truth's rays: it would be measured against itself.
-        return on_light(scattered(pixel ^ vec2u(hash(frame.seed + 1u)), i));
+        return on_light(scattered_by_seed(pixel, i));
     }
     let k = grid_side();
     var inside = vec2f(0.5);
@@ -72,9 +71,7 @@ fn dot_place(i: u32) -> vec2f {
 }
 
 fn dot_seen(i: u32) -> bool {
-    let s = load_surface(probed_pixel());
-    let light = light_at(s.position);
-    return may_be_shadowed(s, light) && sees(s, light, dot_place(i));
+    return probed_sees(dot_place(i));
 }
 
 @compute @workgroup_size(8, 8)

@@ -189,6 +189,6 @@ fn plain(advice: &Advice, r: &Record) -> Option<String> {
         return Some(format!("a plain {what} within that error costs {factor:.2} times as much: {}\n", name(map)));
     }
     let tried = |id: &str| advice.tried.iter().any(|t| t.technique == id);
-    let plain = ["shadow-map", "cube"].into_iter().find(|id| tried(id)).filter(|id| r.technique != *id)?;
+    let plain = measure::PLAIN.into_iter().find(|id| tried(id)).filter(|id| r.technique != *id)?;
     Some(format!("no plain {} measured is within that error\n", called(plain == "cube")))
 }

@@ -1,6 +1,6 @@
 //! `measure`: techniques side by side at one set-up.
 
-use super::{Wanted, chosen, failures, print, progress, try_file};
+use super::{More, Wanted, chosen, failures, print, progress, try_file};
 use crate::frame::Renderer;
 use crate::gpu::Gpu;
 use crate::measure::{self, Step, table};
@@ -17,12 +17,8 @@ pub struct Output {
     /// Write the rows as CSV (- for standard output).
     #[arg(long, value_name = "FILE", num_args = 0..=1, default_missing_value = "-")]
     csv: Option<PathBuf>,
-    /// Also move the camera in small steps and measure what flickers.
-    #[arg(long)]
-    flicker: bool,
-    /// Also draw with so many seeds, and tell apart what changes with them (noise) and what stays wrong (bias).
-    #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u32).range(..=1024))]
-    seeds: u32,
+    #[command(flatten)]
+    more: More,
 }
 
 pub fn run(wanted: Wanted, ids: Vec<String>, output: Output, adapter: Option<&str>) -> Result<()> {
@@ -48,21 +44,14 @@ pub fn run(wanted: Wanted, ids: Vec<String>, output: Output, adapter: Option<&st
     let mut renderer = Renderer::new(Arc::new(Gpu::new(adapter)?), Arc::new(scene))?;
     let bar = progress();
     let mut rows = Vec::new();
-    measure::run(
-        &mut renderer,
-        &setup,
-        &work,
-        work.len() as u64,
-        measure::More { flicker: output.flicker, seeds: output.seeds },
-        &mut |step| {
-            match step {
-                Step::Working(done, what) => super::show(&bar, done, what),
-                Step::Row(row) => rows.push(*row),
-                Step::Failed(why) => failed.push(why.to_string()),
-            }
-            true
-        },
-    )?;
+    measure::run(&mut renderer, &setup, &work, work.len() as u64, output.more.wanted(), &mut |step| {
+        match step {
+            Step::Working(done, what) => super::show(&bar, done, what),
+            Step::Row(row) => rows.push(*row),
+            Step::Failed(why) => failed.push(why.to_string()),
+        }
+        true
+    })?;
     bar.finish_and_clear();
     let of = rows.len() + failed.len();
     if rows.is_empty() {

@@ -223,6 +223,23 @@ impl Figure {
     }
 }
 
+/// What is measured beside errors and times.
+#[derive(Args, Clone, Copy)]
+struct More {
+    /// Also move the camera in small steps and measure what flickers.
+    #[arg(long)]
+    flicker: bool,
+    /// Also draw with so many seeds, and tell apart what changes with them (noise) and what stays wrong (bias).
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u32).range(..=1024))]
+    seeds: u32,
+}
+
+impl More {
+    fn wanted(self) -> crate::measure::More {
+        crate::measure::More { flicker: self.flicker, seeds: self.seeds }
+    }
+}
+
 /// What is drawn, and what differs from the set-up.
 #[derive(Args)]
 struct Wanted {

@@ -1,6 +1,6 @@
 //! `sweep` and `merge`: many configurations into one file, in parts if need be.
 
-use super::{Wanted, cannot_write, chosen, failures, named, print, progress};
+use super::{More, Wanted, cannot_write, chosen, failures, named, print, progress};
 use crate::capture::create_folder;
 use crate::frame::Renderer;
 use crate::gpu::Gpu;
@@ -23,12 +23,8 @@ pub struct Output {
     /// Measure only the i-th of n parts: i/n. `merge` joins the files.
     #[arg(long, value_name = "I/N")]
     shard: Option<String>,
-    /// Also move the camera in small steps and measure what flickers.
-    #[arg(long)]
-    flicker: bool,
-    /// Also draw with so many seeds, and tell apart what changes with them (noise) and what stays wrong (bias).
-    #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u32).range(..=1024))]
-    seeds: u32,
+    #[command(flatten)]
+    more: More,
     /// Also write an HTML page with charts, tables and pictures into this folder.
     #[arg(long, value_name = "DIR")]
     report: Option<PathBuf>,
@@ -63,12 +59,12 @@ pub fn run(mut wanted: Wanted, ids: Vec<String>, output: Output, adapter: Option
     }
     // Rows of versions without an averaged truth hold its figures against the hard one.
     rows.retain(|_, r| r.truth_samples > 0);
-    if output.flicker {
+    if output.more.flicker {
         // Rows of other versions may hold flicker by another definition, and no label flicker.
         rows.retain(|_, r| r.label_flicker.is_some());
     }
-    if output.seeds > 1 {
-        rows.retain(|_, r| r.seeds == Some(output.seeds));
+    if output.more.seeds > 1 {
+        rows.retain(|_, r| r.seeds == Some(output.more.seeds));
     }
     let missing: Vec<(u64, Setup)> =
         work.iter().filter(|(i, _)| !rows.contains_key(i)).map(|(i, s)| (*i, s.clone())).collect();
@@ -90,25 +86,18 @@ pub fn run(mut wanted: Wanted, ids: Vec<String>, output: Output, adapter: Option
         let mut writer = csv::WriterBuilder::new().has_headers(held.is_empty()).from_writer(file);
         let bar = progress();
         let mut failed = None;
-        let measured = measure::run(
-            &mut renderer,
-            &setup,
-            &missing,
-            total,
-            measure::More { flicker: output.flicker, seeds: output.seeds },
-            &mut |step| {
-                match step {
-                    Step::Working(done, what) => super::show(&bar, done, what),
-                    Step::Row(row) => {
-                        let written = writer.serialize(&*row).map_err(anyhow::Error::from);
-                        failed = written.and_then(|()| Ok(writer.flush()?)).err();
-                        rows.insert(row.index, *row);
-                    }
-                    Step::Failed(why) => refused.push(why.to_string()),
+        let measured = measure::run(&mut renderer, &setup, &missing, total, output.more.wanted(), &mut |step| {
+            match step {
+                Step::Working(done, what) => super::show(&bar, done, what),
+                Step::Row(row) => {
+                    let written = writer.serialize(&*row).map_err(anyhow::Error::from);
+                    failed = written.and_then(|()| Ok(writer.flush()?)).err();
+                    rows.insert(row.index, *row);
                 }
-                failed.is_none()
-            },
-        );
+                Step::Failed(why) => refused.push(why.to_string()),
+            }
+            failed.is_none()
+        });
         bar.finish_and_clear();
         failed.map_or(Ok(()), Err).with_context(|| cannot_write(&partial))?;
         measured?;

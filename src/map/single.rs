@@ -75,21 +75,18 @@ impl Fit {
             .bind("extent", &self.extent)
             .bind("beyond", &self.beyond)
             .dispatch(w, h, 1);
+        // Of several places the first one's view tells.
+        if place == 0 && matches!(f.light, Light::RectArea { .. }) {
+            f.tell_counted(&self.beyond, |pixels| {
+                format!("{pixels} pixels lie more than {WIDEST}° off the light's axis, where no single map reaches: they are lit.")
+            });
+        }
         f.run(&self.narrow)
             .bind("light_view", whole)
             .bind("extent", &self.extent)
             .bind("fitted", &self.fitted)
             .dispatch(1, 1, 1);
         self.fitted.clone()
-    }
-
-    /// Tells what a rectangle's narrowed view leaves out.
-    fn tell_beyond(&self, f: &mut Frame) {
-        if matches!(f.light, Light::RectArea { .. }) {
-            f.tell_counted(&self.beyond, |pixels| {
-                format!("{pixels} pixels lie more than {WIDEST}° off the light's axis, where no single map reaches: they are lit.")
-            });
-        }
     }
 }
 
@@ -117,11 +114,7 @@ impl ShadowMap {
     /// A light without a single view, or a map that the adapter cannot hold.
     pub fn render(&mut self, f: &mut Frame, reach: Reach) -> Result<Maps> {
         let (view, narrow) = self.chosen(f, reach);
-        let maps = self.render_view(f, view, reach, narrow)?;
-        if narrow {
-            self.fit.tell_beyond(f);
-        }
-        Ok(maps)
+        self.render_view(f, view, reach, narrow)
     }
 
     /// The light's view that the parameters ask for, on the GPU, for casters that are drawn otherwise.
@@ -130,11 +123,7 @@ impl ShadowMap {
     /// A light without a single view.
     pub fn fit(&mut self, f: &mut Frame, reach: Reach) -> Result<Buffer> {
         let (view, narrow) = self.chosen(f, reach);
-        let fitted = self.fit_view(f, view, reach, narrow)?;
-        if narrow {
-            self.fit.tell_beyond(f);
-        }
-        Ok(fitted)
+        self.fit_view(f, view, reach, narrow)
     }
 
     /// A view, if the fit gives one, and whether it is narrowed to the receivers that the camera sees.
@@ -183,9 +172,6 @@ impl ShadowMap {
         let light_views = self.fit.run_place(f, place, LightView { reach: reach.metres, ..view }, narrow);
         if place == 0 {
             f.outline_view(&light_views);
-            if narrow {
-                self.fit.tell_beyond(f);
-            }
         }
         self.draw(f, light_views, false)
     }

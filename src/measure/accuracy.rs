@@ -68,8 +68,9 @@ pub fn over_seeds(renderer: &mut Renderer, setup: &Setup, seeds: u32) -> Result<
     let (mut variance, mut squares, mut facing) = (0.0, 0.0, 0usize);
     for one in served(&base)? {
         let (first, _) = compare(renderer, &one, false)?;
-        let mut sums: Vec<[f64; 2]> = vec![[0.0; 2]; first.mask.len()];
-        for k in 0..seeds {
+        let own = first.visibility.iter().map(|v| f64::from(*v));
+        let mut sums: Vec<[f64; 2]> = own.map(|v| [v, v * v]).collect();
+        for k in 1..seeds {
             let other = Setup { seed: setup.seed.wrapping_add(k), ..one.clone() };
             let ask = Ask { truth: Truth::Off, analysis: false, picture: false, ..Ask::of(&other) };
             renderer.render(&other, ask)?;

@@ -27,5 +27,5 @@ pub use path_cost::Cost;
 pub use path_figures::Figure;
 pub use record::{LightRow, Record, params_text, read, read_csv, read_json, tied, write, write_csv, write_json};
 pub use space::{Axis, expand};
-pub use sweep::{More, Shard, Step, run};
+pub use sweep::{More, PLAIN, Shard, Step, run};
 pub use timing::{Quartiles, STOPPED, Times, seconds_for};

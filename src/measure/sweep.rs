@@ -37,7 +37,7 @@ pub(super) fn failure(setup: &Setup, error: Error) -> Result<Error> {
 const TURNS: usize = 16;
 const TURNS_BYTES: u64 = 2 << 30;
 /// Plain maps: times are given as a multiple of the first that serves the light.
-pub(super) const PLAIN: [&str; 2] = ["shadow-map", "cube"];
+pub const PLAIN: [&str; 2] = ["shadow-map", "cube"];
 /// Share of a configuration's work that its errors take, roughly: for the progress only.
 const ERRORS_SHARE: f32 = 0.1;
 
@@ -51,8 +51,7 @@ pub struct More {
 }
 
 /// Measures configurations, each with its place in a sweep of so many, in their order. `base` is the set-up that they
-/// were made from: costs are multiples of its plain map's. `more`: what is measured
-/// besides.
+/// were made from: costs are multiples of its plain map's. `more`: what is measured besides.
 /// `watch` is told of progress, of each row and of each configuration that cannot be measured, and stops the work by saying no.
 ///
 /// # Errors

@@ -112,30 +112,43 @@ fn sun(ui: &mut Ui, rect: Rect, camera: &Camera, to_light: &mut Vec3) {
 
 /// A light with a direction: two handles, and the cone's outline where it has one.
 fn aimed(ui: &mut Ui, rect: Rect, camera: &Camera, position: &mut Vec3, direction: &mut Vec3, spread: f32) {
-    let depth = (*position - camera.position).dot(camera.forward());
-    let length = (depth * 0.25).max(camera.near);
     let axis = direction.normalize_or(Vec3::NEG_Y);
-    let tip = *position + axis * length;
-    segment(ui, rect, camera, *position, tip);
+    let tip = tip(camera, *position, axis);
     if spread > 0.0 {
-        let u = axis.any_orthonormal_vector() * spread * length;
+        let u = axis.any_orthonormal_vector() * spread * tip.distance(*position);
         let v = axis.cross(u);
-        let edge = |i: usize| {
-            let (sin, cos) = (i as f32 * std::f32::consts::TAU / 32.0).sin_cos();
-            tip + u * cos + v * sin
-        };
-        for i in 0..32 {
-            segment(ui, rect, camera, edge(i), edge(i + 1));
-            if i % 8 == 0 {
-                segment(ui, rect, camera, *position, edge(i));
-            }
+        ring(ui, rect, camera, tip, [u, v]);
+        for side in [u, v, -u, -v] {
+            segment(ui, rect, camera, *position, tip + side);
         }
     }
-    let mut end = tip;
-    if handle(ui, rect, camera, &mut end, "light's direction", 5.0, "Drag to aim the light.") {
-        *direction = (end - *position).normalize_or(axis);
+    if let Some(way) = turned(ui, rect, camera, [*position, tip], "Drag to aim the light.") {
+        *direction = way;
     }
     place(ui, rect, camera, position, "light");
+}
+
+/// Where the handle of a light's direction stands.
+fn tip(camera: &Camera, position: Vec3, axis: Vec3) -> Vec3 {
+    let depth = (position - camera.position).dot(camera.forward());
+    position + axis * (depth * 0.25).max(camera.near)
+}
+
+/// The handle of a light's direction, with the line to it; the new direction while it is dragged.
+fn turned(ui: &mut Ui, rect: Rect, camera: &Camera, [position, tip]: [Vec3; 2], says: &str) -> Option<Vec3> {
+    segment(ui, rect, camera, position, tip);
+    let mut end = tip;
+    let moved = handle(ui, rect, camera, &mut end, "light's direction", 5.0, says);
+    moved.then(|| (end - position).try_normalize()).flatten()
+}
+
+/// A circle around a point, with two radii at right angles.
+fn ring(ui: &Ui, rect: Rect, camera: &Camera, center: Vec3, [u, v]: [Vec3; 2]) {
+    let edge = |i: usize| {
+        let (sin, cos) = (i as f32 * std::f32::consts::TAU / 32.0).sin_cos();
+        center + u * cos + v * sin
+    };
+    (0..32).for_each(|i| segment(ui, rect, camera, edge(i), edge(i + 1)));
 }
 
 /// The disc of a light with a radius, as it faces the camera: a handle at its edge.
@@ -144,13 +157,7 @@ fn disc(ui: &mut Ui, rect: Rect, camera: &Camera, position: Vec3, radius: &mut f
         return;
     }
     let (right, up) = camera.axes();
-    let edge = |i: usize| {
-        let (sin, cos) = (i as f32 * std::f32::consts::TAU / 32.0).sin_cos();
-        position + (right * cos + up * sin) * *radius
-    };
-    for i in 0..32 {
-        segment(ui, rect, camera, edge(i), edge(i + 1));
-    }
+    ring(ui, rect, camera, position, [right * *radius, up * *radius]);
     let mut end = position + right * *radius;
     if handle(ui, rect, camera, &mut end, "light's radius", 5.0, "Drag to change the light's radius.") {
         *radius = (end - position).dot(right).clamp(0.01, MAX_RADIUS);
@@ -165,12 +172,9 @@ fn rectangle(ui: &mut Ui, rect: Rect, camera: &Camera, center: &mut Vec3, [half_
         segment(ui, rect, camera, corners[i], corners[(i + 1) % 4]);
     }
     let axis = half_u.cross(*half_v).normalize_or(Vec3::NEG_Y);
-    let depth = (*center - camera.position).dot(camera.forward());
-    let tip = *center + axis * (depth * 0.25).max(camera.near);
-    segment(ui, rect, camera, *center, tip);
-    let mut end = tip;
-    if handle(ui, rect, camera, &mut end, "light's direction", 5.0, "Drag to turn the light.") {
-        let turn = Quat::from_rotation_arc(axis, (end - *center).normalize_or(axis));
+    let tip = tip(camera, *center, axis);
+    if let Some(way) = turned(ui, rect, camera, [*center, tip], "Drag to turn the light.") {
+        let turn = Quat::from_rotation_arc(axis, way);
         (*half_u, *half_v) = (turn * *half_u, turn * *half_v);
     }
     for (half, id, tip) in [

@@ -9,7 +9,7 @@ use crate::frame::{Ask, MapLayer, Renderer, Shot, Truth};
 use crate::gpu::Gpu;
 use crate::measure::advise::{self, Advice, Budget};
 use crate::measure::stability::{self, Run, Stability};
-use crate::measure::{self, Figure, Record, Step};
+use crate::measure::{self, Figure, More, Record, Step};
 use crate::path::Route;
 use crate::scene::Scene;
 use crate::scene::builtin::cases;
@@ -226,23 +226,20 @@ impl Desk {
 
     /// Measures set-ups, each a row, whose costs are multiples of the shadow map's of `base`.
     pub fn measure(&mut self, job: u64, adapter: String, scene: Arc<Scene>, base: Setup, setups: Vec<Setup>) {
-        let work =
-            move |renderer: &mut Renderer, watch: &Watch| {
-                let setups: Vec<(u64, Setup)> = (0..).zip(setups).collect();
-                let mut failed = Vec::new();
-                measure::run(renderer, &base, &setups, setups.len() as u64, measure::More::default(), &mut |step| {
-                    match step {
-                        Step::Working(done, what) => watch.progress(done, &what),
-                        Step::Row(row) => watch.tell(Done::Row(row)),
-                        Step::Failed(why) => {
-                            failed.push(why.to_string());
-                            true
-                        }
-                    }
-                })?;
-                ensure!(failed.is_empty(), failed.join("; "));
-                Ok(())
-            };
+        let work = move |renderer: &mut Renderer, watch: &Watch| {
+            let setups: Vec<(u64, Setup)> = (0..).zip(setups).collect();
+            let mut failed = Vec::new();
+            measure::run(renderer, &base, &setups, setups.len() as u64, More::default(), &mut |step| match step {
+                Step::Working(done, what) => watch.progress(done, &what),
+                Step::Row(row) => watch.tell(Done::Row(row)),
+                Step::Failed(why) => {
+                    failed.push(why.to_string());
+                    true
+                }
+            })?;
+            ensure!(failed.is_empty(), failed.join("; "));
+            Ok(())
+        };
         self.beside(job, adapter, scene, work, Done::Measured);
     }
 

@@ -23,11 +23,18 @@ fn pick(s: &mut Setup, id: &str, resolution: u32, sets: &[&str]) {
     choose(s, shadowscope::techniques::find(id).unwrap(), resolution, &sets);
 }
 
-/// The visibility of a technique without the truth.
+/// Root mean square of a difference over the pixels that can be wrong.
+fn rms(found: &[f32], exact: &[f32], mask: &[u32]) -> f32 {
+    let facing = (0..mask.len()).filter(|i| mask[*i] == FACING);
+    let squares: Vec<f32> = facing.map(|i| (found[i] - exact[i]).powi(2)).collect();
+    (squares.iter().sum::<f32>() / squares.len() as f32).sqrt()
+}
+
+/// The visibility of a technique without the truth; its rays are counted.
 fn seen(r: &mut Renderer, s: &Setup, id: &str, resolution: u32, sets: &[&str]) -> Vec<f32> {
     let mut s = s.clone();
     pick(&mut s, id, resolution, sets);
-    r.render(&s, Ask { truth: Truth::Off, ..Ask::of(&s) }).unwrap();
+    r.render(&s, Ask { truth: Truth::Off, analysis: true, ..Ask::of(&s) }).unwrap();
     r.read_visibility().unwrap()
 }
 
@@ -41,11 +48,10 @@ fn the_mean_over_places_comes_to_the_truth() {
         let mask = r.read_mask().unwrap();
         let mut off = |sets: &[&str]| {
             let found = seen(&mut r, &s, "area-uniform", 1024, &[&["receiver_plane=true", "kernel=1"], sets].concat());
-            let facing = || (0..mask.len()).filter(|i| mask[*i] == FACING);
-            let squares: f32 = facing().map(|i| (found[i] - exact[i]).powi(2)).sum();
-            let certain = facing().filter(|i| exact[*i] == 0.0 || exact[*i] == 1.0);
+            let facing = (0..mask.len()).filter(|i| mask[*i] == FACING);
+            let certain = facing.filter(|i| exact[*i] == 0.0 || exact[*i] == 1.0);
             let wrong = certain.filter(|i| (found[*i] - exact[*i]).abs() > 0.5).count();
-            ((squares / facing().count() as f32).sqrt(), wrong)
+            (rms(&found, &exact, &mask), wrong)
         };
         let centers = ["side=1", "side=2", "side=4", "side=12"].map(|side| off(&[side]));
         let corners = off(&["side=4", "placement=corners"]);
@@ -94,22 +100,15 @@ fn one_place_is_the_plain_map() {
 fn maps_agree_on_all_but_penumbras() {
     for light in [sun_at(0.0), rectangle()] {
         let (mut r, s) = in_the_yard(light);
-        let mut truth = s.clone();
-        pick(&mut truth, "rt-soft", 64, &["samples=1024"]);
-        r.render(&truth, Ask { truth: Truth::Off, ..Ask::of(&truth) }).unwrap();
-        let exact = r.read_visibility().unwrap();
-        let off = |r: &mut Renderer, id: &str, sets: &[&str]| {
-            let mut s = s.clone();
-            pick(&mut s, id, 1024, sets);
-            r.render(&s, Ask { truth: Truth::Off, analysis: true, ..Ask::of(&s) }).unwrap();
-            let (seen, mask) = (r.read_visibility().unwrap(), r.read_mask().unwrap());
-            let facing = (0..mask.len()).filter(|i| mask[*i] == FACING);
-            let squares: Vec<f32> = facing.map(|i| (seen[i] - exact[i]).powi(2)).collect();
-            ((squares.iter().sum::<f32>() / squares.len() as f32).sqrt(), r.read_rays().unwrap())
+        let exact = seen(&mut r, &s, "rt-soft", 64, &["samples=1024"]);
+        let mask = r.read_mask().unwrap();
+        let mut off = |id: &str, sets: &[&str]| {
+            let found = seen(&mut r, &s, id, 1024, sets);
+            (rms(&found, &exact, &mask), r.read_rays().unwrap())
         };
-        let (rays, sent) = off(&mut r, "rt-soft", &["samples=64"]);
-        let (hybrid, few) = off(&mut r, "hybrid-area", &["receiver_plane=true"]);
-        let (maps, none) = off(&mut r, "hybrid-area", &["receiver_plane=true", "rays=false"]);
+        let (rays, sent) = off("rt-soft", &["samples=64"]);
+        let (hybrid, few) = off("hybrid-area", &["receiver_plane=true"]);
+        let (maps, none) = off("hybrid-area", &["receiver_plane=true", "rays=false"]);
         println!("{}: rays {rays} ({sent}), hybrid {hybrid} ({few}), maps {maps} ({none})", light.kind());
         // A rectangle's corners lie beyond the eight places: what hides one of them alone is missed.
         let most = if light.kind() == "rect-area" { 0.015 } else { 1.1 * rays };
@@ -118,12 +117,7 @@ fn maps_agree_on_all_but_penumbras() {
         // A light without a size has one place: rays end the same disputes as those of the hard hybrid.
         let Light::Directional { to_light, color, .. } = light else { continue };
         let point = Setup { light: Light::Directional { to_light, angular_radius: 0.0, color }, ..s.clone() };
-        let [area, hard] = ["hybrid-area", "hybrid-pcf"].map(|id| {
-            let mut s = point.clone();
-            pick(&mut s, id, 256, &[]);
-            r.render(&s, Ask { truth: Truth::Off, analysis: true, ..Ask::of(&s) }).unwrap();
-            r.read_visibility().unwrap()
-        });
+        let [area, hard] = ["hybrid-area", "hybrid-pcf"].map(|id| seen(&mut r, &point, id, 256, &[]));
         assert!(area == hard, "one place is the centre");
     }
 }
