@@ -46,14 +46,15 @@ impl ListedRays {
 
     /// Traces a ray from each listed pixel into the frame's visibility.
     pub fn trace(&self, f: &mut Frame) {
-        self.trace_by(f, &self.resolve);
+        self.trace_by(f, &self.resolve, &[]);
     }
 
     /// Runs another pass over the listed pixels, 64 a workgroup (`listed_index` in `shaders/lib/listed.wgsl`).
-    pub fn trace_by(&self, f: &mut Frame, pass: &Pass) {
-        let bound = self.bound();
-        f.run(&self.begin).bind_all(&bound).bind("dispatch", &self.dispatch).dispatch(1, 1, 1);
-        f.run(pass).bind_all(&bound).dispatch_indirect(&self.dispatch, 0);
+    /// `bound`: what it needs beside the list.
+    pub fn trace_by(&self, f: &mut Frame, pass: &Pass, bound: &[(&'static str, Resource)]) {
+        let listed = self.bound();
+        f.run(&self.begin).bind_all(&listed).bind("dispatch", &self.dispatch).dispatch(1, 1, 1);
+        f.run(pass).bind_all(&listed).bind_all(bound).of_picture().dispatch_indirect(&self.dispatch, 0);
     }
 
     fn bound(&self) -> [(&'static str, Resource); 2] {

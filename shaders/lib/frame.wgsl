@@ -91,3 +91,8 @@ fn light_at(position: vec3f) -> LightSample {
     }
     return LightSample(to_light, frame.light_color * falloff / distance2, reached);
 }
+
+// Depth of a surface of the picture along the axis of the camera that maps are fitted to.
+fn cascade_depth(position: vec3f, depth: f32) -> f32 {
+    return select(depth, dot(position - frame.shadow_eye, frame.shadow_forward), frame.frozen == 1u);
+}

@@ -3,21 +3,23 @@
 //!include map/light_view.wgsl
 // Fits a light's view to the receivers that the camera sees and that face the light, without read-back.
 
-// Largest u, v, 1 - u, 1 - v, depth share and 1 - depth share of any receiver, as the bits of floats in [0, 1].
-var<storage, read_write> extent: array<atomic<u32>, 6>;
-var<storage, read_write> fitted: LightView;
-// Receivers that lie outside the light's view: a single one cannot take all that lies before a rectangle.
+// Of each view the largest u, v, 1 - u, 1 - v, depth share and 1 - depth share of any receiver, as the bits of floats in [0, 1].
+var<storage, read_write> extent: array<atomic<u32>, 48>;
+var<storage, read_write> fitted: array<LightView, most_layers>;
+// Receivers that lie outside the first view: a single one cannot take all that lies before a rectangle.
 var<storage, read_write> beyond: atomic<u32>;
+// The depths along the camera's axis between which the receivers lie, metres; z: 1 if those outside are counted.
+var<uniform> between: vec4f;
 
-// A workgroup takes 64 × 64 pixels, neighbouring threads neighbouring ones: few atomics, no barriers.
+// A workgroup takes 64 × 64 pixels in one view, neighbouring threads neighbouring ones: few atomics, no barriers.
 @compute @workgroup_size(8, 8)
 fn receivers(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) local: vec3u) {
-    let v = light_view;
+    let v = light_views[group.z];
     var most = array<f32, 6>(-1.0, -1.0, -1.0, -1.0, -1.0, -1.0);
     var outside = 0u;
     for (var i = 0u; i < 64u; i++) {
         let p = lit_sample(group.xy * 64u + vec2u(i % 8u, i / 8u) * 8u + local.xy);
-        if p.w <= 0.0 {
+        if p.w <= 0.0 || p.w < between.x || p.w >= between.y {
             continue;
         }
         let clip = light_clip(v, p.xyz);
@@ -31,29 +33,33 @@ fn receivers(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) 
         most[4] = max(most[4], saturate((z - v.near) / (v.far - v.near)));
         most[5] = max(most[5], saturate((v.far - z) / (v.far - v.near)));
     }
-    if outside > 0u {
+    if outside > 0u && group.z == 0u && between.z > 0.0 {
         atomicAdd(&beyond, outside);
     }
     if most[0] >= 0.0 {
         for (var i = 0u; i < 6u; i++) {
             // + 0.0 turns a negative zero, whose bits are the largest of all, into zero.
-            atomicMax(&extent[i], bitcast<u32>(most[i] + 0.0));
+            atomicMax(&extent[6u * group.z + i], bitcast<u32>(most[i] + 0.0));
         }
     }
 }
 
-// Narrows the whole light's view to the extent found, with `margin` texels to spare for the filter.
-@compute @workgroup_size(1)
-fn narrow() {
-    var v = light_view;
-    let high = vec2f(bitcast<f32>(atomicLoad(&extent[0])), bitcast<f32>(atomicLoad(&extent[1])));
-    let low = 1.0 - vec2f(bitcast<f32>(atomicLoad(&extent[2])), bitcast<f32>(atomicLoad(&extent[3])));
+fn extent_of(k: u32, i: u32) -> f32 {
+    return bitcast<f32>(atomicLoad(&extent[6u * k + i]));
+}
+
+// Narrows each of the whole light's views to the extent found, with `margin` texels to spare for the filter.
+@compute @workgroup_size(8)
+fn narrow(@builtin(local_invocation_index) k: u32) {
+    var v = light_views[k];
+    let high = vec2f(extent_of(k, 0u), extent_of(k, 1u));
+    let low = 1.0 - vec2f(extent_of(k, 2u), extent_of(k, 3u));
     // With no receiver at all the whole view stays.
     if all(high >= low) {
-        let depth = bitcast<f32>(atomicLoad(&extent[4]));
+        let depth = extent_of(k, 4u);
         let spare = v.margin / max(v.resolution - 2.0 * v.margin, 1.0);
         // Metres across the light take the largest share of the image at the receiver nearest to a lamp.
-        let nearest = mix(v.far, v.near, bitcast<f32>(atomicLoad(&extent[5])));
+        let nearest = mix(v.far, v.near, extent_of(k, 5u));
         let metre = select(scale_of(v) / select(1.0, nearest, v.perspective == 1u), vec2f(0.0), v.perspective == 2u);
         let half = max((0.5 * (high - low) + 0.5 * min(v.reach * metre, vec2f(1.0))) * (1.0 + 2.0 * spare), vec2f(1e-5));
         let center = low + high - 1.0;
@@ -75,5 +81,5 @@ fn narrow() {
             v.row_z = inverse * (vec4f(0.0, 0.0, 0.0, v.far) - v.axis);
         }
     }
-    fitted = v;
+    fitted[k] = v;
 }

@@ -31,11 +31,6 @@ var<uniform> fitting: Fitting;
 // Where the cascades meet, metres along the camera's axis: cascade i lies between split(i) and split(i + 1).
 var<uniform> splits: array<vec4f, 3>;
 
-// Depth of a surface of the picture along the axis of the camera that the cascades divide.
-fn cascade_depth(position: vec3f, depth: f32) -> f32 {
-    return select(depth, dot(position - frame.shadow_eye, frame.shadow_forward), frame.frozen == 1u);
-}
-
 fn split(i: u32) -> f32 {
     return splits[i / 4u][i % 4u];
 }

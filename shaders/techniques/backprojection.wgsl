@@ -3,34 +3,7 @@
 //!include map/look_up.wgsl
 //!include map/filter/penumbra.wgsl
 //!include lib/light_dots.wgsl
-// A rectangle's soft shadow from a single map: the pyramid of its depths, and what a probed pixel sees of the light.
-
-var shadow_map: texture_depth_2d;
-var finer: texture_2d<f32>;
-var pyramid_out: texture_storage_2d<rg32float, write>;
-
-// The finest level, from a map whose sides the pyramid's may exceed.
-@compute @workgroup_size(8, 8)
-fn begin_pyramid(@builtin(global_invocation_id) id: vec3u) {
-    let side = textureDimensions(shadow_map);
-    var both = vec2f(0.0, 1.0);
-    for (var i = 0u; i < 4u; i++) {
-        let texel = 2u * id.xy + vec2u(i & 1u, i >> 1u);
-        let depth = select(0.0, textureLoad(shadow_map, min(texel, side - 1u), 0), all(texel < side));
-        both = vec2f(max(both.x, depth), min(both.y, depth));
-    }
-    textureStore(pyramid_out, id.xy, vec4f(both, 0.0, 0.0));
-}
-
-@compute @workgroup_size(8, 8)
-fn build_pyramid(@builtin(global_invocation_id) id: vec3u) {
-    var both = vec2f(0.0, 1.0);
-    for (var i = 0u; i < 4u; i++) {
-        let four = textureLoad(finer, 2u * id.xy + vec2u(i & 1u, i >> 1u), 0).xy;
-        both = vec2f(max(both.x, four.x), min(both.y, four.y));
-    }
-    textureStore(pyramid_out, id.xy, vec4f(both, 0.0, 0.0));
-}
+// A rectangle's soft shadow from a single map: what a probed pixel sees of the light.
 
 fn dot_count() -> u32 {
     return samples() * samples();

@@ -1,6 +1,5 @@
+//!include map/choose/single.wgsl
 //!include map/places.wgsl
-//!include lib/listed.wgsl
-//!include lib/labels.wgsl
 //!include lib/light_ray.wgsl
 //!include lib/light_dots.wgsl
 //!include constants.wgsl
@@ -12,6 +11,10 @@ fn window_side() -> u32 {
     return agreement.window;
 }
 
+fn slots() -> u32 {
+    return 1u;
+}
+
 @compute @workgroup_size(8, 8)
 fn decide(@builtin(global_invocation_id) id: vec3u) {
     if any(id.xy >= frame.size) {
@@ -20,7 +23,7 @@ fn decide(@builtin(global_invocation_id) id: vec3u) {
     let s = load_surface(id.xy);
     var v = select(1.0, 0.0, s.valid);
     if may_be_shadowed(s, light_at(s.position)) {
-        v = share(id.xy);
+        v = share(id.xy, 0u);
         if agreement.rays != 0u && v > 0.0 && v < 1.0 {
             list_ray(id.xy, 3.4e38);
         }
@@ -78,9 +81,9 @@ fn inspect_map(s: Surface) -> f32 {
     if !may_be_shadowed(s, light) {
         return -1.0;
     }
-    let v = share(s.pixel);
+    let v = share(s.pixel, 0u);
     if frame.map == shows_map_share {
         return v;
     }
-    return select(label(select(1u, 7u, v == 0.0), 0.25), label(2u, 0.8), v > 0.0 && v < 1.0);
+    return penumbra_label(v);
 }

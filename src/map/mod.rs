@@ -20,6 +20,7 @@ pub mod peel;
 pub mod places;
 pub mod plain;
 pub mod prefilter;
+pub mod pyramid;
 pub mod silhouettes;
 pub mod single;
 pub mod sums;

@@ -50,8 +50,8 @@ impl Depths {
     }
 
     /// Those that filters look up.
-    pub fn looked_up(self) -> Layers {
-        self.peeled.unwrap_or(self.nearest)
+    pub fn looked_up(&self) -> Layers {
+        self.peeled.as_ref().unwrap_or(&self.nearest).clone()
     }
 }
 

@@ -4,7 +4,7 @@ use super::casters::{Casters, Target, Triangles};
 use super::filter::Reach;
 use super::fit::{Kept, Scope, msf};
 use super::peel::{Depths, Held};
-use super::{MapParams, Maps, light_views, margin, whole};
+use super::{MOST, MapParams, Maps, light_views, margin, whole};
 use crate::frame::Frame;
 use crate::gpu::{Buffer, Gpu, Pass};
 use crate::light::{Light, LightView, WIDEST};
@@ -22,16 +22,17 @@ crate::params! {
     }
 }
 
-/// A light's view on the GPU: as it is given, or narrowed to the receivers that the camera sees.
+/// Light views on the GPU: as they are given, or narrowed to the receivers that the camera sees.
 pub struct Fit {
-    /// Of each place of a light with a size that a map is drawn from: what is written is there before any of them is drawn.
-    whole: Vec<(Option<LightView>, Buffer)>,
+    /// What is written is there before any of them is used: views that follow each other in a frame have buffers of their own.
+    whole: Vec<(Vec<LightView>, Buffer)>,
     fitted: Buffer,
     extent: Buffer,
     receivers: Pass,
     narrow: Pass,
     /// Receivers that the whole view does not see.
     beyond: Buffer,
+    everywhere: Buffer,
 }
 
 impl Fit {
@@ -39,55 +40,78 @@ impl Fit {
         Ok(Fit {
             whole: Vec::new(),
             fitted: light_views(gpu, "fitted light view"),
-            extent: gpu.buffer("receivers' extent", &[0; 24], Use::STORAGE),
+            extent: gpu.buffer("receivers' extent", &[0; 24 * MOST], Use::STORAGE),
             receivers: Pass::compute(gpu, "fit: receivers", "map/narrow.wgsl", "receivers", &[])?,
             narrow: Pass::compute(gpu, "fit: narrow", "map/narrow.wgsl", "narrow", &[])?,
             beyond: gpu.room("receivers beyond the map", 4, Use::STORAGE | Use::COPY_DST | Use::COPY_SRC),
+            everywhere: between(gpu, [0.0, f32::MAX], true),
         })
     }
 
     /// The buffer that holds `view`; `narrow`: fitted once more, to the receivers that the camera sees.
     pub fn run(&mut self, f: &mut Frame, view: LightView, narrow: bool) -> Buffer {
-        self.run_place(f, 0, view, narrow)
+        let whole = self.write(f, 0, &[view]);
+        if !narrow {
+            return whole;
+        }
+        self.begin(f);
+        let (receivers, fitted) = (self.everywhere.clone(), self.fitted.clone());
+        self.run_all(f, &whole, 1, &receivers, &fitted);
+        self.tell(f);
+        fitted
     }
 
-    /// The same for one of several places of the light; the buffer of a narrowed view is the same for all.
-    fn run_place(&mut self, f: &mut Frame, place: usize, view: LightView, narrow: bool) -> Buffer {
-        while self.whole.len() <= place {
-            self.whole.push((None, light_views(f.gpu, "whole light view")));
+    /// The buffer that holds these views, up to [`MOST`]. `number`: which of the frame's.
+    pub fn write(&mut self, f: &Frame, number: usize, views: &[LightView]) -> Buffer {
+        while self.whole.len() <= number {
+            self.whole.push((Vec::new(), light_views(f.gpu, "whole light view")));
         }
-        let (last, whole) = &mut self.whole[place];
-        if *last != Some(view) {
-            f.gpu.queue.write_buffer(whole, 0, bytemuck::bytes_of(&view));
-            *last = Some(view);
+        let (last, whole) = &mut self.whole[number];
+        if last != views {
+            f.gpu.queue.write_buffer(whole, 0, bytemuck::cast_slice(views));
+            *last = views.to_vec();
         }
-        if !narrow {
-            return whole.clone();
-        }
-        let whole = &*whole;
-        let [w, h] = f.size.map(|side| side.div_ceil(64));
-        f.clear(&self.extent);
+        whole.clone()
+    }
+
+    /// Before the first of some [`Fit::run_all`].
+    pub fn begin(&mut self, f: &mut Frame) {
         if matches!(f.light, Light::RectArea { .. }) {
             f.clear(&self.beyond);
         }
+    }
+
+    /// Fits `count` views to the receivers that [`between`] tells.
+    pub fn run_all(&mut self, f: &mut Frame, whole: &Buffer, count: u32, receivers: &Buffer, fitted: &Buffer) {
+        let [w, h] = f.size.map(|side| side.div_ceil(64));
+        f.clear(&self.extent);
         f.run(&self.receivers)
-            .bind("light_view", whole)
+            .bind("light_views", whole)
             .bind("extent", &self.extent)
             .bind("beyond", &self.beyond)
-            .dispatch(w, h, 1);
-        // Of several places the first one's view tells.
-        if place == 0 && matches!(f.light, Light::RectArea { .. }) {
+            .bind("between", receivers)
+            .dispatch(w, h, count);
+        f.run(&self.narrow)
+            .bind("light_views", whole)
+            .bind("extent", &self.extent)
+            .bind("fitted", fitted)
+            .dispatch(1, 1, 1);
+    }
+
+    /// After them: how many receivers no map reaches.
+    pub fn tell(&self, f: &mut Frame) {
+        if matches!(f.light, Light::RectArea { .. }) {
             f.tell_counted(&self.beyond, |pixels| {
                 format!("{pixels} pixels lie more than {WIDEST}° off the light's axis, where no single map reaches: they are lit.")
             });
         }
-        f.run(&self.narrow)
-            .bind("light_view", whole)
-            .bind("extent", &self.extent)
-            .bind("fitted", &self.fitted)
-            .dispatch(1, 1, 1);
-        self.fitted.clone()
     }
+}
+
+/// The receivers from one depth along the camera's axis to another, metres. `told`: those that the view does not reach are counted.
+pub fn between(gpu: &Gpu, [first, last]: [f32; 2], told: bool) -> Buffer {
+    let words = [first, last, told as u32 as f32, 0.0];
+    gpu.buffer("receivers' depths", bytemuck::bytes_of(&words), Use::UNIFORM)
 }
 
 /// One map, fitted and drawn. Depth is reversed: 1 near, 0 far.
@@ -159,21 +183,6 @@ impl ShadowMap {
         let warped = view.is_some_and(|view| view.perspective == LightView::WARPED);
         let light_views = self.fit_view(f, view, reach, narrow)?;
         self.draw(f, light_views, warped)
-    }
-
-    /// Draws the map of a place of a light with a size, into the same texture as all others: what looks it up must come before the
-    /// next. The first place is the one that outlines and notes tell of.
-    ///
-    /// # Errors
-    /// As [`ShadowMap::render`].
-    pub fn render_place(&mut self, f: &mut Frame, place: usize, light: Light, reach: Reach) -> Result<Maps> {
-        let narrow = FitParams::read(f.values).fit != "scene";
-        let view = whole(&Scope { light, ..scope(f, reach) })?;
-        let light_views = self.fit.run_place(f, place, LightView { reach: reach.metres, ..view }, narrow);
-        if place == 0 {
-            f.outline_view(&light_views);
-        }
-        self.draw(f, light_views, false)
     }
 
     fn draw(&mut self, f: &mut Frame, light_views: Buffer, warped: bool) -> Result<Maps> {

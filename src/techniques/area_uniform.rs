@@ -4,15 +4,14 @@ use super::rt_soft::LIGHT_SAMPLES;
 use super::{Info, MAPS, NEAREST, Technique};
 use crate::frame::Frame;
 use crate::gpu::{Buffer, Gpu, Pass, hold};
-use crate::light::Light;
 use crate::map::filter::{Reach, alone};
 use crate::map::peel::StoredParams;
-use crate::map::places::PlacedMaps;
+use crate::map::places::{PENUMBRA, PlaceSet, PlacedMaps, Spared, grid};
 use crate::map::single::FitParams;
 use crate::map::{BiasParams, CasterParams, HardwareParams, MapParams};
 use crate::params::Params;
 use anyhow::Result;
-use glam::{Vec2, vec2};
+use glam::Vec2;
 use wgpu::BufferUsages as Use;
 
 crate::params! {
@@ -25,6 +24,8 @@ crate::params! {
             placement: choice("centers", ["centers", "corners"]),
             /// Texels along each side of the window whose comparisons are averaged in each map (PCF): the bands of few places flow together.
             kernel: int(3, 1..=5, "texels", 2),
+            /// Maps that are drawn into layers of one texture and looked up together. 1: each is added to the sum by itself (accumulation), which reads every pixel's surface again.
+            layers: int(8, 1..=8, "maps"),
         }
     }
 }
@@ -50,33 +51,11 @@ pub static INFO: Info = Info {
         HardwareParams::GROUP,
     ],
     main: &[("resolution", "256..1024*2"), ("side", "3,6,9"), ("kernel", "1,3")],
-    maps: &[&[LIGHT_SAMPLES], MAPS],
+    maps: &[&[LIGHT_SAMPLES, PENUMBRA], MAPS],
     make: |gpu, _| Ok(Box::new(AreaUniform::new(gpu)?)),
 };
 
 const FILE: &str = "techniques/area_uniform.wgsl";
-
-/// A place of the disc for a place of the square, -1 to 1: concentric (Shirley, Chiu 1997).
-fn on_disc(p: Vec2) -> Vec2 {
-    let wide = p.x.abs() > p.y.abs();
-    let (radius, other) = if wide { (p.x, p.y) } else { (p.y, p.x) };
-    let angle = std::f32::consts::FRAC_PI_4 * if radius == 0.0 { 0.0 } else { other / radius };
-    let (sine, cosine) = angle.sin_cos();
-    radius * if wide { vec2(cosine, sine) } else { vec2(sine, cosine) }
-}
-
-/// The places on a light, evenly spread over its area.
-fn places(light: &Light, p: &AreaUniformParams) -> Vec<Vec2> {
-    if !light.has_size() {
-        return vec![Vec2::ZERO];
-    }
-    let along = |i: u32| match p.placement.as_str() {
-        "corners" if p.side > 1 => 2.0 * i as f32 / (p.side - 1) as f32 - 1.0,
-        _ => (2 * i + 1) as f32 / p.side as f32 - 1.0,
-    };
-    let square = (0..p.side * p.side).map(|i| vec2(along(i % p.side), along(i / p.side)));
-    square.map(|place| if matches!(light, Light::RectArea { .. }) { place } else { on_disc(place) }).collect()
-}
 
 /// The places, and the same on the GPU.
 type Held = (Vec<Vec2>, Buffer);
@@ -102,15 +81,18 @@ impl Technique for AreaUniform {
     fn render(&mut self, f: &mut Frame) -> Result<()> {
         let gpu = f.gpu;
         let p = AreaUniformParams::read(f.values);
-        let places = places(&f.light, &p);
-        if !f.light.has_size() {
+        let mut places = vec![Vec2::ZERO];
+        if f.light.has_size() {
+            places = grid(&f.light, p.side, p.placement == "corners");
+        } else {
             f.tell_note("The light has no size: one map is drawn, from its centre.".into());
         }
         let made =
             |places: &Vec<Vec2>| Ok(gpu.buffer("places on the light", bytemuck::cast_slice(places), Use::STORAGE));
         let held = hold(&mut self.places, places.clone(), made)?.clone();
         let reach = Reach { texels: 0.5 * (p.kernel - 1) as f32, ..Reach::default() };
-        let Some(maps) = self.maps.draw(f, &places, reach)? else { return Ok(()) };
+        let set = PlaceSet { places, side: MapParams::read(f.values).resolution, depths: PlaceSet::ALL };
+        let maps = self.maps.draw(f, &[set], p.layers, Spared::None, 1, reach)?;
         self.maps.resolve(f, &self.mean, &maps, vec![("light_places", (&held).into())])
     }
 }

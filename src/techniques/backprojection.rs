@@ -4,15 +4,14 @@ use super::rt_soft::LIGHT_SAMPLES;
 use super::shadow_map::GROUPS;
 use super::{Info, MAPS, Technique};
 use crate::frame::Frame;
-use crate::gpu::{self, Gpu, Pass, Resource, Texture, hold};
+use crate::gpu::{Gpu, Resource};
 use crate::light::Light;
-use crate::map::Maps;
-use crate::map::filter::{Filter, LookUp, Reach, shader, soft_reach};
+use crate::map::filter::{Filter, LookUp, Reach, soft_reach};
+use crate::map::pyramid::Pyramid;
 use crate::map::single::ShadowMap;
 use crate::params::Params;
 use crate::view::{self, Area, Axis, Class, Drawn, Legend, Span};
 use anyhow::Result;
-use wgpu::{TextureFormat as Format, TextureUsages as Use};
 
 crate::params! {
     /// Texels thrown back on the light.
@@ -107,69 +106,23 @@ const FILE: &str = "techniques/backprojection.wgsl";
 struct Backprojection {
     map: ShadowMap,
     look_up: LookUp,
-    begin: Pass,
-    build: Pass,
-    pyramid: Option<(u32, Pyramid)>,
-}
-
-/// Nearest and farthest stored depths, from 2 × 2 texels up to all of them.
-struct Pyramid {
-    all: wgpu::TextureView,
-    levels: Vec<wgpu::TextureView>,
-    /// Whose views these are: on the account as long as they are held.
-    texture: Texture,
+    pyramid: Pyramid,
 }
 
 impl Backprojection {
     fn new(gpu: &Gpu) -> Result<Backprojection> {
-        let file = shader(FILE, &FILTER, None);
-        let pass = |entry| Pass::compute(gpu, "depth pyramid", &file, entry, INFO.params);
         Ok(Backprojection {
             map: ShadowMap::new(gpu)?,
             look_up: LookUp::new(gpu, FILE, INFO.params),
-            begin: pass("begin_pyramid")?,
-            build: pass("build_pyramid")?,
-            pyramid: None,
+            pyramid: Pyramid::new(gpu)?,
         })
-    }
-
-    /// Reduces the map's depths, level by level.
-    fn reduce(&mut self, f: &mut Frame, maps: &Maps) -> Result<wgpu::TextureView> {
-        let gpu = f.gpu;
-        let passes = [&self.begin, &self.build];
-        let pyramid = hold(&mut self.pyramid, maps.sides[0], |side| {
-            passes.iter().for_each(|pass| pass.forget());
-            // A power of two, so that each level halves the one before without a rest.
-            let side = side.next_power_of_two() / 2;
-            let count = side.ilog2() + 1;
-            let usage = Use::STORAGE_BINDING | Use::TEXTURE_BINDING;
-            let texture = gpu::texture(gpu, "depth pyramid", [side, side, 1], count, Format::Rg32Float, usage);
-            let view = |base_mip_level, mip_level_count| {
-                let count = Some(mip_level_count);
-                texture.create_view(&wgpu::TextureViewDescriptor {
-                    base_mip_level,
-                    mip_level_count: count,
-                    ..Default::default()
-                })
-            };
-            Ok(Pyramid { all: view(0, count), levels: (0..count).map(|i| view(i, 1)).collect(), texture })
-        })?;
-        for (i, level) in pyramid.levels.iter().enumerate() {
-            let groups = (pyramid.texture.width() >> i).div_ceil(8);
-            let run = match i {
-                0 => f.run(&self.begin).bind("shadow_map", &maps.layers.each[0]),
-                _ => f.run(&self.build).bind("finer", &pyramid.levels[i - 1]),
-            };
-            run.bind("pyramid_out", level).dispatch(groups, groups, 1);
-        }
-        Ok(pyramid.all.clone())
     }
 }
 
 impl Technique for Backprojection {
     fn render(&mut self, f: &mut Frame) -> Result<()> {
         let maps = self.map.render(f, (FILTER.reach)(f))?;
-        let pyramid = self.reduce(f, &maps)?;
+        let pyramid = self.pyramid.make(f, &maps.layers.each[0], maps.sides[0])?;
         let bound: [(&'static str, Resource); 1] = [("pyramid", (&pyramid).into())];
         self.look_up.run(f, &maps, &FILTER, &bound)
     }

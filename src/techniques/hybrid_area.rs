@@ -7,7 +7,7 @@ use crate::gpu::{Gpu, Pass};
 use crate::listed_rays::ListedRays;
 use crate::map::filter::{Reach, alone};
 use crate::map::peel::StoredParams;
-use crate::map::places::PlacedMaps;
+use crate::map::places::{PlaceSet, PlacedMaps, Spared};
 use crate::map::single::FitParams;
 use crate::map::{BiasParams, CasterParams, HardwareParams, MapParams};
 use crate::params::Params;
@@ -109,11 +109,12 @@ impl Technique for HybridArea {
             f.tell_note("The light has no size: one map and one ray a pixel, from and to its centre.".into());
         }
         let reach = Reach { texels: 0.5 * p.window as f32, ..Reach::default() };
-        let Some(maps) = self.maps.draw(f, &places, reach)? else { return Ok(()) };
+        let set = PlaceSet { places, side: MapParams::read(f.values).resolution, depths: PlaceSet::ALL };
+        let maps = self.maps.draw(f, &[set], 8, Spared::None, 1, reach)?;
         let listed = self.rays.begin(f)?;
         self.maps.resolve(f, &self.decide, &maps, listed.into())?;
         if p.rays {
-            self.rays.trace_by(f, &self.resolve);
+            self.rays.trace_by(f, &self.resolve, &[]);
         }
         Ok(())
     }

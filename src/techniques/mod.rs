@@ -4,6 +4,7 @@ mod area_uniform;
 mod backprojection;
 mod csm_conservative;
 mod csm_convolution;
+mod cssm;
 mod cube;
 mod dsm;
 mod dual_paraboloid;
@@ -218,6 +219,7 @@ pub static ALL: &[&Info] = &[
     &hybrid_area::INFO,
     &backprojection::INFO,
     &area_uniform::INFO,
+    &cssm::INFO,
     &rt_hard::INFO,
     &rt_soft::INFO,
     &rt_denoise::INFO,

@@ -121,3 +121,65 @@ fn maps_agree_on_all_but_penumbras() {
         assert!(area == hard, "one place is the centre");
     }
 }
+
+/// However many maps are looked up together, their sum is the same; and one cascade that holds all of the view is the uniform grid.
+#[test]
+fn sums_do_not_depend_on_how_maps_are_grouped() {
+    for light in [sun_at(0.0), rectangle()] {
+        let (mut r, s) = in_the_yard(light);
+        let mut of = |id: &str, sets: &[&str]| seen(&mut r, &s, id, 256, sets);
+        let uniform = ["side=3", "placement=corners"];
+        let together = of("area-uniform", &[&uniform[..], &["layers=8"]].concat());
+        let alone = of("area-uniform", &[&uniform[..], &["layers=1"]].concat());
+        let near = of("cssm", &["percent_1=100", "percent_2=100", "side=3", "layers=5"]);
+        // The far cascade alone, whose parameters have names of their own.
+        let far = of("cssm", &["percent_1=0", "percent_2=0", "side_3=3", "coarser_3=1"]);
+        assert!(together == alone && together == near && together == far, "{}", light.kind());
+        let mixed = of("cssm", &["percent_1=30", "percent_2=60", "blend=0.2"]);
+        let parted = of("cssm", &["percent_1=30", "percent_2=60"]);
+        assert!(mixed != parted && mixed.iter().all(|v| (0.0..=1.0).contains(v)));
+    }
+}
+
+/// Bounds spare pixels most of the maps, and hardly a texel changes for it; where four places agree, others may not.
+#[test]
+fn bounds_agree_with_all_maps() {
+    for light in [sun_at(0.0), rectangle()] {
+        let (mut r, s) = in_the_yard(light);
+        let whole = ["percent_1=100", "percent_2=100", "placement=nested", "receiver_plane=true"];
+        let mut of = |ask: &str| seen(&mut r, &s, "cssm", 512, &[&whole[..], &[ask]].concat());
+        let [all, bounds, corners] = ["ask=all", "ask=bounds", "ask=corners"].map(&mut of);
+        let differ = |other: &[f32]| all.iter().zip(other).filter(|(a, b)| (*a - *b).abs() > 1e-6).count();
+        let most = |other: &[f32]| all.iter().zip(other).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+        println!("{}: bounds {} up to {}, corners {}", light.kind(), differ(&bounds), most(&bounds), differ(&corners));
+        // But for a texel or two at the edge of one map.
+        assert!(differ(&bounds) <= 2 && most(&bounds) < 0.02, "{}", light.kind());
+        assert!(differ(&corners) > if light.kind() == "rect-area" { 0 } else { 20 }, "{}", light.kind());
+        // Few pixels ask all of them.
+        let asked = |r: &mut Renderer, ask: &str| {
+            let mut s = Setup { view: "maps-asked".into(), ..s.clone() };
+            pick(&mut s, "cssm", 512, &[&whole[..], &[ask]].concat());
+            r.render(&s, Ask { truth: Truth::Off, ..Ask::of(&s) }).unwrap();
+            let (map, mask) = (r.read_map().unwrap(), r.read_mask().unwrap());
+            let facing: Vec<f32> = (0..mask.len()).filter(|i| mask[*i] == FACING).map(|i| map[i]).collect();
+            facing.iter().sum::<f32>() / facing.len() as f32
+        };
+        let [every, some, few] = ["ask=all", "ask=bounds", "ask=corners"].map(|ask| asked(&mut r, ask));
+        println!("{}: {every} maps a pixel, {some} with bounds, {few} by four", light.kind());
+        assert!((every - 16.0).abs() < 1e-3 && some < 10.0 && few < 10.0, "{every} {some} {few}");
+    }
+}
+
+/// Four maps from the corners spread penumbras too wide; four that are some of sixteen do not.
+#[test]
+fn few_nested_places_are_as_good_as_they_can_be() {
+    let (mut r, s) = in_the_yard(rectangle());
+    let exact = seen(&mut r, &s, "rt-soft", 64, &["samples=1024"]);
+    let mask = r.read_mask().unwrap();
+    let far = ["percent_1=0", "percent_2=0", "coarser_3=1", "receiver_plane=true"];
+    let mut off =
+        |placement: &str| rms(&seen(&mut r, &s, "cssm", 1024, &[&far[..], &[placement]].concat()), &exact, &mask);
+    let [corners, centers, nested] = ["placement=corners", "placement=centers", "placement=nested"].map(&mut off);
+    println!("corners {corners}, centers {centers}, nested {nested}");
+    assert!(corners > 1.5 * nested && nested < 1.15 * centers, "{corners} {centers} {nested}");
+}

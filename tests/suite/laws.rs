@@ -108,7 +108,7 @@ fn a_lit_floor_is_lit() {
             }
             if info.specs().any(|s| s.name == "slope_bias") {
                 // A wider window brings a greater bias with it.
-                let one = (info.id == "area-uniform").then(|| "kernel=1".into());
+                let one = info.specs().any(|s| s.name == "placement").then(|| "kernel=1".into());
                 let sets: Vec<String> = ["bias=0".into(), "slope_bias=0.35".into()].into_iter().chain(one).collect();
                 choose(&mut s, info, 64, &sets);
                 acne[i] += shadowscope::measure::errors(&mut r, &s).unwrap().shadow_incorrect;
@@ -177,7 +177,9 @@ fn errors_fall_with_resolution() {
     for (at, light) in [sun(Vec3::new(0.5, 1.0, 0.3)), cone, lamp, plate].into_iter().enumerate() {
         let (mut r, mut s) = start(lit(&yard(), view, light), [160, 120]);
         for info in serving(light).filter(|i| i.specs().any(|s| s.name == "resolution")) {
-            for sets in look_ups(info, at == 0) {
+            for mut sets in look_ups(info, at == 0) {
+                // A far cascade's map would stay coarse.
+                sets.extend(info.specs().any(|s| s.name == "coarser_3").then(|| "coarser_3=2".into()));
                 let [coarse, fine] = [64, 512].map(|resolution| {
                     choose(&mut s, info, resolution, &sets);
                     shadowscope::measure::errors(&mut r, &s).unwrap().rmse

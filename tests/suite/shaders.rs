@@ -7,6 +7,7 @@ use shadowscope::map::cascades::Fitting;
 use shadowscope::map::faces::FacesUniform;
 use shadowscope::map::filter::{Filter, shader};
 use shadowscope::map::fit::diagram::Stroke;
+use shadowscope::map::places::Batch;
 use shadowscope::params::{Group, Values};
 use shadowscope::scene::edges::Edge;
 use shadowscope::scene::geometry::{GpuMaterial, Vertex};
@@ -214,6 +215,8 @@ fn shared_structs_agree() {
     same!("map/cascades.wgsl", "Fitting", Fitting,
         count "count", blend "blend", narrow "narrow", margin "margin", reach "reach", least "least",
         smoothing "smoothing", opaque "opaque", triangles "triangles", culled "culled", padding "padding", sides "sides");
+    same!("techniques/area_uniform.wgsl map/filter/nearest.wgsl", "Batch", Batch,
+        steps "steps", half_u "half_u", half_v "half_v", depths "depths", count "count", agreeing "agreeing");
     same!("map/faces.wgsl", "Faces", FacesUniform,
         count "count", triangles "triangles", opaque "opaque", listed "listed", met "met", vertices "vertices",
         angle "angle", metres "metres", axes "axes", regions "regions", frustum "frustum");

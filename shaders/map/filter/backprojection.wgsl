@@ -1,11 +1,10 @@
 //!include lib/frame.wgsl
+//!include map/pyramid.wgsl
 // Guennebaud, Barthe, Paulin 2006: every texel of the map that lies before the receiver is a rectangle of its own, whose shadow on the
 // light is known: what they cover together is hidden. Schwarz, Stamminger 2007: samples of the light as bits, so that nothing is
 // covered twice.
 
 var<uniform> backprojection: BackprojectionParams;
-// Nearest and farthest stored depth of 2 × 2 texels, of 4 × 4 in the next level, and so on. Beyond the map both are 0.
-var pyramid: texture_2d<f32>;
 
 // Closed: nothing is left to look at, `hidden` is all there is to say.
 struct Window {
@@ -29,22 +28,6 @@ struct Window {
 struct Covered {
     area: f32,
     bits: array<u32, 8>,
-}
-
-// Nearest and farthest stored depth of the texels of a window, and of some around it.
-fn extremes(low: vec2i, high: vec2i) -> vec2f {
-    let span = u32(max(max(high.x - low.x, high.y - low.y), 4));
-    let level = firstLeadingBit(span) - 2u;
-    let first = vec2u(low) >> vec2u(level + 1u);
-    let last = vec2u(high) >> vec2u(level + 1u);
-    var found = vec2f(0.0, 1.0);
-    for (var y = first.y; y <= last.y; y++) {
-        for (var x = first.x; x <= last.x; x++) {
-            let both = textureLoad(pyramid, vec2u(x, y), level).xy;
-            found = vec2f(max(found.x, both.x), min(found.y, both.y));
-        }
-    }
-    return found;
 }
 
 // By how much a step on the map from the receiver grows on the light's plane where a caster at a depth throws it, for `Window::texel`:
@@ -75,7 +58,7 @@ fn window(s: Surface, layer: u32) -> Window {
         return w;
     }
     // No caster is nearer than the nearest of the map.
-    var nearest = linear_depth(v, textureLoad(pyramid, vec2u(0u), textureNumLevels(pyramid) - 1u).x);
+    var nearest = linear_depth(v, nearest_of_all());
     var found = vec2f(0.0);
     // Round after round the nearest caster in the window makes it narrower; the last one asks what is left in it.
     for (var i = 0u; i <= backprojection.shrink; i++) {

@@ -1,6 +1,7 @@
 //! Published tables and figures measured again: ours beside theirs, as Markdown with pictures.
 
 mod axis;
+mod azri;
 mod cascades;
 mod chong;
 mod conservative;
@@ -174,6 +175,12 @@ pub static ALL: &[Reproduction] = &[
         deviation: "Her text does not give the nine depths of the figure. By her own rule a texel \
                     of smaller depth casts a shadow: 73 is more than 54, so that her result 1 is full light and her \
                     44 % are lit, where her text says in shadow. Ours are shares of light.",
+    },
+    Reproduction {
+        id: "azri-3.1",
+        title: "Azri 2020, table 3.1 and figures 3.9 to 3.14: cascaded soft shadow maps beside uniform samples",
+        run: azri::table,
+        deviation: "",
     },
     Reproduction {
         id: "navratil-3.5",

@@ -1,9 +1,10 @@
 //! Three cubes on a plane, one for each of three cascades (the first scene of Azri 2020).
 
-use super::builder::{Builder, camera, light};
+use super::builder::{Builder, Patch, Shading, camera, light};
 use crate::light::Light;
 use crate::scene::Scene;
 use glam::{Vec3, vec2, vec3};
+use std::f32::consts::TAU;
 
 /// Where the cubes stand: distance in front of the default camera, to the side, turn in radians.
 /// Its planes at 2 m and 60 m, split into three half or more logarithmically, part at 6 to 14 m and 19 to 30 m.
@@ -12,7 +13,32 @@ const CUBES: [(f32, f32, f32); 3] = [(5.0, -1.0, 0.42), (16.5, 0.9, 0.7), (34.0,
 const HALF: f32 = 0.6;
 
 pub fn build() -> Scene {
-    let mut b = Builder::new("cubes");
+    stage("cubes", |b, color| b.block(color, Vec3::splat(-HALF), Vec3::splat(HALF)))
+}
+
+/// The same with a trefoil knot in each cube's place, of about as many triangles in all: to measure with, no scene of the lists.
+pub fn knots(triangles: usize) -> Scene {
+    let rows = ((triangles / 48) as f32).sqrt().max(6.0) as usize;
+    let columns = triangles / (6 * rows);
+    let at = |t: f32| {
+        let wide = 2.0 + (3.0 * t).cos();
+        vec3(wide * (2.0 * t).cos(), wide * (2.0 * t).sin(), (3.0 * t).sin())
+    };
+    let mut knot = Patch::default();
+    knot.lattice(columns + 1, rows + 1, |i, j| {
+        let t = TAU * (i % columns) as f32 / columns as f32;
+        let around = -TAU * (j % rows) as f32 / rows as f32;
+        let along = (at(t + 1e-3) - at(t - 1e-3)).normalize();
+        let out = along.cross(Vec3::Z).normalize();
+        let p = at(t) + 0.45 * (around.cos() * out + around.sin() * along.cross(out));
+        (HALF / 3.45 * p, vec2(t, around))
+    });
+    stage("knots", |b, color| b.add(color, &knot, Shading::Smooth(180.0)))
+}
+
+/// The ground with something in each cube's place, drawn around its middle.
+fn stage(name: &str, draw: impl Fn(&mut Builder, u32)) -> Scene {
+    let mut b = Builder::new(name);
     let tiles = b.texture(256, 256, |x, y| {
         let edge = x % 128 < 2 || y % 128 < 2;
         let dark = (x / 128 + y / 128) % 2 == 1;
@@ -30,7 +56,7 @@ pub fn build() -> Scene {
     b.heightfield(ground, vec2(-44.0, -56.0), vec2(44.0, 12.0), [22, 17], |_, _| 0.0);
     for ((distance, side, turn), color) in CUBES.into_iter().zip(colors) {
         b.turned(vec3(side, HALF, -distance), turn, |b| {
-            b.block(color, Vec3::splat(-HALF), Vec3::splat(HALF));
+            draw(b, color);
         });
     }
     let eye = vec3(0.0, 2.1, 0.0);

@@ -6,7 +6,7 @@ mod blocks;
 mod builder;
 pub mod cases;
 pub(crate) mod crowd;
-mod cubes;
+pub(crate) mod cubes;
 mod hall;
 mod observatory;
 mod pavilion;
