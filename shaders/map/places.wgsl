@@ -141,17 +141,19 @@ fn thrown(s: Surface, v: LightView, to_light: vec3f, here: vec2f, depth: f32) ->
     return t;
 }
 
-// Whether no texel of a small box is nearer to the light than the receiver's plane, where comparisons follow that.
-fn plane_below(r: Receiver, low: vec2f, high: vec2f) -> bool {
-    if all(r.gradient == vec2f(0.0)) {
-        return false;
-    }
+// Whether all texels of a small box are seen as a comparison sees them; outside of its window, where no bias reaches, the receiver's plane
+// may rise.
+fn all_seen(r: Receiver, low: vec2f, high: vec2f, window: f32) -> bool {
     let wide = u32(high.x - low.x) + 1u;
     let count = wide * (u32(high.y - low.y) + 1u);
+    let follows = any(r.gradient != vec2f(0.0));
     var i = 0u;
     while i < count {
         let texel = low + vec2f(vec2u(i % wide, i / wide)) + 0.5;
-        if depth_at(r, texel) < drawn_depth(r.layer, vec2u(texel)) {
+        let step = abs(texel - r.texel);
+        let beside = !follows && max(step.x, step.y) > window + 0.5;
+        let rise = select(0.0, max(dot(r.plane, texel - r.texel), 0.0), beside);
+        if depth_at(r, texel) + rise < drawn_depth(r.layer, vec2u(texel)) {
             break;
         }
         i++;
@@ -168,8 +170,9 @@ const undecided = 2u;
 fn verdict(s: Surface, to_light: vec3f) -> u32 {
     let layer = batch.count - 1u;
     let v = light_views[layer];
-    let around = 0.5 * f32(window_side() - 1u) + 1.0;
-    let r = receive(s, layer, around, 1.0);
+    let window = 0.5 * f32(window_side() - 1u);
+    let around = window + 1.0;
+    let r = receive(s, layer, window, 1.0);
     var nearest = max(linear_depth(v, nearest_of_all()), v.near);
     for (var k = 0u; k < 8u; k++) {
         let box = thrown(s, v, to_light, r.texel, nearest);
@@ -179,7 +182,7 @@ fn verdict(s: Surface, to_light: vec3f) -> u32 {
             return undecided;
         }
         let found = extremes(vec2i(low), vec2i(high));
-        if found.x <= r.depth || (all(high - low < vec2f(8.0)) && plane_below(r, low, high)) {
+        if found.x <= r.depth || (all(high - low < vec2f(8.0)) && all_seen(r, low, high, window)) {
             return 1u;
         }
         if found.y > r.depth {

@@ -85,7 +85,7 @@ fn ray_place(pixel: vec2u, i: u32) -> vec2f {
             square = place_of_hash(hash(pixel.x ^ hash(pixel.y ^ hash(i ^ hash(frame.seed)))));
         }
         case sequence_r2: {
-            square = scattered(pixel, i);
+            square = scattered_by_seed(pixel, i);
         }
         default: {
             square = fract(noise(pixel) + r2_point(i));

@@ -232,11 +232,14 @@ struct More {
     /// Also draw with so many seeds, and tell apart what changes with them (noise) and what stays wrong (bias).
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u32).range(..=1024))]
     seeds: u32,
+    /// Also draw frames after a leap of the light and while it turns: how long the picture takes to settle, and how far it lags behind.
+    #[arg(long)]
+    temporal: bool,
 }
 
 impl More {
     fn wanted(self) -> crate::measure::More {
-        crate::measure::More { flicker: self.flicker, seeds: self.seeds }
+        crate::measure::More { flicker: self.flicker, seeds: self.seeds, temporal: self.temporal }
     }
 }
 

@@ -266,9 +266,10 @@ impl Table {
     fn measure(self, gpu: Arc<Gpu>, tick: &mut dyn FnMut(f32, String)) -> Result<String> {
         let (names, setups): (Vec<String>, Vec<Setup>) = self.rows.into_iter().unzip();
         let work: Vec<(u64, Setup)> = (0..).zip(setups).collect();
-        let asks = |ids: [&str; 2]| self.columns.iter().any(|c| ids.contains(&c.id));
-        let seeds = if asks(["seed_noise", "seed_bias"]) { SEEDS } else { 0 };
-        let more = measure::More { flicker: asks(["flicker", "label_flicker"]), seeds };
+        let asks = |ids: &[&str]| self.columns.iter().any(|c| ids.contains(&c.id));
+        let seeds = if asks(&["seed_noise", "seed_bias"]) { SEEDS } else { 0 };
+        let temporal = asks(&["settle_frames", "settle_rmse", "lag_frames"]);
+        let more = measure::More { flicker: asks(&["flicker", "label_flicker"]), seeds, temporal };
         let mut renderer = Renderer::new(gpu, Arc::new(self.scene))?;
         let mut records: Vec<Record> = Vec::new();
         let mut failed = Vec::new();

@@ -29,7 +29,7 @@ pub fn errors(renderer: &mut Renderer, setup: &Setup) -> Result<Errors> {
 }
 
 /// A set-up for each light that is on and that technique and truth serve.
-fn served(setup: &Setup) -> Result<Vec<Setup>> {
+pub(super) fn served(setup: &Setup) -> Result<Vec<Setup>> {
     let both = [techniques::find_or_say(&setup.technique)?, techniques::TRUTH];
     for info in both {
         setup.unmeasurable(info).map_or(Ok(()), |reason| Err(anyhow!(reason)))?;
@@ -41,7 +41,7 @@ fn served(setup: &Setup) -> Result<Vec<Setup>> {
 }
 
 /// Renders technique and truth of the light at work; with `all` also the picture and the analysis.
-fn compare(renderer: &mut Renderer, setup: &Setup, all: bool) -> Result<(Pixels, Told)> {
+pub(super) fn compare(renderer: &mut Renderer, setup: &Setup, all: bool) -> Result<(Pixels, Told)> {
     let ask = Ask { analysis: all, picture: all, ..Ask::of(setup) };
     let told = renderer.render(setup, ask)?;
     let mask = renderer.read_mask()?;

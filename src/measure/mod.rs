@@ -18,6 +18,7 @@ mod space;
 pub mod stability;
 mod sweep;
 pub mod table;
+mod temporal;
 mod timing;
 
 pub use accuracy::{accuracy, errors};

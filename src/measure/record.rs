@@ -90,6 +90,11 @@ pub struct Record {
     pub seeds: Option<u32>,
     pub seed_noise: Option<f64>,
     pub seed_bias: Option<f64>,
+    /// After a leap of the light: the frames until the error is within a tenth of its floor, and that floor; and by how many frames the
+    /// picture is behind a light that turns by 0.4° a frame.
+    pub settle_frames: Option<u32>,
+    pub settle_rmse: Option<f64>,
+    pub lag_frames: Option<u32>,
 
     /// Aliasing error m: the longest extent of a texel in the image, pixels.
     pub m_mean: Option<f64>,

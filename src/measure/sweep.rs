@@ -2,6 +2,7 @@
 
 use super::advise::brief;
 use super::record::{LightRow, Record};
+use super::temporal::over_time;
 use super::timing::{self, Times};
 use super::{accuracy, accuracy::over_seeds, stability};
 use crate::contact;
@@ -48,6 +49,8 @@ pub struct More {
     pub flicker: bool,
     /// Seeds over which noise and bias are told apart; below 2 they are not.
     pub seeds: u32,
+    /// How long pictures settle, and lag behind a light that turns.
+    pub temporal: bool,
 }
 
 /// Measures configurations, each with its place in a sweep of so many, in their order. `base` is the set-up that they
@@ -131,6 +134,12 @@ fn errors(renderer: &mut Renderer, setup: &Setup, index: u64, more: More) -> Res
         record.seeds = Some(more.seeds);
         record.seed_noise = Some(spread.noise);
         record.seed_bias = Some(spread.bias);
+    }
+    if more.temporal {
+        let found = over_time(renderer, setup)?;
+        record.settle_frames = Some(found.settle_frames);
+        record.settle_rmse = Some(found.settle_rmse);
+        record.lag_frames = Some(found.lag_frames);
     }
     if more.flicker {
         let change = stability::flicker(renderer, setup)?;

@@ -22,11 +22,11 @@ crate::params! {
     pub struct CssmParams {
         "Light samples" {
             /// Places along each side of the light for the near cascade, so that as many maps are drawn as this times itself.
-            side: int(4, 1..=8, "places"),
+            side: int(4, 1..=16, "places"),
             /// The same for the middle cascade.
-            side_2: int(3, 1..=8, "places"),
+            side_2: int(3, 1..=16, "places"),
             /// The same for the far cascade.
-            side_3: int(2, 1..=8, "places"),
+            side_3: int(2, 1..=16, "places"),
             /// Where they lie. Corners: evenly from edge to edge, as Azri has them: the fewer, the wider the penumbras, so that these change their width from cascade to cascade. Centers: in the middles of as many cells. Nested: those of a cascade with fewer places are some of the others', and spread so that their penumbras are as wide.
             placement: choice("corners", ["corners", "centers", "nested"]),
             /// Texels along each side of the window whose comparisons are averaged in each map (PCF): the bands of few places flow together.
@@ -58,7 +58,7 @@ const ASKED: View = map(
     "maps-asked",
     "Maps asked",
     "How many of the maps each pixel asked: those of its cascade, or fewer where it was spared them.",
-    view::counts("maps", 64.0),
+    view::counts("maps", 300.0),
 );
 
 pub static INFO: Info = Info {
@@ -170,7 +170,7 @@ fn nested(mut sides: [u32; 3]) -> Vec<Vec2> {
     let mut order: Vec<usize> = Vec::new();
     for size in sides.map(|side| (side * side) as usize) {
         let free = (0..points.len()).filter(|i| order.len() < size && !order.contains(i));
-        let free = free.step_by(points.len().div_ceil(16));
+        let free = free.step_by(if points.len() > 64 { points.len() } else { points.len().div_ceil(16) });
         let found = free.map(|first| judge.grown(&before, &order, first, size)).min_by(|a, b| a.0.total_cmp(&b.0));
         order = found.map_or(order, |(_, grown)| grown);
     }

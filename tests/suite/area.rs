@@ -147,6 +147,12 @@ fn bounds_agree_with_all_maps() {
     for light in [sun_at(0.0), rectangle()] {
         let (mut r, s) = in_the_yard(light);
         let whole = ["percent_1=100", "percent_2=100", "placement=nested", "receiver_plane=true"];
+        let flat = [&whole[..3], &["receiver_plane=false"]].concat();
+        let [all, bounds] =
+            ["ask=all", "ask=bounds"].map(|ask| seen(&mut r, &s, "cssm", 512, &[&flat[..], &[ask]].concat()));
+        let differ = all.iter().zip(&bounds).filter(|(a, b)| (*a - *b).abs() > 1e-6).count();
+        println!("{}: {differ} with a bias for all of the window", light.kind());
+        assert!(differ <= 2, "{}: {differ}", light.kind());
         let mut of = |ask: &str| seen(&mut r, &s, "cssm", 512, &[&whole[..], &[ask]].concat());
         let [all, bounds, corners] = ["ask=all", "ask=bounds", "ask=corners"].map(&mut of);
         let differ = |other: &[f32]| all.iter().zip(other).filter(|(a, b)| (*a - *b).abs() > 1e-6).count();

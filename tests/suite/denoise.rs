@@ -5,9 +5,11 @@ use crate::light_size::wide_sun;
 use glam::{Mat4, Vec2, Vec3};
 use shadowscope::frame::{Ask, History, Renderer, Truth};
 use shadowscope::light::Light;
+use shadowscope::measure;
 use shadowscope::measure::metrics::FACING;
 use shadowscope::scene::Camera;
 use shadowscope::setup::Setup;
+use shadowscope::truth::Samples;
 
 const SIZE: [u32; 2] = [120, 90];
 
@@ -341,4 +343,32 @@ fn shadows_lag_behind_a_light_that_turns() {
         println!("leap, {sets:?}: {:.4}, then {floor:.4}; below 1.1 of it from frame {settled} on", all[0]);
         assert!(sets != ["denoiser=ffx"] || settled <= 16, "{sets:?}: {settled}");
     }
+}
+
+/// What is measured over time: rays alone are settled at once and not behind; frames that are averaged take longer and lag.
+#[test]
+fn settling_and_lag_are_measured() {
+    let (mut r, mut s) = under_a_lid();
+    s.size = [72, 54];
+    s.truth_samples = Samples::Fixed(64);
+    let more = measure::More { temporal: true, ..Default::default() };
+    let mut of = |id: &str, sets: &[&str]| {
+        let mut setup = s.clone();
+        select(&mut setup, id, sets);
+        let mut found = None;
+        measure::run(&mut r, &setup, &[(0, setup.clone())], 1, more, &mut |step| {
+            if let measure::Step::Row(row) = step {
+                found = Some([row.settle_frames.unwrap(), row.lag_frames.unwrap()]);
+            }
+            true
+        })
+        .unwrap();
+        found.unwrap()
+    };
+    let rays = of("rt-soft", &["samples=16"]);
+    let [clamped, averaged] = ["denoiser=ffx", "denoiser=off"].map(|denoiser| of("rt-denoise", &[denoiser]));
+    println!("settle, lag: rays {rays:?}, clamped {clamped:?}, averaged {averaged:?}");
+    assert!(rays[1] == 0 && rays[0] <= 2, "{rays:?}");
+    assert!(clamped[0] > 2 && averaged[0] > clamped[0], "{clamped:?} {averaged:?}");
+    assert!(averaged[1] > clamped[1] && averaged[1] >= 8, "{clamped:?} {averaged:?}");
 }
