@@ -165,8 +165,9 @@ const undecided = 2u;
 
 // Bounds of what the whole light sees of a surface, by the nearest and farthest depths of one map. A caster between the two stands
 // no nearer to the light than the map's nearest texel does, so that it lies in a box of the map; the nearest texel of that box
-// bounds it better, and so on. No texel nearer than the surface: it is lit (1). All of them nearer, and at depths that no two
-// rays to the light can part by a texel: it is dark (0). Its neighbours' texels, that the window looks at, must say so too.
+// bounds it better, and so on. No texel nearer than the surface: it is lit (1). All of them nearer, and none so far behind
+// its neighbour that a ray to some of the light passes between the two: it is dark (0). (Under a perspective view such a gap is as wide as the
+// stored depths differ, wherever they lie.) The neighbours' texels, that the window looks at, must say so too.
 fn verdict(s: Surface, to_light: vec3f) -> u32 {
     let layer = batch.count - 1u;
     let v = light_views[layer];
@@ -186,10 +187,12 @@ fn verdict(s: Surface, to_light: vec3f) -> u32 {
             return 1u;
         }
         if found.y > r.depth {
-            let farthest = thrown(s, v, to_light, r.texel, linear_depth(v, found.y));
+            let farther = max(found.x - found.z, 0.0);
+            let beyond = thrown(s, v, to_light, r.texel, linear_depth(v, farther));
+            let before = thrown(s, v, to_light, r.texel, linear_depth(v, found.x));
             var apart = 0.0;
             for (var i = 0u; i < 4u; i++) {
-                let d = abs(box.corners[i] - farthest.corners[i]);
+                let d = abs(before.corners[i] - beyond.corners[i]);
                 apart = max(apart, max(d.x, d.y));
             }
             if apart < 1.0 {

@@ -1,4 +1,4 @@
-//! The nearest and the farthest depth of parts of a map, from 2 × 2 texels up to all of them (`shaders/map/pyramid.wgsl`).
+//! The nearest and the farthest depth of parts of a map, and the largest jump between neighbours, from 2 × 2 texels up to all of them (`shaders/map/pyramid.wgsl`).
 
 use crate::frame::Frame;
 use crate::gpu::{self, Gpu, Pass, Texture, hold};
@@ -40,7 +40,7 @@ impl Pyramid {
             let side = side.next_power_of_two() / 2;
             let count = side.ilog2() + 1;
             let usage = Use::STORAGE_BINDING | Use::TEXTURE_BINDING;
-            let texture = gpu::texture(gpu, "depth pyramid", [side, side, 1], count, Format::Rg32Float, usage);
+            let texture = gpu::texture(gpu, "depth pyramid", [side, side, 1], count, Format::Rgba32Float, usage);
             let view = |base_mip_level, mip_level_count| {
                 let count = Some(mip_level_count);
                 texture.create_view(&wgpu::TextureViewDescriptor {

@@ -63,7 +63,7 @@ fn window(s: Surface, layer: u32) -> Window {
     // Round after round the nearest caster in the window makes it narrower; the last one asks what is left in it.
     for (var i = 0u; i <= backprojection.shrink; i++) {
         narrow_window(&w, min(nearest, w.depth));
-        found = extremes(w.low, w.high);
+        found = extremes(w.low, w.high).xy;
         nearest = linear_depth(v, found.x);
     }
     if found.x <= w.here.depth {
