@@ -9,51 +9,60 @@ var<storage, read_write> fitted: LightView;
 // Receivers that lie outside the light's view: a single one cannot take all that lies before a rectangle.
 var<storage, read_write> beyond: atomic<u32>;
 
-// A workgroup takes 64 × 64 pixels, neighbouring threads neighbouring ones: few atomics, no barriers.
-@compute @workgroup_size(8, 8)
-fn receivers(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) local: vec3u) {
-    let v = light_view;
-    var most = array<f32, 6>(-1.0, -1.0, -1.0, -1.0, -1.0, -1.0);
-    var outside = 0u;
+// Of some receivers: `most` as `extent`, all negative where there are none, and how many lie outside the view.
+struct Extent {
+    most: array<f32, 6>,
+    outside: u32,
+}
+
+// Of the receivers among 64 × 64 pixels that a thread takes, neighbouring threads neighbouring ones: few atomics, no barriers.
+fn extent_in(v: LightView, group: vec2u, local: vec2u) -> Extent {
+    var e = Extent(array<f32, 6>(-1.0, -1.0, -1.0, -1.0, -1.0, -1.0), 0u);
     for (var i = 0u; i < 64u; i++) {
-        let p = lit_sample(group.xy * 64u + vec2u(i % 8u, i / 8u) * 8u + local.xy);
+        let p = lit_sample(group * 64u + vec2u(i % 8u, i / 8u) * 8u + local);
         if p.w <= 0.0 {
             continue;
         }
         let clip = light_clip(v, p.xyz);
-        outside += select(0u, 1u, any(abs(clip.xy) > vec2f(clip.w)));
+        e.outside += select(0u, 1u, any(abs(clip.xy) > vec2f(clip.w)));
         let uv = saturate(0.5 + 0.5 * clip.xy / clip.w);
         let z = dot(v.axis, vec4f(p.xyz, 1.0));
-        most[0] = max(most[0], uv.x);
-        most[1] = max(most[1], uv.y);
-        most[2] = max(most[2], 1.0 - uv.x);
-        most[3] = max(most[3], 1.0 - uv.y);
-        most[4] = max(most[4], saturate((z - v.near) / (v.far - v.near)));
-        most[5] = max(most[5], saturate((v.far - z) / (v.far - v.near)));
+        e.most[0] = max(e.most[0], uv.x);
+        e.most[1] = max(e.most[1], uv.y);
+        e.most[2] = max(e.most[2], 1.0 - uv.x);
+        e.most[3] = max(e.most[3], 1.0 - uv.y);
+        e.most[4] = max(e.most[4], saturate((z - v.near) / (v.far - v.near)));
+        e.most[5] = max(e.most[5], saturate((v.far - z) / (v.far - v.near)));
     }
-    if outside > 0u {
-        atomicAdd(&beyond, outside);
+    return e;
+}
+
+// A workgroup takes 64 × 64 pixels.
+@compute @workgroup_size(8, 8)
+fn receivers(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) local: vec3u) {
+    let e = extent_in(light_view, group.xy, local.xy);
+    if e.outside > 0u {
+        atomicAdd(&beyond, e.outside);
     }
-    if most[0] >= 0.0 {
+    if e.most[0] >= 0.0 {
         for (var i = 0u; i < 6u; i++) {
             // + 0.0 turns a negative zero, whose bits are the largest of all, into zero.
-            atomicMax(&extent[i], bitcast<u32>(most[i] + 0.0));
+            atomicMax(&extent[i], bitcast<u32>(e.most[i] + 0.0));
         }
     }
 }
 
-// Narrows the whole light's view to the extent found, with `margin` texels to spare for the filter.
-@compute @workgroup_size(1)
-fn narrow() {
-    var v = light_view;
-    let high = vec2f(bitcast<f32>(atomicLoad(&extent[0])), bitcast<f32>(atomicLoad(&extent[1])));
-    let low = 1.0 - vec2f(bitcast<f32>(atomicLoad(&extent[2])), bitcast<f32>(atomicLoad(&extent[3])));
+// The view of the whole light narrowed to an extent, with `margin` texels to spare for the filter.
+fn narrowed(whole: LightView, most: array<f32, 6>) -> LightView {
+    var v = whole;
+    let high = vec2f(most[0], most[1]);
+    let low = 1.0 - vec2f(most[2], most[3]);
     // With no receiver at all the whole view stays.
     if all(high >= low) {
-        let depth = bitcast<f32>(atomicLoad(&extent[4]));
+        let depth = most[4];
         let spare = v.margin / max(v.resolution - 2.0 * v.margin, 1.0);
         // Metres across the light take the largest share of the image at the receiver nearest to a lamp.
-        let nearest = mix(v.far, v.near, bitcast<f32>(atomicLoad(&extent[5])));
+        let nearest = mix(v.far, v.near, most[5]);
         let metre = select(scale_of(v) / select(1.0, nearest, v.perspective == 1u), vec2f(0.0), v.perspective == 2u);
         let half = max((0.5 * (high - low) + 0.5 * min(v.reach * metre, vec2f(1.0))) * (1.0 + 2.0 * spare), vec2f(1e-5));
         let center = low + high - 1.0;
@@ -75,5 +84,14 @@ fn narrow() {
             v.row_z = inverse * (vec4f(0.0, 0.0, 0.0, v.far) - v.axis);
         }
     }
-    fitted = v;
+    return v;
+}
+
+@compute @workgroup_size(1)
+fn narrow() {
+    var most: array<f32, 6>;
+    for (var i = 0u; i < 6u; i++) {
+        most[i] = bitcast<f32>(atomicLoad(&extent[i]));
+    }
+    fitted = narrowed(light_view, most);
 }

@@ -65,6 +65,11 @@ fn on_disc(p: Vec2) -> Vec2 {
     radius * if wide { vec2(cosine, sine) } else { vec2(sine, cosine) }
 }
 
+/// A place on a light for one of the square: equal areas of both are the same share of it.
+pub(super) fn on_light(light: &Light, place: Vec2) -> Vec2 {
+    if matches!(light, Light::RectArea { .. }) { place } else { on_disc(place) }
+}
+
 /// The places on a light, evenly spread over its area.
 fn places(light: &Light, p: &AreaUniformParams) -> Vec<Vec2> {
     if !light.has_size() {
@@ -75,7 +80,7 @@ fn places(light: &Light, p: &AreaUniformParams) -> Vec<Vec2> {
         _ => (2 * i + 1) as f32 / p.side as f32 - 1.0,
     };
     let square = (0..p.side * p.side).map(|i| vec2(along(i % p.side), along(i / p.side)));
-    square.map(|place| if matches!(light, Light::RectArea { .. }) { place } else { on_disc(place) }).collect()
+    square.map(|place| on_light(light, place)).collect()
 }
 
 /// The places, and the same on the GPU.
