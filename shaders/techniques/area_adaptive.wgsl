@@ -120,14 +120,14 @@ fn agrees(state: u32) -> bool {
 }
 
 // Of the cells of a level, two words each as `tallies`; and the receivers.
-var<workgroup> counted: array<atomic<u32>, 129>;
+var<workgroup> in_cells: array<atomic<u32>, 129>;
 
 fn tally(pixel: vec2u) {
     var here = seen_of(pixel);
     if !here.held {
         return;
     }
-    atomicAdd(&counted[128], 1u);
+    atomicAdd(&in_cells[128], 1u);
     var beside: array<Seen, 4>;
     var looked = false;
     for (var i = 0u; i < 1u << (2u * sample_level.level); i++) {
@@ -139,7 +139,7 @@ fn tally(pixel: vec2u) {
         if agrees(own) {
             continue;
         }
-        atomicAdd(&counted[2u * i], 1u);
+        atomicAdd(&in_cells[2u * i], 1u);
         if sampling.criterion != criterion_gap {
             continue;
         }
@@ -154,7 +154,7 @@ fn tally(pixel: vec2u) {
         }
         looked = true;
         if edge {
-            atomicAdd(&counted[2u * i + 1u], 1u);
+            atomicAdd(&in_cells[2u * i + 1u], 1u);
         }
     }
 }
@@ -171,7 +171,7 @@ fn count_pixels(
     }
     workgroupBarrier();
     for (var i = index; i < 129u; i += 64u) {
-        let n = atomicLoad(&counted[i]);
+        let n = atomicLoad(&in_cells[i]);
         if n > 0u {
             let cells = 2u * first_cell(sample_level.level) + i;
             atomicAdd(&tallies[select(cells, 2u * most_cells + sample_level.level, i == 128u)], n);
@@ -232,15 +232,12 @@ fn square_of(at: vec2f) -> vec2f {
 // The cell at a place of the square that is not split: its place in its level, and the level.
 fn leaf_at(square: vec2f) -> vec3u {
     let at = saturate(0.5 + 0.5 * square);
-    var level = 0u;
-    loop {
-        let side = 1u << level;
-        let cell = min(vec2u(at * f32(side)), vec2u(side - 1u));
-        if level == sample_level.levels || !is_split(light_tree.split, first_cell(level) + cell.y * side + cell.x) {
-            return vec3u(cell, level);
-        }
-        level++;
+    var leaf = vec3u(0u);
+    while leaf.z < sample_level.levels && is_split(light_tree.split, first_cell(leaf.z) + leaf.y * (1u << leaf.z) + leaf.x) {
+        let side = 1u << (leaf.z + 1u);
+        leaf = vec3u(min(vec2u(at * f32(side)), vec2u(side - 1u)), leaf.z + 1u);
     }
+    return leaf;
 }
 
 // The cells' borders in a drawing of the light.
