@@ -52,6 +52,6 @@ fn is_there(split: vec4u, level: u32, i: u32) -> bool {
 }
 
 // Whether it is there, and no smaller ones in its place. Cells of the last level are never split.
-fn is_leaf(split: vec4u, level: u32, i: u32) -> bool {
-    return is_there(split, level, i) && (level == sample_level.levels || !is_split(split, first_cell(level) + i));
+fn is_leaf(split: vec4u, level: u32, i: u32, levels: u32) -> bool {
+    return is_there(split, level, i) && (level == levels || !is_split(split, first_cell(level) + i));
 }

@@ -131,7 +131,7 @@ fn weigh(@builtin(local_invocation_index) i: u32) {
     for (var level = 0u; level <= levels; level++) {
         let cells = 1u << (2u * level);
         for (var c = i; c < cells; c += 256u) {
-            if is_leaf(growing.split, level, c) {
+            if is_leaf(growing.split, level, c, levels) {
                 let corners = cell_corners[first_cell(level) + c];
                 for (var j = 0u; j < 4u; j++) {
                     atomicAdd(&weights[corners[j]], 1u << (2u * (levels - level)));

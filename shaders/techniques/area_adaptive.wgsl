@@ -217,6 +217,11 @@ fn dot_seen(i: u32) -> bool {
     return may_be_shadowed(s, light_at(s.position)) && (code_of(probed_pixel(), dot_number(i)) & 1u) != 0u;
 }
 
+// The last level of cells.
+fn levels() -> u32 {
+    return select(0u, sampling.levels, has_size());
+}
+
 // The place of the square, -1 to 1, for one of the light: the other way round than `on_light`.
 fn square_of(at: vec2f) -> vec2f {
     if frame.light_kind == rect_area {
@@ -233,9 +238,11 @@ fn square_of(at: vec2f) -> vec2f {
 fn leaf_at(square: vec2f) -> vec3u {
     let at = saturate(0.5 + 0.5 * square);
     var leaf = vec3u(0u);
-    while leaf.z < sample_level.levels && is_split(light_tree.split, first_cell(leaf.z) + leaf.y * (1u << leaf.z) + leaf.x) {
-        let side = 1u << (leaf.z + 1u);
-        leaf = vec3u(min(vec2u(at * f32(side)), vec2u(side - 1u)), leaf.z + 1u);
+    for (var level = 0u; level < levels(); level++) {
+        let side = 1u << level;
+        if leaf.z == level && is_split(light_tree.split, first_cell(level) + leaf.y * side + leaf.x) {
+            leaf = vec3u(min(vec2u(at * f32(2u * side)), vec2u(2u * side - 1u)), level + 1u);
+        }
     }
     return leaf;
 }
@@ -247,31 +254,22 @@ fn on_border(square: vec2f, leaf: vec3u) -> bool {
     return min(off.x, off.y) < 0.25 / drawn_half();
 }
 
+// The dots in a drawing of the light, or how much each cell's corners disagree; with the cells' borders.
 fn drawn_cells(pixel: vec2u, filled: bool) -> f32 {
+    let dots = light_dots(pixel);
     let at = drawn_place(pixel);
     let edge = select(length(at), max(abs(at.x), abs(at.y)), frame.light_kind == rect_area);
-    if edge > 1.0 {
-        return light_dots(pixel);
-    }
     let square = square_of(at);
     let leaf = leaf_at(square);
-    let border = has_size() && on_border(square, leaf);
-    if !filled {
-        let dots = light_dots(pixel);
-        return select(dots, drawn(white, 0.35), border && label_of(dots) == white);
-    }
-    if border {
-        return drawn(white, 0.35);
-    }
-    if leaf.z == sample_level.levels {
-        return drawn(2u, 0.6);
-    }
     let side = 1u << leaf.z;
     let apart = f32(atomicLoad(&tallies[2u * (first_cell(leaf.z) + leaf.y * side + leaf.x)]));
     let share = apart / max(f32(atomicLoad(&tallies[2u * most_cells + leaf.z])), 1.0);
-    // In three steps, as the legend has them.
+    // In steps, as the legend has them.
     let color = select(select(3u, 0u, share > 0.001), 1u, share > 0.01);
-    return drawn(color, select(0.6, 0.15, apart == 0.0));
+    let fill = select(drawn(color, select(0.6, 0.15, apart == 0.0)), drawn(2u, 0.6), leaf.z == levels());
+    let free = select(label_of(dots) == white, true, filled);
+    let inside = select(dots, fill, filled);
+    return select(dots, select(inside, drawn(white, 0.35), free && has_size() && on_border(square, leaf)), edge < 1.0);
 }
 
 fn inspect_map(s: Surface) -> f32 {
@@ -286,9 +284,9 @@ fn inspect_map(s: Surface) -> f32 {
     }
     var cells = 0u;
     var finest = -1.0;
-    for (var level = 0u; level <= sample_level.levels; level++) {
+    for (var level = 0u; level <= levels(); level++) {
         for (var i = 0u; i < 1u << (2u * level); i++) {
-            if !is_leaf(light_tree.split, level, i) {
+            if !is_leaf(light_tree.split, level, i, levels()) {
                 continue;
             }
             let corners = cell_corners[first_cell(level) + i];
