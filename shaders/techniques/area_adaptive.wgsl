@@ -20,18 +20,16 @@ var<storage, read_write> codes: array<u32>;
 // As `map/light_tree.wgsl` has them, but counted.
 var<storage, read_write> tallies: array<atomic<u32>>;
 
-// A code: twice the texels of the window that see the light, and 1 if the middle one does; or all ones: the map does not hold the pixel,
+// A code: twice the texels of the window that see the light, and 1 if the middle one does; or `no_code`: the map does not hold the pixel,
 // or nothing can hide the light from it.
+const no_code = 1u;
+
 fn codes_a_word() -> u32 {
     return select(select(5u, 6u, sampling.kernel == 3u), 16u, sampling.kernel == 1u);
 }
 
 fn code_bits() -> u32 {
     return 32u / codes_a_word();
-}
-
-fn no_code() -> u32 {
-    return (1u << code_bits()) - 1u;
 }
 
 fn word_of(pixel: vec2u, k: u32) -> u32 {
@@ -47,7 +45,7 @@ fn code_of(pixel: vec2u, k: u32) -> u32 {
 }
 
 fn texels_in(code: u32) -> u32 {
-    return select(code >> 1u, sampling.kernel * sampling.kernel, code == no_code());
+    return select(code >> 1u, sampling.kernel * sampling.kernel, code == no_code);
 }
 
 // One map more.
@@ -58,7 +56,7 @@ fn look(@builtin(global_invocation_id) id: vec3u) {
     }
     let s = load_surface(id.xy);
     let light = light_at(s.position);
-    var code = no_code();
+    var code = no_code;
     if may_be_shadowed(s, light) {
         let n = sampling.kernel;
         let around = 0.5 * f32(n - 1u);
@@ -99,7 +97,7 @@ fn seen_of(pixel: vec2u) -> Seen {
         }
         let code = code_in(word, k);
         // What the corners hold lies before all places in between.
-        seen.held = seen.held && (k >= 4u || code != no_code());
+        seen.held = seen.held && (k >= 4u || code != no_code);
         seen.bits[k / 32u] |= (code & 1u) << (k % 32u);
     }
     return seen;
