@@ -497,7 +497,7 @@ mod tests {
         assert_eq!(ids(View::needs_analysis), "aliasing causes counts perspective-aliasing projection-aliasing");
         assert_eq!(ids(View::is_judged), "causes error-density flip");
         let counts = "causes counts counts-before counts-between curve energy error-density face-load \
-             flip histogram light-samples occupancy profiles texel-angle texel-rectangles";
+             flip histogram light-cells light-samples occupancy profiles texel-angle texel-rectangles";
         assert_eq!(ids(View::counts_pixels), counts);
     }
 }

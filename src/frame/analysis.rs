@@ -79,7 +79,13 @@ pub struct Analysis {
     /// Buffers that say where maps look, by their names in WGSL.
     tables: Vec<(&'static str, wgpu::Buffer)>,
     /// Maps that were drawn one after the other into the one that is offered.
-    maps_drawn: Option<u64>,
+    maps_drawn: Option<MapsDrawn>,
+}
+
+/// How many maps were drawn one after the other: known, or the first word of a buffer on the GPU.
+enum MapsDrawn {
+    Known(u64),
+    Counted(wgpu::Buffer),
 }
 
 /// What a warped map's casters became.
@@ -240,8 +246,15 @@ impl Analysis {
     }
 
     /// How many maps were drawn one after the other into the one that was counted; None of others.
-    pub fn maps_drawn(&self) -> Option<u64> {
-        self.maps_drawn
+    pub fn maps_drawn(&self, gpu: &Gpu) -> Result<Option<u64>> {
+        Ok(match &self.maps_drawn {
+            Some(MapsDrawn::Known(number)) => Some(*number),
+            Some(MapsDrawn::Counted(buffer)) => {
+                let [number]: [u32; 1] = bytemuck::pod_read_unaligned(&gpu.read_range(buffer, 0, 4)?);
+                Some(number.into())
+            }
+            None => None,
+        })
     }
 
     /// The depth layers that the technique drew into, and those of them that got something. None as [`Analysis::draws`], and
@@ -268,7 +281,14 @@ impl Frame<'_> {
     /// Tells how many maps were drawn one after the other into the one that is offered.
     pub(crate) fn count_maps(&mut self, number: usize) {
         if let Some(analysis) = self.analysis.as_deref_mut() {
-            analysis.maps_drawn = Some(number as u64);
+            analysis.maps_drawn = Some(MapsDrawn::Known(number as u64));
+        }
+    }
+
+    /// Tells where the GPU counts, in the first word, how many maps were drawn one after the other into the one that is offered.
+    pub(crate) fn count_maps_in(&mut self, counted: &Buffer) {
+        if let Some(analysis) = self.analysis.as_deref_mut() {
+            analysis.maps_drawn = Some(MapsDrawn::Counted((**counted).clone()));
         }
     }
 

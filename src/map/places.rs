@@ -80,7 +80,7 @@ pub fn on_light(light: &Light, p: Vec2) -> Vec2 {
 
 /// From the light's middle to a place of its rectangle or disc, -1 to 1 along its half sides or in units of its radius as in
 /// `shaders/lib/light_place.wgsl`. Of a directional light that of the unit vector towards it; a spot's disc is turned as the spot.
-fn step(light: &Light, place: Vec2) -> Vec3 {
+pub fn step(light: &Light, place: Vec2) -> Vec3 {
     if let Light::RectArea { half_u, half_v, .. } = *light {
         return half_u * place.x + half_v * place.y;
     }
@@ -91,7 +91,7 @@ fn step(light: &Light, place: Vec2) -> Vec3 {
 }
 
 /// The light as it shines from there.
-fn moved(light: &Light, step: Vec3) -> Light {
+pub fn moved(light: &Light, step: Vec3) -> Light {
     let mut moved = *light;
     match &mut moved {
         Light::Directional { to_light, .. } => *to_light = light.position() + step,

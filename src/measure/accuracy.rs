@@ -147,7 +147,7 @@ impl Gathered {
         let (gpu, analysis) = (&renderer.gpu, renderer.analysis());
         let maps = analysis.maps();
         self.aliasing.extend(analysis.aliasing(gpu)?.into_iter().flatten());
-        let one_by_one = analysis.maps_drawn();
+        let one_by_one = analysis.maps_drawn(gpu)?;
         let drawn = drawn.map_or(maps.map_or(0, |m| m.layers as u64), |drawn| drawn as u64);
         let drawn = one_by_one.unwrap_or(drawn);
         let mut needed = maps.map_or(Vec::new(), |m| vec![false; m.layers as usize]);

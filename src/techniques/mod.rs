@@ -1,5 +1,6 @@
 //! The techniques: the trait they implement and the registry they stand in.
 
+mod area_adaptive;
 mod area_uniform;
 mod backprojection;
 mod csm_conservative;
@@ -219,6 +220,7 @@ pub static ALL: &[&Info] = &[
     &hybrid_area::INFO,
     &backprojection::INFO,
     &area_uniform::INFO,
+    &area_adaptive::INFO,
     &cssm::INFO,
     &rt_hard::INFO,
     &rt_soft::INFO,

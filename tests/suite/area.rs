@@ -8,7 +8,7 @@ use shadowscope::light::Light;
 use shadowscope::measure::metrics::FACING;
 use shadowscope::setup::Setup;
 
-fn rectangle() -> Light {
+pub fn rectangle() -> Light {
     Light::RectArea {
         center: Vec3::new(-1.0, 5.0, 2.5),
         half_u: Vec3::new(0.5, 0.0, 0.0),
@@ -18,20 +18,20 @@ fn rectangle() -> Light {
     }
 }
 
-fn pick(s: &mut Setup, id: &str, resolution: u32, sets: &[&str]) {
+pub fn pick(s: &mut Setup, id: &str, resolution: u32, sets: &[&str]) {
     let sets: Vec<String> = sets.iter().map(|set| set.to_string()).collect();
     choose(s, shadowscope::techniques::find(id).unwrap(), resolution, &sets);
 }
 
 /// Root mean square of a difference over the pixels that can be wrong.
-fn rms(found: &[f32], exact: &[f32], mask: &[u32]) -> f32 {
+pub fn rms(found: &[f32], exact: &[f32], mask: &[u32]) -> f32 {
     let facing = (0..mask.len()).filter(|i| mask[*i] == FACING);
     let squares: Vec<f32> = facing.map(|i| (found[i] - exact[i]).powi(2)).collect();
     (squares.iter().sum::<f32>() / squares.len() as f32).sqrt()
 }
 
 /// The visibility of a technique without the truth; its rays are counted.
-fn seen(r: &mut Renderer, s: &Setup, id: &str, resolution: u32, sets: &[&str]) -> Vec<f32> {
+pub fn seen(r: &mut Renderer, s: &Setup, id: &str, resolution: u32, sets: &[&str]) -> Vec<f32> {
     let mut s = s.clone();
     pick(&mut s, id, resolution, sets);
     r.render(&s, Ask { truth: Truth::Off, analysis: true, ..Ask::of(&s) }).unwrap();

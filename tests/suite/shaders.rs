@@ -32,6 +32,9 @@ fn groups(file: &str) -> &'static [Group] {
     if file == "map/edge_draws.wgsl" {
         return techniques::find("edsm").map_or(&[], |i| i.params);
     }
+    if file == "map/light_tree.wgsl" {
+        return techniques::find("area-adaptive").map_or(&[], |i| i.params);
+    }
     if file == "map/conservative.wgsl" {
         return techniques::find("csm-conservative").map_or(&[], |i| i.params);
     }
