@@ -310,7 +310,8 @@ fn foliage_overflows_eight_bits() {
 #[test]
 fn the_command_writes_tables_charts_and_worst_frames() {
     let dir = tempfile::tempdir().unwrap();
-    let args = ["stability", "st-corner", "st-wide", "--frames", "3", "--size", "64x64", "--set", "pcf.kernel=5"];
+    let small = "--frames 3 --size 64x64 --set resolution=256 --set imperfect-sm.vpls=32 --set pcf.kernel=5";
+    let args: Vec<&str> = ["stability", "st-corner", "st-wide"].into_iter().chain(small.split(' ')).collect();
     let run = |more: &[&str]| {
         let out = shadowscope(dir.path(), &[&args[..], more].concat());
         assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
