@@ -4,6 +4,7 @@ use crate::frame::{Ask, History, Made, Renderer, Truth, technique_ms};
 use crate::gpu::TimerMode;
 use crate::setup::Setup;
 use anyhow::{Result, ensure};
+use std::sync::LazyLock;
 use std::time::{Duration, Instant};
 
 /// Middle, quartiles and certainty of the counted frames, milliseconds.
@@ -57,7 +58,11 @@ const FRAMES: usize = 100;
 /// Frames before counting starts.
 const WARM_UP: usize = 10;
 /// A software adapter counts until this time has passed for each configuration, but not fewer frames than `FEWEST`.
-const BUDGET: Duration = Duration::from_secs(3);
+/// `SHADOWSCOPE_TIMING` says another, in seconds.
+static BUDGET: LazyLock<Duration> = LazyLock::new(|| {
+    let said = std::env::var("SHADOWSCOPE_TIMING").ok().and_then(|s| s.parse().ok());
+    Duration::try_from_secs_f64(said.unwrap_or(3.0)).unwrap_or(Duration::from_secs(3))
+});
 const FEWEST: usize = 11;
 
 /// How long a configuration is timed at least whose frames take so many seconds.
@@ -88,7 +93,7 @@ pub fn time(renderer: &mut Renderer, setups: &[Setup], tick: &mut dyn FnMut(f32)
     let setups: Vec<Setup> = setups.iter().map(|s| s.measured()).collect();
     let mut lanes: Vec<Lane> = setups.iter().map(Lane::new).collect();
     let software = renderer.gpu.software();
-    let budget = BUDGET * lanes.len() as u32;
+    let budget = *BUDGET * lanes.len() as u32;
     for _ in 0..if software { 1 } else { WARM_UP } {
         for lane in &mut lanes {
             lane.frame(renderer, false)?;

@@ -13,15 +13,21 @@ use std::path::Path;
 use std::process::{Command, Output};
 use std::sync::{Arc, OnceLock};
 
-/// Runs the program in a folder, without a display.
+/// Runs the program in a folder, without a display; it times as few frames as it may.
 pub fn shadowscope(folder: &Path, args: &[&str]) -> Output {
+    within(folder, args, "0")
+}
+
+/// As [`shadowscope`], where each configuration is timed so many seconds on an adapter that is a program.
+pub fn within(folder: &Path, args: &[&str], seconds: &str) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_shadowscope"));
     command
         .args(args)
         .current_dir(folder)
         .env_remove("DISPLAY")
         .env_remove("WAYLAND_DISPLAY")
-        .env("RUST_BACKTRACE", "0");
+        .env("RUST_BACKTRACE", "0")
+        .env("SHADOWSCOPE_TIMING", seconds);
     command.output().expect("the program runs")
 }
 

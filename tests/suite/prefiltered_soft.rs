@@ -283,7 +283,7 @@ fn four_moments_tell_depths_better() {
 #[test]
 fn four_moments_leak_less_than_two() {
     let (mut r, mut s) = built_in("st-fence", [400, 250]);
-    for angle in [0.25, 0.5, 1.0] {
+    for angle in [0.25, 1.0] {
         s.light = wide_sun(Vec3::new(-0.51, 0.848, 0.14), angle);
         let [two, four] = ["vssm", "mssm"].map(|name| {
             select(&mut s, "prefiltered-soft", &[&format!("soft_kind={name}"), "resolution=2048"]);

@@ -74,26 +74,33 @@ impl Reference {
         Reference { triangles, surface, double_sided, nodes, order, size }
     }
 
-    /// Calls `visit` with the triangles near a ray until it says no.
-    fn walk(&self, origin: DVec3, direction: DVec3, visit: &mut dyn FnMut(usize) -> bool) {
+    /// Calls `visit` with the triangles near a ray, those in nearer boxes first. It says up to where others matter.
+    fn walk(&self, origin: DVec3, direction: DVec3, mut most: f64, mut visit: impl FnMut(usize) -> f64) {
         let inverse = direction.recip();
-        let mut stack = vec![0];
-        while let Some(i) = stack.pop() {
+        // Where the ray enters a box.
+        let entry = |i: usize| {
             let n = &self.nodes[i];
-            let (t0, t1) = ((n.low - origin) * inverse, (n.high - origin) * inverse);
-            // min and max leave the NaN of 0 · ∞ out.
-            let side = |x: f64, y: f64, a: f64, b: f64| (a.max(x.min(y)), b.min(x.max(y)));
-            let (mut near, mut far) = (0.0, f64::INFINITY);
+            let (mut near, mut far) = (0.0f64, f64::INFINITY);
             for axis in 0..3 {
-                (near, far) = side(t0[axis], t1[axis], near, far);
+                let [x, y] = [n.low, n.high].map(|p| (p[axis] - origin[axis]) * inverse[axis]);
+                // min and max leave the NaN of 0 · ∞ out.
+                (near, far) = (near.max(x.min(y)), far.min(x.max(y)));
             }
-            if near > far {
+            (near <= far).then_some((i, near))
+        };
+        let mut stack: Vec<(usize, f64)> = entry(0).into_iter().collect();
+        while let Some((i, near)) = stack.pop() {
+            // What lies level still counts.
+            if near > most * (1.0 + 1e-9) {
                 continue;
             }
+            let n = &self.nodes[i];
             if n.count == 0 {
-                stack.extend([n.first, n.first + 1]);
-            } else if !self.order[n.first..n.first + n.count].iter().all(|t| visit(*t)) {
-                return;
+                let mut children = [entry(n.first), entry(n.first + 1)];
+                children.sort_by(|a, b| f64::total_cmp(&b.map_or(0.0, |c| c.1), &a.map_or(0.0, |c| c.1)));
+                stack.extend(children.into_iter().flatten());
+            } else {
+                self.order[n.first..n.first + n.count].iter().for_each(|t| most = visit(*t));
             }
         }
     }
@@ -101,7 +108,7 @@ impl Reference {
     /// The nearest triangle that the camera sees along a ray, and how far it is.
     fn nearest(&self, eye: DVec3, direction: DVec3, near: f64) -> Option<(usize, f64)> {
         let mut best: Option<(usize, f64)> = None;
-        self.walk(eye, direction, &mut |i| {
+        self.walk(eye, direction, f64::INFINITY, |i| {
             if let Some(m) = meet(&self.triangles[i], eye, direction)
                 && m.weights.min_element() >= 0.0
                 && m.t > near
@@ -110,7 +117,7 @@ impl Reference {
             {
                 best = Some((i, m.t));
             }
-            true
+            best.map_or(f64::INFINITY, |b| b.1)
         });
         best
     }
@@ -141,8 +148,9 @@ impl Reference {
     /// What a shadow ray that starts on a triangle meets. `near`: a plane nearer than that to the origin touches it.
     fn shadow(&self, own: usize, origin: DVec3, to_light: DVec3, far: f64, near: f64) -> Shadow {
         let mut found = Shadow::Lit;
-        self.walk(origin, to_light, &mut |i| {
-            if self.surface[i] != self.surface[own]
+        self.walk(origin, to_light, far, |i| {
+            if found != Shadow::Blocked
+                && self.surface[i] != self.surface[own]
                 && let Some(m) = meet(&self.triangles[i], origin, to_light)
                 && m.weights.min_element() >= 0.0
                 && m.t > 0.0
@@ -151,7 +159,7 @@ impl Reference {
                 let touches = self.normal(i).dot(self.triangles[i][0] - origin).abs() < near;
                 found = if touches { Shadow::Touches } else { Shadow::Blocked };
             }
-            found != Shadow::Blocked
+            if found == Shadow::Blocked { f64::NEG_INFINITY } else { far }
         });
         found
     }

@@ -1,6 +1,6 @@
 //! Sweeps from outside: one order, parts that join, work that is not lost, times that can be believed, advice.
 
-use crate::common::{ok, shadowscope};
+use crate::common::{ok, shadowscope, within};
 use serde_json::Value;
 use shadowscope::measure::{self, Record};
 use std::path::Path;
@@ -179,7 +179,8 @@ fn times_agree_from_run_to_run() {
     let same = ["--set", "resolution=512", "--set", "pcf.bias=0.002,0.003"];
     let run = |name: &str| {
         let args = ["sweep", "cubes", "--size", "192x108", "--techniques", "shadow-map,pcf,notw", "-o", name];
-        ok(folder, &[&args[..], &same[..]].concat());
+        let out = within(folder, &[&args[..], &same[..]].concat(), "1");
+        assert!(out.status.success(), "{out:?}");
         rows(folder, name)
     };
     let (first, second) = (run("1.csv"), run("2.csv"));
