@@ -267,7 +267,8 @@ fn drawn_cells(pixel: vec2u, filled: bool) -> f32 {
     let fill = select(drawn(color, select(0.6, 0.15, apart == 0.0)), drawn(2u, 0.6), leaf.z == levels());
     let free = select(label_of(dots) == white, true, filled);
     let inside = select(dots, fill, filled);
-    return select(dots, select(inside, drawn(white, 0.35), free && has_size() && on_border(square, leaf)), edge < 1.0);
+    let outside = select(dots, drawn(white, 0.0), filled && label_of(dots) != white);
+    return select(outside, select(inside, drawn(white, 0.35), free && has_size() && on_border(square, leaf)), edge < 1.0);
 }
 
 fn inspect_map(s: Surface) -> f32 {

@@ -27,8 +27,8 @@ crate::params! {
             criterion: choice("gap", ["count", "gap"]),
             /// The share of the receivers' pixels on which the corners of a cell may disagree before it is split.
             tau: float(0.0005, 0.0..=0.05, "of receivers"),
-            /// The mean width of bands that need no more samples; 3 × 3 texels of a map hide some 2 to 3 pixels.
-            gap: float(3.0, 1.0..=16.0, "px") if criterion = "gap",
+            /// The mean width of bands that need no more samples. No band counts as narrower than 2; 3 × 3 texels of a map hide some 2 to 3 pixels.
+            gap: float(2.0, 1.0..=16.0, "px") if criterion = "gap",
             /// How often cells are halved at most: up to 9, 25, 81 or 289 samples, each of which is a map.
             levels: int(3, 1..=4, "times"),
             /// Texels along each side of the window whose comparisons are averaged in each map (PCF): the bands of few places flow together.
@@ -58,7 +58,7 @@ pub static INFO: Info = Info {
         StoredParams::GROUP,
         HardwareParams::GROUP,
     ],
-    main: &[("resolution", "256..1024*2"), ("gap", "2,3,6"), ("levels", "2,3"), ("kernel", "1,3")],
+    main: &[("resolution", "256..1024*2"), ("gap", "2,2.5,3"), ("levels", "2,3"), ("kernel", "1,3")],
     maps: &[
         &[
             LIGHT_SAMPLES,

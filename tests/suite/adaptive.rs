@@ -166,7 +166,7 @@ fn too_many_pixels_are_refused() {
     let mut s = Setup { size: [4000, 4000], ..s };
     pick(&mut s, "area-adaptive", 64, &["levels=4", "kernel=5"]);
     if r.gpu.most_bound() < 4000 * 4000 * 58 * 4 {
-        let error = r.render(&s, ask(&s)).err().expect("an error").to_string();
+        let error = r.render(&s, ask(&s)).expect_err("an error").to_string();
         assert!(error.contains("289 samples"), "{error}");
     }
 }
