@@ -14,8 +14,8 @@ use std::f64::consts::TAU;
 
 /// A box of a hierarchy: its triangles, or two children side by side.
 struct Node {
-    low: DVec3,
-    high: DVec3,
+    low: [f64; 3],
+    high: [f64; 3],
     first: usize,
     /// 0: inner.
     count: usize,
@@ -69,38 +69,48 @@ impl Reference {
         let double_sided = double_sided.collect();
         let size = triangles.iter().flatten().fold(0.0f64, |m, p| m.max(p.abs().max_element()));
         let mut order: Vec<usize> = (0..triangles.len()).collect();
-        let mut nodes = vec![Node { low: DVec3::ZERO, high: DVec3::ZERO, first: 0, count: 0 }];
+        let mut nodes = vec![Node { low: [0.0; 3], high: [0.0; 3], first: 0, count: 0 }];
         split(&triangles, &mut order, 0, 0, &mut nodes);
         Reference { triangles, surface, double_sided, nodes, order, size }
     }
 
     /// Calls `visit` with the triangles near a ray, those in nearer boxes first. It says up to where others matter.
     fn walk(&self, origin: DVec3, direction: DVec3, mut most: f64, mut visit: impl FnMut(usize) -> f64) {
-        let inverse = direction.recip();
-        // Where the ray enters a box.
-        let entry = |i: usize| {
-            let n = &self.nodes[i];
-            let (mut near, mut far) = (0.0f64, f64::INFINITY);
+        let (start, inverse) = (origin.to_array(), direction.recip().to_array());
+        // Where the ray enters a box; beyond all where it does not. In plain steps: it is most of the work.
+        let entry = |n: &Node| {
+            let (mut near, mut far) = (0.0, f64::MAX);
             for axis in 0..3 {
-                let [x, y] = [n.low, n.high].map(|p| (p[axis] - origin[axis]) * inverse[axis]);
-                // min and max leave the NaN of 0 · ∞ out.
-                (near, far) = (near.max(x.min(y)), far.min(x.max(y)));
+                let x = (n.low[axis] - start[axis]) * inverse[axis];
+                let y = (n.high[axis] - start[axis]) * inverse[axis];
+                let (a, b) = if x < y { (x, y) } else { (y, x) };
+                // 0 · ∞ says nothing.
+                if !x.is_nan() && !y.is_nan() {
+                    near = if a > near { a } else { near };
+                    far = if b < far { b } else { far };
+                }
             }
-            (near <= far).then_some((i, near))
+            if near <= far { near } else { f64::INFINITY }
         };
-        let mut stack: Vec<(usize, f64)> = entry(0).into_iter().collect();
+        let mut stack = vec![(0, 0.0)];
         while let Some((i, near)) = stack.pop() {
             // What lies level still counts.
             if near > most * (1.0 + 1e-9) {
                 continue;
             }
             let n = &self.nodes[i];
-            if n.count == 0 {
-                let mut children = [entry(n.first), entry(n.first + 1)];
-                children.sort_by(|a, b| f64::total_cmp(&b.map_or(0.0, |c| c.1), &a.map_or(0.0, |c| c.1)));
-                stack.extend(children.into_iter().flatten());
-            } else {
-                self.order[n.first..n.first + n.count].iter().for_each(|t| most = visit(*t));
+            if n.count > 0 {
+                for k in n.first..n.first + n.count {
+                    most = visit(self.order[k]);
+                }
+                continue;
+            }
+            let (left, right) = (entry(&self.nodes[n.first]), entry(&self.nodes[n.first + 1]));
+            let [later, sooner] = if left > right { [(0, left), (1, right)] } else { [(1, right), (0, left)] };
+            for (side, near) in [later, sooner] {
+                if near < f64::INFINITY {
+                    stack.push((n.first + side, near));
+                }
             }
         }
     }
@@ -170,7 +180,8 @@ fn split(triangles: &[[DVec3; 3]], order: &mut [usize], first: usize, at: usize,
     let corners = order.iter().flat_map(|i| triangles[*i]);
     let (low, high) = corners.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)));
     let room = 1e-12 * (low.abs().max_element().max(high.abs().max_element()) + 1.0);
-    nodes[at] = Node { low: low - room, high: high + room, first, count: order.len() };
+    let [from, to] = [low - room, high + room].map(|p| p.to_array());
+    nodes[at] = Node { low: from, high: to, first, count: order.len() };
     if order.len() > 4 {
         let axis = (high - low).max_position();
         let place = |i: &usize| triangles[*i].iter().map(|p| p[axis]).sum::<f64>();
@@ -178,7 +189,7 @@ fn split(triangles: &[[DVec3; 3]], order: &mut [usize], first: usize, at: usize,
         order.select_nth_unstable_by(middle, |a, b| place(a).total_cmp(&place(b)));
         let children = nodes.len();
         (nodes[at].first, nodes[at].count) = (children, 0);
-        nodes.extend([0, 1].map(|_| Node { low, high, first: 0, count: 0 }));
+        nodes.extend([0, 1].map(|_| Node { low: from, high: to, first: 0, count: 0 }));
         let (left, right) = order.split_at_mut(middle);
         split(triangles, left, first, children, nodes);
         split(triangles, right, first + middle, children + 1, nodes);
