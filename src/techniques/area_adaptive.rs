@@ -26,7 +26,7 @@ crate::params! {
             /// When a cell of the light is split. Count: where its corners disagree on more of the receivers than `tau`. Gap: where besides, on the mean, the bands of its penumbra are wider than `gap`, so that they would be seen.
             criterion: choice("gap", ["count", "gap"]),
             /// The share of the receivers' pixels on which the corners of a cell may disagree before it is split.
-            tau: float(0.0005, 0.0..=0.05, "of receivers"),
+            tau: float(0.0005, 0.0..=0.05, ""),
             /// The mean width of bands that need no more samples. No band counts as narrower than 2; 3 × 3 texels of a map hide some 2 to 3 pixels.
             gap: float(2.0, 1.0..=16.0, "px") if criterion = "gap",
             /// How often cells are halved at most: up to 9, 25, 81 or 289 samples, each of which is a map.
