@@ -344,8 +344,8 @@ fn shadows_lag_behind_a_light_that_turns() {
 #[test]
 fn settling_and_lag_are_measured() {
     let (mut r, mut s) = under_a_lid();
-    s.size = [72, 54];
-    s.truth_samples = Samples::Fixed(64);
+    s.size = [60, 45];
+    s.truth_samples = Samples::Fixed(16);
     let more = measure::More { temporal: true, ..Default::default() };
     let mut of = |id: &str, sets: &[&str]| {
         let mut setup = s.clone();
