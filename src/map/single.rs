@@ -100,11 +100,16 @@ impl Fit {
 
     /// After them: how many receivers no map reaches.
     pub fn tell(&self, f: &mut Frame) {
-        if matches!(f.light, Light::RectArea { .. }) {
-            f.tell_counted(&self.beyond, |pixels| {
-                format!("{pixels} pixels lie more than {WIDEST}° off the light's axis, where no single map reaches: they are lit.")
-            });
-        }
+        tell_beyond(f, &self.beyond);
+    }
+}
+
+/// Tells how many receivers, counted in `beyond`, no map of a rectangle reaches.
+pub fn tell_beyond(f: &mut Frame, beyond: &Buffer) {
+    if matches!(f.light, Light::RectArea { .. }) {
+        f.tell_counted(beyond, |pixels| {
+            format!("{pixels} pixels lie more than {WIDEST}° off the light's axis, where no single map reaches: they are lit.")
+        });
     }
 }
 

@@ -204,6 +204,13 @@ pub fn density(visibility: &[f32], hard: &[f32], mask: &[u32], width: usize, win
     (0..mask.len()).into_par_iter().map(share).collect()
 }
 
+/// Root mean square of the difference of two visibilities over the pixels that can be wrong.
+pub fn rms(a: &[f32], b: &[f32], mask: &[u32]) -> f64 {
+    let facing = (0..mask.len()).filter(|i| mask[*i] == FACING);
+    let (sum, n) = facing.fold((0.0, 0), |(sum, n), i| (sum + (f64::from(a[i]) - f64::from(b[i])).powi(2), n + 1));
+    (sum / f64::from(n.max(1))).sqrt()
+}
+
 /// Root mean square difference of two pictures of four bytes per pixel over red, green and blue, each 0 to 1 as encoded.
 pub fn rmse_image(a: &[u8], b: &[u8]) -> f64 {
     let square = |(a, b): (&u8, &u8)| (*a as f64 - *b as f64).powi(2);

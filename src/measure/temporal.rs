@@ -1,7 +1,7 @@
 //! Techniques that keep what earlier frames saw: how long a picture takes to settle, and how far shadows lag behind.
 
 use super::accuracy::{compare, served};
-use super::metrics::FACING;
+use super::metrics::rms;
 use crate::frame::{Ask, History, Renderer, Truth};
 use crate::light::Light;
 use crate::setup::Setup;
@@ -68,17 +68,12 @@ pub fn over_time(renderer: &mut Renderer, setup: &Setup) -> Result<Temporal> {
         renderer.render(setup, ask)?;
         renderer.read_visibility()
     };
-    let off = |seen: &[f32], mean: &[f32], mask: &[u32]| {
-        let facing = (0..mask.len()).filter(|i| mask[*i] == FACING);
-        let (sum, n) = facing.fold((0.0, 0), |(sum, n), i| (sum + f64::from(seen[i] - mean[i]).powi(2), n + 1));
-        (sum / f64::from(n.max(1))).sqrt()
-    };
 
     let (rest, _) = compare(renderer, &one, false)?;
     frame(renderer, &at(LEAP), History::Whole)?;
     let mut errors = Vec::with_capacity(FRAMES);
     for _ in 0..FRAMES {
-        errors.push(off(&frame(renderer, &one, History::Goes)?, &rest.mean, &rest.mask));
+        errors.push(rms(&frame(renderer, &one, History::Goes)?, &rest.mean, &rest.mask));
     }
     let floor = errors[FRAMES - FRAMES / 4..].iter().sum::<f64>() / (FRAMES / 4) as f64;
     // Single frames are better or worse than others.
@@ -95,7 +90,7 @@ pub fn over_time(renderer: &mut Renderer, setup: &Setup) -> Result<Temporal> {
         let (then, _) = compare(renderer, &at(-TURN * k as f32), false)?;
         // What the light leaves or reaches on its way is the same for all.
         let mask: Vec<u32> = then.mask.iter().zip(&rest.mask).map(|(a, b)| if a == b { *a } else { 0 }).collect();
-        let error = off(&seen, &then.mean, &mask);
+        let error = rms(&seen, &then.mean, &mask);
         if error < behind.0 {
             behind = (error, k as u32);
         }

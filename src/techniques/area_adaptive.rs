@@ -4,13 +4,13 @@ use super::rt_soft::LIGHT_SAMPLES;
 use super::{Info, MAPS, NEAREST, Technique};
 use crate::frame::{ANALYSIS, Frame, MapSizes};
 use crate::gpu::{Buffer, Gpu, Pass, Raster, Resource, hold};
-use crate::light::{Light, LightView, WIDEST};
+use crate::light::LightView;
 use crate::map::casters::{Casters, DRAW, Target, Triangles};
 use crate::map::filter::{Reach, alone};
 use crate::map::fit::Scope;
 use crate::map::peel::{Depths, Held, StoredParams};
 use crate::map::places::{moved, on_light, step};
-use crate::map::single::{FitParams, scope};
+use crate::map::single::{FitParams, scope, tell_beyond};
 use crate::map::{BiasParams, CasterParams, HardwareParams, MapParams, light_views, whole};
 use crate::params::Params;
 use crate::view::{self, Area, Axis, Class, Drawn, Legend, Span};
@@ -345,10 +345,6 @@ impl Technique for AreaAdaptive {
             Pass::render(gpu, "shadow map", TREE, raster, INFO.params)
         })?;
         let maps = [(&first, &self.views[0]), (others.as_ref().unwrap_or(&first), &self.views[1])];
-        fn looked_up(depths: &Depths) -> &crate::map::Layers {
-            depths.peeled.as_ref().unwrap_or(&depths.nearest)
-        }
-
         let mut bound = samples.bound();
         bound.extend([
             ("growing", (&self.tree).into()),
@@ -392,7 +388,7 @@ impl Technique for AreaAdaptive {
                 self.casters.draw_depths(f, (depths, 0), to, &casters)?;
                 f.run(&self.look)
                     .bind_all(&bound)
-                    .bind("shadow_maps", &looked_up(depths).all)
+                    .bind("shadow_maps", &depths.looked_up().all)
                     .bind("light_views", view)
                     .of_picture()
                     .dispatch_indirect(&samples.draws, at);
@@ -410,13 +406,9 @@ impl Technique for AreaAdaptive {
         if sized {
             f.tell_counted(&self.tree, |maps| format!("{maps} maps were drawn, each from another place of the light."));
         }
-        if matches!(f.light, Light::RectArea { .. }) {
-            f.tell_counted(&self.beyond, |pixels| {
-                format!("{pixels} pixels lie more than {WIDEST}° off the light's axis, where no single map reaches: they are lit.")
-            });
-        }
+        tell_beyond(f, &self.beyond);
 
-        let (layers, view) = (looked_up(&first), &self.views[0]);
+        let (layers, view) = (first.looked_up(), &self.views[0]);
         bound.extend([("shadow_maps", (&layers.all).into()), ("light_views", view.into())]);
         f.keep_table("light_views", view);
         f.offer_maps(&layers.each, view, &sides);

@@ -3,7 +3,7 @@
 use super::{Bench, holds, short, with};
 use crate::frame::{Ask, Renderer, Truth};
 use crate::light::Light;
-use crate::measure::metrics::{self, FACING};
+use crate::measure::metrics::{self, rms};
 use crate::measure::{table, timing};
 use crate::scene::builtin::cubes;
 use crate::setup::Setup;
@@ -57,13 +57,6 @@ const METHODS: [Method; 8] = [
 ];
 const HERS: usize = 2;
 const OURS: usize = 7;
-
-/// Root mean square of the difference over the pixels that can be wrong.
-fn rms(a: &[f32], b: &[f32], mask: &[u32]) -> f64 {
-    let facing = (0..mask.len()).filter(|i| mask[*i] == FACING);
-    let squares: Vec<f64> = facing.map(|i| (a[i] as f64 - b[i] as f64).powi(2)).collect();
-    (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt()
-}
 
 /// The scene with these triangles, 0 for the cubes, and what it is measured with.
 fn open(b: &mut Bench, triangles: usize) -> Result<(Renderer, Setup)> {
