@@ -738,7 +738,7 @@ pub(crate) fn check_direction(key: &str, value: Vec3) -> Result<()> {
 }
 
 /// Folds a parser's message of several lines into one sentence.
-fn one_line(message: &str) -> anyhow::Error {
+pub(crate) fn one_line(message: &str) -> anyhow::Error {
     let lines = message.lines().map(str::trim).filter(|l| !l.is_empty() && *l != "|" && !l.contains("| ^"));
     anyhow::anyhow!("{}", lines.collect::<Vec<_>>().join(" "))
 }

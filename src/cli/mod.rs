@@ -2,6 +2,7 @@
 
 mod advise;
 mod chart;
+mod flatland;
 mod lamps;
 mod list;
 mod measure;
@@ -121,6 +122,14 @@ enum Command {
     },
     /// Draw error against cost from measured rows.
     Chart(chart::Wanted),
+    /// Compare the light's film lines in a world of two dimensions: pixels a texel, as in Chong 2003.
+    Flatland {
+        /// One of his four scenes, random-1 and so on, or a world from the lab (.toml); all four of his if none is named.
+        scene: Option<String>,
+        /// As JSON.
+        #[arg(long)]
+        json: bool,
+    },
     /// Name what there is.
     List {
         what: Listed,
@@ -324,6 +333,7 @@ pub fn run() -> Result<ExitCode> {
         }
         Some(Command::Stability { wanted }) => stability::run(wanted, adapter),
         Some(Command::Reproduce { ids, output }) => reproduce(&ids, output.as_deref(), adapter),
+        Some(Command::Flatland { scene, json }) => flatland::run(scene.as_deref(), json),
         Some(Command::List { what, json }) => list::list(what, json),
         Some(Command::Tour { output }) => tour::write(&output, adapter),
     };

@@ -268,7 +268,7 @@ fn the_reproductions_document_is_the_commands_output() {
         "navratil-3.7",
         "navratil-3.9",
         "wimmer-n",
-        "chong-psm",
+        "chong-4.1",
     ];
     let printed = ok(dir.path(), &[&["reproduce"], &ids[..], &["-o", "images"]].concat()).stdout;
     let printed = String::from_utf8(printed).unwrap();

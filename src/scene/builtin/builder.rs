@@ -3,7 +3,7 @@
 //! Shapes are given in local space, placed by a stack of transforms, and collected in world space,
 //! one mesh a material. Texture coordinates are metres times [`Builder::uv_scale`] unless said otherwise.
 
-mod random;
+pub(crate) mod random;
 mod shapes;
 
 pub use random::{Rng, fbm, noise};

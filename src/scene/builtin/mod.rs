@@ -3,7 +3,7 @@
 mod arches;
 mod bench;
 mod blocks;
-mod builder;
+pub(crate) mod builder;
 pub mod cases;
 pub(crate) mod crowd;
 pub(crate) mod cubes;
