@@ -63,14 +63,14 @@ fn nothing_beats_the_closed_form() {
     for (name, world) in scenes::chong() {
         let film = film(&world);
         let [low, high] = film.valid();
-        let least = film.badness(least(&film)).mean;
+        let lowest = film.badness(least(&film)).mean;
         let brute =
             (1..20_000).map(|k| film.badness(low + (high - low) * k as f64 / 20_000.0).mean).fold(f64::MAX, f64::min);
-        assert!(film.is_valid(least(&film)) && (least / brute - 1.0).abs() < 1e-3, "{name}: {least}, {brute}");
+        assert!(film.is_valid(least(&film)) && (lowest / brute - 1.0).abs() < 1e-3, "{name}: {lowest}, {brute}");
         let p = world.perspective(&film, 1.0).expect("a near line");
         for x in [p.near_line, p.texels] {
             let b = film.badness(x);
-            assert!(film.is_valid(x) && b.mean >= least * (1.0 - 1e-9), "{name}: {b:?} beats {least}");
+            assert!(film.is_valid(x) && b.mean >= lowest * (1.0 - 1e-9), "{name}: {b:?} beats {lowest}");
         }
     }
 }
