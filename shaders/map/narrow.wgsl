@@ -1,12 +1,13 @@
 //!include lib/frame.wgsl
 //!include lib/gbuffer.wgsl
 //!include map/light_view.wgsl
+//!include map/film_parts.wgsl
 // Fits a light's view to the receivers that the camera sees and that face the light, without read-back.
 
 // Of each view the largest u, v, 1 - u, 1 - v, depth share and 1 - depth share of any receiver, as the bits of floats in [0, 1].
 var<storage, read_write> extent: array<atomic<u32>, 48>;
 var<storage, read_write> fitted: array<LightView, most_layers>;
-// Receivers that lie outside the first view: a single one cannot take all that lies before a rectangle.
+// Receivers that lie outside the first view, or their part's: a single one cannot take all that lies before a rectangle.
 var<storage, read_write> beyond: atomic<u32>;
 // The depths along the camera's axis between which the receivers lie, metres; z: 1 if those outside are counted.
 var<uniform> between: vec4f;
@@ -17,27 +18,55 @@ struct Extent {
     outside: u32,
 }
 
-// Of the receivers between two depths among 64 × 64 pixels that a thread takes, neighbouring threads neighbouring ones: few atomics, no
-// barriers.
+// With one receiver more.
+fn with_receiver(before: Extent, v: LightView, position: vec3f) -> Extent {
+    var e = before;
+    let clip = light_clip(v, position);
+    if clip.w <= 0.0 {
+        e.outside += 1u;
+        return e;
+    }
+    e.outside += select(0u, 1u, any(abs(clip.xy) > vec2f(clip.w)));
+    let uv = saturate(0.5 + 0.5 * clip.xy / clip.w);
+    let z = dot(v.axis, vec4f(position, 1.0));
+    e.most[0] = max(e.most[0], uv.x);
+    e.most[1] = max(e.most[1], uv.y);
+    e.most[2] = max(e.most[2], 1.0 - uv.x);
+    e.most[3] = max(e.most[3], 1.0 - uv.y);
+    e.most[4] = max(e.most[4], saturate((z - v.near) / (v.far - v.near)));
+    e.most[5] = max(e.most[5], saturate((v.far - z) / (v.far - v.near)));
+    return e;
+}
+
+fn no_receiver() -> Extent {
+    return Extent(array<f32, 6>(-1.0, -1.0, -1.0, -1.0, -1.0, -1.0), 0u);
+}
+
+// The pixel that a thread takes as its i-th among 64 × 64: neighbouring threads take neighbouring ones, for few atomics and no barriers.
+fn own_pixel(group: vec2u, local: vec2u, i: u32) -> vec2u {
+    return group * 64u + vec2u(i % 8u, i / 8u) * 8u + local;
+}
+
+// Of the receivers between two depths among those pixels.
 fn extent_in(v: LightView, group: vec2u, local: vec2u, depths: vec2f) -> Extent {
-    var e = Extent(array<f32, 6>(-1.0, -1.0, -1.0, -1.0, -1.0, -1.0), 0u);
+    var e = no_receiver();
     for (var i = 0u; i < 64u; i++) {
-        let p = lit_sample(group * 64u + vec2u(i % 8u, i / 8u) * 8u + local);
+        let p = lit_sample(own_pixel(group, local, i));
         if p.w <= 0.0 || p.w < depths.x || p.w >= depths.y {
             continue;
         }
-        let clip = light_clip(v, p.xyz);
-        e.outside += select(0u, 1u, any(abs(clip.xy) > vec2f(clip.w)));
-        let uv = saturate(0.5 + 0.5 * clip.xy / clip.w);
-        let z = dot(v.axis, vec4f(p.xyz, 1.0));
-        e.most[0] = max(e.most[0], uv.x);
-        e.most[1] = max(e.most[1], uv.y);
-        e.most[2] = max(e.most[2], 1.0 - uv.x);
-        e.most[3] = max(e.most[3], 1.0 - uv.y);
-        e.most[4] = max(e.most[4], saturate((z - v.near) / (v.far - v.near)));
-        e.most[5] = max(e.most[5], saturate((v.far - z) / (v.far - v.near)));
+        e = with_receiver(e, v, p.xyz);
     }
     return e;
+}
+
+fn keep_extent(e: Extent, view: u32) {
+    if e.most[0] >= 0.0 {
+        for (var i = 0u; i < 6u; i++) {
+            // + 0.0 turns a negative zero, whose bits are the largest of all, into zero.
+            atomicMax(&extent[6u * view + i], bitcast<u32>(e.most[i] + 0.0));
+        }
+    }
 }
 
 // A workgroup takes 64 × 64 pixels in one view.
@@ -47,12 +76,24 @@ fn receivers(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) 
     if e.outside > 0u && group.z == 0u && between.z > 0.0 {
         atomicAdd(&beyond, e.outside);
     }
-    if e.most[0] >= 0.0 {
-        for (var i = 0u; i < 6u; i++) {
-            // + 0.0 turns a negative zero, whose bits are the largest of all, into zero.
-            atomicMax(&extent[6u * group.z + i], bitcast<u32>(e.most[i] + 0.0));
+    keep_extent(e, group.z);
+}
+
+// The same of the receivers in each part of a film.
+@compute @workgroup_size(8, 8)
+fn receivers_of_parts(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) local: vec3u) {
+    var e = no_receiver();
+    for (var i = 0u; i < 64u; i++) {
+        let p = lit_sample(own_pixel(group.xy, local.xy, i));
+        if p.w <= 0.0 || part_of(p.xyz) != group.z {
+            continue;
         }
+        e = with_receiver(e, light_views[group.z], p.xyz);
     }
+    if e.outside > 0u {
+        atomicAdd(&beyond, e.outside);
+    }
+    keep_extent(e, group.z);
 }
 
 // The view of the whole light narrowed to an extent, with `margin` texels to spare for the filter.

@@ -30,7 +30,7 @@ pub fn split(film: &Film, metric: Metric, budget: usize, first: usize) -> Vec<Pa
             parts.windows(2).map(|two| part(film, metric, [two[0].hull[0], two[1].hull[1]])).collect();
         let cost = |i: usize| {
             let rest = parts.iter().enumerate().filter(|(k, _)| *k != i && *k != i + 1).map(|(_, p)| p.error);
-            total(metric, rest.chain([merged[i].error]))
+            total(order(metric), rest.chain([merged[i].error]))
         };
         let Some(least) = (0..merged.len()).min_by(|a, b| cost(*a).total_cmp(&cost(*b))) else {
             break;
@@ -61,8 +61,7 @@ fn order(metric: Metric) -> f64 {
 
 /// The least Σ e_i / x_i^p where the texels x_i may be any positive numbers that add up to one: (Σ e_i^1/(p+1))^(p+1), with
 /// x_i in proportion to e_i^1/(p+1) (Lagrange).
-pub fn total(metric: Metric, errors: impl Iterator<Item = f64>) -> f64 {
-    let p = order(metric);
+pub fn total(p: f64, errors: impl Iterator<Item = f64>) -> f64 {
     errors.map(|e| e.powf(1.0 / (p + 1.0))).sum::<f64>().powf(p + 1.0)
 }
 

@@ -29,6 +29,7 @@ pub struct Fit {
     fitted: Buffer,
     extent: Buffer,
     receivers: Pass,
+    of_parts: Pass,
     narrow: Pass,
     /// Receivers that the whole view does not see.
     beyond: Buffer,
@@ -42,6 +43,7 @@ impl Fit {
             fitted: light_views(gpu, "fitted light view"),
             extent: gpu.buffer("receivers' extent", &[0; 24 * MOST], Use::STORAGE),
             receivers: Pass::compute(gpu, "fit: receivers", "map/narrow.wgsl", "receivers", &[])?,
+            of_parts: Pass::compute(gpu, "fit: receivers", "map/narrow.wgsl", "receivers_of_parts", &[])?,
             narrow: Pass::compute(gpu, "fit: narrow", "map/narrow.wgsl", "narrow", &[])?,
             beyond: gpu.room("receivers beyond the map", 4, Use::STORAGE | Use::COPY_DST | Use::COPY_SRC),
             everywhere: between(gpu, [0.0, f32::MAX], true),
@@ -96,6 +98,29 @@ impl Fit {
             .bind("extent", &self.extent)
             .bind("fitted", fitted)
             .dispatch(1, 1, 1);
+    }
+
+    /// Fits `count` views, each to the receivers in its part, as `FilmParts` in `shaders/map/film_parts.wgsl` tells.
+    pub fn run_parts(&mut self, f: &mut Frame, whole: &Buffer, count: u32, parts: &Buffer, fitted: &Buffer) {
+        let [w, h] = f.size.map(|side| side.div_ceil(64));
+        f.clear(&self.extent);
+        f.clear(&self.beyond);
+        f.run(&self.of_parts)
+            .bind("light_views", whole)
+            .bind("extent", &self.extent)
+            .bind("beyond", &self.beyond)
+            .bind("film_parts", parts)
+            .dispatch(w, h, count);
+        f.run(&self.narrow)
+            .bind("light_views", whole)
+            .bind("extent", &self.extent)
+            .bind("fitted", fitted)
+            .dispatch(1, 1, 1);
+        f.tell_counted(&self.beyond, |pixels| {
+            format!(
+                "{pixels} pixels lie behind the horizon of the light's film plane, where no map reaches: they are lit."
+            )
+        });
     }
 
     /// After them: how many receivers no map reaches.

@@ -1,6 +1,6 @@
 //! A scene flattened to triangles in scene space with a BVH: what raster and rays work on.
 
-use super::bvh::Bvh;
+use super::bvh::{Bvh, Child};
 use super::edges::Edges;
 use super::{Interpolation, Local, Property, Scene, Wrap};
 use crate::gpu::{Buffer, Gpu, Table};
@@ -8,7 +8,7 @@ use crate::map::fit::hull::Polyhedron;
 use crate::map::fit::quickhull::convex_hull;
 use anyhow::{Result, ensure};
 use bytemuck::{Pod, Zeroable};
-use glam::{DMat4, DQuat, DVec4, Mat3, Vec2, Vec3, Vec4};
+use glam::{DMat4, DQuat, DVec3, DVec4, Mat3, Vec2, Vec3, Vec4};
 use obvhs::triangle::Triangle;
 use rayon::prelude::*;
 use std::collections::HashMap;
@@ -78,6 +78,8 @@ pub struct Geometry {
     pub bounds: [Vec3; 2],
     /// Of the triangles without those that would stop no ray beside their exact duplicates.
     pub bvh: Bvh,
+    /// Of each material whether its triangles are seen from behind too.
+    two_sided: Vec<bool>,
     hull: OnceLock<Polyhedron>,
     casters: OnceLock<Vec<u32>>,
     welded: OnceLock<Vec<u32>>,
@@ -125,6 +127,7 @@ impl Geometry {
             triangles,
             opaque,
             bvh,
+            two_sided: scene.materials.iter().map(|m| m.double_sided).collect(),
             hull: OnceLock::new(),
             casters: OnceLock::new(),
             welded: OnceLock::new(),
@@ -136,6 +139,52 @@ impl Geometry {
     pub fn corners(&self, triangle: usize) -> [Vec3; 3] {
         let t = self.triangles[triangle];
         [0, 1, 2].map(|i| self.vertices[t[i] as usize].position)
+    }
+
+    /// The triangle that a camera at `from` sees along `ray`, and how far off it is, in lengths of the ray; not before `near`.
+    /// Masked materials count as whole.
+    pub fn seen(&self, from: DVec3, ray: DVec3, near: f64) -> Option<(f64, usize)> {
+        let mut first: Option<(f64, usize)> = None;
+        let mut open = vec![0];
+        // Nothing is divided by zero.
+        let across = DVec3::from_array(ray.to_array().map(|x| if x == 0.0 { 1e-300 } else { x }));
+        while let Some(at) = open.pop() {
+            for (ends, child) in self.bvh.nodes[at].children() {
+                let [a, b] = ends.map(|end| (end.as_dvec3() - from) / across);
+                let (enter, leave) = (a.min(b).max_element(), a.max(b).min_element());
+                if enter > leave || leave < near || first.is_some_and(|(t, _)| enter > t) {
+                    continue;
+                }
+                match child {
+                    Child::Node(node) => open.push(node),
+                    Child::Triangles(range) => {
+                        for triangle in &self.bvh.order[range] {
+                            let t = self.met(*triangle as usize, from, ray).filter(|t| *t >= near);
+                            first = match (t, first) {
+                                (Some(t), Some((least, _))) if t >= least => first,
+                                (Some(t), _) => Some((t, *triangle as usize)),
+                                _ => first,
+                            };
+                        }
+                    }
+                }
+            }
+        }
+        first
+    }
+
+    /// Where a ray meets a triangle that is seen from its side, in lengths of the ray.
+    fn met(&self, triangle: usize, from: DVec3, ray: DVec3) -> Option<f64> {
+        let [a, b, c] = self.corners(triangle).map(|p| p.as_dvec3() - from);
+        let normal = (b - a).cross(c - a);
+        let (towards, material) = (normal.dot(ray), self.vertices[self.triangles[triangle][0] as usize].material);
+        if towards == 0.0 || towards > 0.0 && !self.two_sided[material as usize] {
+            return None;
+        }
+        // On the same side of all three planes through the ray's start and an edge.
+        let sides = [(a, b), (b, c), (c, a)].map(|(p, q)| p.cross(q).dot(ray));
+        let inside = sides.iter().all(|s| *s >= 0.0) || sides.iter().all(|s| *s <= 0.0);
+        inside.then(|| normal.dot(a) / towards)
     }
 
     /// The convex hull of all triangles at this moment, made when it is first asked for.

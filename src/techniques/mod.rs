@@ -23,6 +23,7 @@ mod logpsm;
 mod msm;
 mod notw;
 mod omni_atlas;
+mod optimal_light_plane;
 mod pcf;
 mod pcss;
 mod prefiltered_soft;
@@ -194,6 +195,7 @@ pub static ALL: &[&Info] = &[
     &tsm::INFO,
     &psm::INFO,
     &logpsm::INFO,
+    &optimal_light_plane::INFO,
     &rtw::INFO,
     &notw::INFO,
     &dsm::INFO,

@@ -205,7 +205,7 @@ fn texels_go_where_they_help() {
                     assert!(of(&mine) <= of(&way) * (1.0 + 1e-12), "{errors:?}: {mine:?} is worse than {way:?}");
                 }
             }
-            let real = total(metric, errors.into_iter()) / 12f64.powi(power);
+            let real = total(power as f64, errors.into_iter()) / 12f64.powi(power);
             assert!(real <= of(&mine) * (1.0 + 1e-12), "{errors:?}: {real}");
         }
     }

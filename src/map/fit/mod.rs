@@ -6,6 +6,7 @@
 pub mod crop;
 pub mod diagram;
 pub mod faces;
+pub mod film;
 pub mod hull;
 pub mod lispsm;
 pub mod logpsm;

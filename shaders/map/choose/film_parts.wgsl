@@ -1,0 +1,25 @@
+//!include map/place/straight.wgsl
+//!include map/look_up.wgsl
+//!include map/tiles.wgsl
+//!include map/film_parts.wgsl
+// Choosing among maps that share a light's image by boxes.
+
+fn choose(s: Surface) -> Chosen {
+    let i = part_of(s.position);
+    // Behind a film's horizon there is nothing to look up: the last view has no texels.
+    let before = light_clip(light_views[i], s.position).w > 0.0;
+    return Chosen(select(most_layers - 1u, i, before), 0u, 0.0);
+}
+
+fn texture_layer(layer: u32) -> u32 {
+    return layer;
+}
+
+fn holds(layer: u32, texel: vec2f) -> bool {
+    return true;
+}
+
+// Nothing: it is lit.
+fn beside(r: Receiver, texel: vec2f) -> Beside {
+    return Beside(1.0, light_views[r.layer].far);
+}

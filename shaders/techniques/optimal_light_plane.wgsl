@@ -1,0 +1,15 @@
+//!include map/choose/film_parts.wgsl
+//!include lib/labels.wgsl
+//!include constants.wgsl
+// Chong 2003: maps on planes that are turned to where the pixels are.
+
+fn inspect_map(s: Surface) -> f32 {
+    if frame.map == shows_shadow_maps {
+        return maps_picture(s.pixel, film_parts.count);
+    }
+    if frame.map == shows_parts {
+        let i = choose(s).layer;
+        return select(-1.0, label(i, 0.5), s.valid && i < film_parts.count);
+    }
+    return inspect_filter(s);
+}
