@@ -17,6 +17,7 @@ mod denoise;
 mod edges;
 mod figures;
 mod filters_pcf;
+mod film;
 mod flatland;
 mod gltf;
 mod hulls;

@@ -269,6 +269,7 @@ fn the_reproductions_document_is_the_commands_output() {
         "navratil-3.9",
         "wimmer-n",
         "chong-4.1",
+        "chong-4.2",
     ];
     let printed = ok(dir.path(), &[&["reproduce"], &ids[..], &["-o", "images"]].concat()).stdout;
     let printed = String::from_utf8(printed).unwrap();

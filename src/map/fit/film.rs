@@ -95,7 +95,7 @@ pub struct Films<'a> {
 /// Where a film stands is told by two numbers: (tanh |s|)/r, in the direction of s, is how far its normal leans from the
 /// middle direction, where r is as far as it may lean that way before the samples' hull reaches the film's horizon. So all numbers
 /// stand for films, as in [`crate::flatland::Film`].
-type Lean = DVec2;
+pub type Lean = DVec2;
 
 impl<'a> Films<'a> {
     /// None if the samples span no area.
@@ -129,7 +129,8 @@ impl<'a> Films<'a> {
         self.film(simplex(best, 0.2, error))
     }
 
-    fn film(&self, lean: Lean) -> Option<Film> {
+    /// The film that leans so.
+    pub fn film(&self, lean: Lean) -> Option<Film> {
         let turn = match self.frame {
             None => DMat3::IDENTITY,
             Some(frame) => self.turned(&frame, lean),

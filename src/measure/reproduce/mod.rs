@@ -11,6 +11,7 @@ mod morais;
 mod navratil;
 mod paraboloids;
 mod pcf;
+mod planes;
 mod trapezoid;
 mod trees;
 mod wandering;
@@ -340,6 +341,15 @@ pub static ALL: &[Reproduction] = &[
                     common map come out, and angles need not agree. His rows for the perspective map follow from his \
                     reading of it. Our films are exact: in the parameter that turns them each metric is a sum of exponentials and so \
                     has one minimum, where he looks among eight critical points and restarts Newton's method.",
+    },
+    Reproduction {
+        id: "chong-4.2",
+        title: "Chong 2003, section 4.2.1: the light's film plane in three dimensions",
+        run: planes::run,
+        deviation: "He left three dimensions open, so that there is nothing of his to hold ours against; the plane is chosen by his \
+                    L1 metric as the mean longest extent of a texel, or by the geometric stretch that he suggests. Texels of the \
+                    shadow map and of psm and lispsm lie on planes too: psm's is that of a perspective seen from the camera, the \
+                    shadow map's stands across the lamp's axis.",
     },
 ];
 
