@@ -78,7 +78,6 @@ fn a_wall_below_the_lamp_gets_its_texels() {
     let mut all = floor(glam::Vec2::new(-4.0, -6.2), glam::Vec2::new(4.0, 2.0), 0.0);
     all.extend([[a, b, c], [a, c, d]]);
     let built = scene(vec![mesh(&all, 0)], vec![material(Vec3::ONE)], view, light);
-    let geometry = Geometry::new(&built, 0, 0.0).unwrap();
     let (mut r, mut s) = start(built, [96, 64]);
     let mut m = |sets: &[&str]| {
         select(&mut s, "optimal-light-plane", &[&["resolution=256"], sets].concat());
@@ -87,11 +86,6 @@ fn a_wall_below_the_lamp_gets_its_texels() {
     let (best, common) = (m(&[]), m(&["plane=half-angle"]));
     println!("best {best}, half angle {common}");
     assert!(best < 0.4 * common, "{best}, {common}");
-    // What was foreseen from few samples is what the pixels have.
-    let samples = samples_of(&s, &geometry, 32);
-    let film = Films::new(&samples, Metric::L1, true).unwrap().least().unwrap();
-    let foreseen = film.error / samples.len() as f64 / 256.0 * s.size[1] as f64;
-    assert!((foreseen / best - 1.0).abs() < 0.08, "{foreseen} foreseen, {best} measured");
 }
 
 /// Parts hold every place once, share all texels, and lower the error as there are more; where one gains nothing it costs nothing.
