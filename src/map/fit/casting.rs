@@ -1,18 +1,50 @@
-//! Where casters begin, as seen from all of a light with a size.
+//! How far what is there reaches in a part of space: found in the BVH, without looking at most of it.
 
-use super::Scope;
+use super::{LightImage, Scope};
 use crate::light::Light;
 use crate::scene::bvh::Child;
 use crate::scene::geometry::Geometry;
 use glam::{DVec2, DVec3, DVec4};
+use rayon::prelude::*;
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
 /// The depth, by this row over (X, 1), of the nearest thing between any place of the light and what the camera may see; infinite if there
 /// is nothing.
 pub fn nearest(scope: &Scope, geometry: &Geometry, depth: DVec4) -> f64 {
-    let planes = planes(scope);
-    let of = |p: DVec3| depth.dot(p.extend(1.0));
+    least(geometry, &planes(scope), |p| depth.dot(p.extend(1.0)))
+}
+
+/// A polygon around the light's image of all that the camera may see and the light reach, hidden or not: as many sides as touch it in turn.
+/// Empty if there is nothing.
+pub fn outline(scope: &Scope, image: &LightImage, geometry: &Geometry) -> Vec<DVec2> {
+    let planes: Vec<DVec4> = scope.eye().planes().into_iter().chain(scope.reach()).collect();
+    let side = |k: usize| {
+        let out = DVec2::from_angle(k as f64 * std::f64::consts::TAU / SIDES as f64);
+        let along = |p: DVec3| {
+            let before = image.rows[2].dot(p.extend(1.0)) > 0.0;
+            if before { -out.dot(image.at(p)) } else { f64::NEG_INFINITY }
+        };
+        (out, -least(geometry, &planes, along))
+    };
+    let sides: Vec<(DVec2, f64)> = (0..SIDES).into_par_iter().map(side).collect();
+    if sides.iter().any(|(_, far)| !far.is_finite()) {
+        return Vec::new();
+    }
+    let [high, low] = [0, SIDES / 2].map(|from| DVec2::new(sides[from].1, sides[from + SIDES / 4].1));
+    let [low, high] = [-low, high];
+    let mut around = vec![low, DVec2::new(high.x, low.y), high, DVec2::new(low.x, high.y)];
+    for (out, far) in sides {
+        around = halved(&around, |p| far - out.dot(p));
+    }
+    around
+}
+
+/// Sides of such a polygon.
+const SIDES: usize = 32;
+
+/// The least of a function over all triangles' parts inside of planes. Over each convex body the function is least at a corner.
+fn least(geometry: &Geometry, planes: &[DVec4], of: impl Fn(DVec3) -> f64) -> f64 {
     let mut open = BinaryHeap::new();
     open.push(Open(f64::NEG_INFINITY, Some(0)));
     while let Some(Open(least, node)) = open.pop() {
@@ -26,12 +58,12 @@ pub fn nearest(scope: &Scope, geometry: &Geometry, depth: DVec4) -> f64 {
                 continue;
             }
             match child {
-                Child::Node(node) => open.push(Open(corners.map(of).into_iter().fold(f64::MAX, f64::min), Some(node))),
+                Child::Node(node) => open.push(Open(corners.map(&of).into_iter().fold(f64::MAX, f64::min), Some(node))),
                 Child::Triangles(range) => {
                     for triangle in &geometry.bvh.order[range] {
                         let mut part = geometry.corners(*triangle as usize).map(|p| p.as_dvec3()).to_vec();
                         planes.iter().for_each(|plane| part = cut(&part, *plane));
-                        if let Some(least) = part.into_iter().map(of).min_by(f64::total_cmp) {
+                        if let Some(least) = part.into_iter().map(&of).min_by(f64::total_cmp) {
                             open.push(Open(least, None));
                         }
                     }
@@ -103,7 +135,14 @@ fn planes(scope: &Scope) -> Vec<DVec4> {
 
 /// The part of a convex polygon on a plane's positive side.
 fn cut(polygon: &[DVec3], plane: DVec4) -> Vec<DVec3> {
-    let side = |p: DVec3| plane.dot(p.extend(1.0));
+    halved(polygon, |p| plane.dot(p.extend(1.0)))
+}
+
+/// The part of a convex polygon where an affine function is not negative.
+pub fn halved<P>(polygon: &[P], side: impl Fn(P) -> f64) -> Vec<P>
+where
+    P: Copy + std::ops::Add<Output = P> + std::ops::Sub<Output = P> + std::ops::Mul<f64, Output = P>,
+{
     let mut kept = Vec::with_capacity(polygon.len() + 1);
     for (i, p) in polygon.iter().enumerate() {
         let q = polygon[(i + 1) % polygon.len()];
@@ -112,7 +151,7 @@ fn cut(polygon: &[DVec3], plane: DVec4) -> Vec<DVec3> {
             kept.push(*p);
         }
         if (a < 0.0) != (b < 0.0) {
-            kept.push(p.lerp(q, a / (a - b)));
+            kept.push(*p + (q - *p) * (a / (a - b)));
         }
     }
     kept
