@@ -29,7 +29,7 @@ crate::params! {
             plane: choice("best", ["best", "half-angle"]),
             /// What makes a plane good. L1: the mean extent of texels in the picture. L2: the mean square, by geometric stretch; texels that are stretched most then count most, which light that grazes a surface stretches on any plane.
             metric: choice("L1", ["L1", "L2"]) if plane = "best" or maps = "4" or maps = "7",
-            /// Places along each side of the picture at which the scene is looked at to choose the plane.
+            /// Places along each side of the picture at which the scene is looked at to choose the plane; for several maps twice as many.
             view_samples: int(32, 8..=128, "per side"),
             /// How many maps share the texels of one: the whole film in quarters, and the quarter that gains most in quarters again, each with its own plane and as many texels as it needs.
             maps: choice("1", ["1", "4", "7"]),
@@ -145,7 +145,8 @@ struct Fitted {
 fn fitted(scope: &Scope, f: &Frame, p: &FilmParams) -> Option<Fitted> {
     let image = scope.image();
     let lamp = scope.light.view_tangent().is_some();
-    let samples = film::samples(scope, &image, f.geometry, p.view_samples as usize);
+    let several = if p.maps == "1" { 1 } else { 2 };
+    let samples = film::samples(scope, &image, f.geometry, several * p.view_samples as usize);
     let metric = if p.metric == "L2" { Metric::L2 } else { Metric::L1 };
     let most = p.maps.parse().unwrap_or(1);
     let outline = casting::outline(scope, &image, f.geometry);
