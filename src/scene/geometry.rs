@@ -1,6 +1,6 @@
 //! A scene flattened to triangles in scene space with a BVH: what raster and rays work on.
 
-use super::bvh::Bvh;
+use super::bvh::{Bvh, Child};
 use super::edges::Edges;
 use super::{Interpolation, Local, Property, Scene, Wrap};
 use crate::gpu::{Buffer, Gpu, Table};
@@ -8,7 +8,7 @@ use crate::map::fit::hull::Polyhedron;
 use crate::map::fit::quickhull::convex_hull;
 use anyhow::{Result, ensure};
 use bytemuck::{Pod, Zeroable};
-use glam::{DMat4, DQuat, DVec4, Mat3, Vec2, Vec3, Vec4};
+use glam::{DMat4, DQuat, DVec3, DVec4, Mat3, Vec2, Vec3, Vec4};
 use obvhs::triangle::Triangle;
 use rayon::prelude::*;
 use std::collections::HashMap;
@@ -136,6 +136,54 @@ impl Geometry {
     pub fn corners(&self, triangle: usize) -> [Vec3; 3] {
         let t = self.triangles[triangle];
         [0, 1, 2].map(|i| self.vertices[t[i] as usize].position)
+    }
+
+    /// The first opaque triangle that a ray meets, from either side, and how many times `along` lies between; within a range of that.
+    pub fn first_hit(&self, start: DVec3, along: DVec3, [near, far]: [f64; 2]) -> Option<(usize, f64)> {
+        let inverse = along.recip();
+        let (mut first, mut end, mut todo) = (None, far, vec![(0, near)]);
+        while let Some((node, enters)) = todo.pop() {
+            if enters > end {
+                continue;
+            }
+            let waiting = todo.len();
+            for ([low, high], child) in self.bvh.nodes[node].children() {
+                let [a, b] = [low, high].map(|p| (p.as_dvec3() - start) * inverse);
+                // The other operand where a ray lies in a side of the box.
+                let (enters, leaves) = (
+                    a.min(b).to_array().into_iter().fold(near, f64::max),
+                    a.max(b).to_array().into_iter().fold(end, f64::min),
+                );
+                if enters > leaves {
+                    continue;
+                }
+                match child {
+                    Child::Node(node) => todo.push((node, enters)),
+                    Child::Triangles(range) => {
+                        for triangle in &self.bvh.order[range] {
+                            let triangle = *triangle as usize;
+                            let hit = if triangle < self.opaque { self.met(triangle, start, along) } else { None };
+                            if let Some(t) = hit.filter(|t| (near..end).contains(t)) {
+                                (first, end) = (Some((triangle, t)), t);
+                            }
+                        }
+                    }
+                }
+            }
+            // The nearest on top.
+            todo[waiting..].sort_by(|a, b| b.1.total_cmp(&a.1));
+        }
+        first
+    }
+
+    /// Where a ray meets a triangle (Möller, Trumbore 1997).
+    fn met(&self, triangle: usize, start: DVec3, along: DVec3) -> Option<f64> {
+        let [a, b, c] = self.corners(triangle).map(|p| p.as_dvec3());
+        let (u, v, from) = (b - a, c - a, start - a);
+        let (p, q) = (along.cross(v), from.cross(u));
+        let scale = 1.0 / u.dot(p);
+        let (x, y) = (from.dot(p) * scale, along.dot(q) * scale);
+        (x >= 0.0 && y >= 0.0 && x + y <= 1.0).then(|| v.dot(q) * scale)
     }
 
     /// The convex hull of all triangles at this moment, made when it is first asked for.

@@ -62,6 +62,7 @@ fn whole() -> Vec<(String, &'static [Group])> {
         "map/edge_zoom.wgsl",
         "map/prefilter.wgsl",
         "map/sums.wgsl",
+        "map/tiles.wgsl",
     ];
     let alone = shader_files().into_iter().filter(|f| !part(f) && !parts.contains(&f.as_str()));
     let mut all: Vec<_> = alone.map(|f| (f.clone(), groups(&f))).collect();

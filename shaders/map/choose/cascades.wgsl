@@ -1,7 +1,7 @@
 //!include map/splits.wgsl
 //!include map/place/straight.wgsl
 //!include map/look_up.wgsl
-//!include lib/labels.wgsl
+//!include map/tiles.wgsl
 // Choosing among cascades, and the maps that techniques with cascades show.
 
 fn choose(s: Surface) -> Chosen {
@@ -21,33 +21,6 @@ fn holds(layer: u32, texel: vec2f) -> bool {
 // Nothing: it is lit.
 fn beside(r: Receiver, texel: vec2f) -> Beside {
     return Beside(1.0, light_views[r.layer].far);
-}
-
-// The maps side by side, fitted into the picture as the counts are; near bright.
-fn maps_picture(pixel: vec2u) -> f32 {
-    let columns = u32(ceil(sqrt(f32(fitting.count))));
-    let rows = (fitting.count + columns - 1u) / columns;
-    let side = f32(textureDimensions(shadow_maps).x);
-    let whole = side * vec2f(vec2u(columns, rows));
-    let picture = vec2f(frame.size);
-    let scale = max(whole.x / picture.x, whole.y / picture.y);
-    let at = (vec2f(pixel) + 0.5 - 0.5 * picture) * scale + 0.5 * whole;
-    let tile = vec2u(max(at, vec2f(0.0)) / side);
-    let i = tile.y * columns + tile.x;
-    if any(at < vec2f(0.0)) || any(at >= whole) || i >= fitting.count {
-        return drawn(white, 0.0);
-    }
-    let inner = at - vec2f(tile) * side;
-    if any(inner < vec2f(4.0 * scale)) || any(inner >= vec2f(side - 4.0 * scale)) {
-        return drawn(i, 0.8);
-    }
-    return drawn(white, 0.05 + 0.9 * nearness(i, vec2u(inner * (light_views[i].resolution / side))));
-}
-
-// What a map holds, linear: 1 at its near, 0 at its far end.
-fn nearness(i: u32, texel: vec2u) -> f32 {
-    let v = light_views[i];
-    return (v.far - linear_depth(v, textureLoad(shadow_maps, texel, i, 0))) / (v.far - v.near);
 }
 
 fn inside(v: LightView, p: vec3f) -> bool {
@@ -92,7 +65,7 @@ fn side_view(pixel: vec2u) -> f32 {
 // The views of every technique with cascades.
 fn inspect_cascades(s: Surface) -> f32 {
     if frame.map == shows_shadow_maps {
-        return maps_picture(s.pixel);
+        return maps_picture(s.pixel, fitting.count);
     }
     if frame.map == shows_side {
         return side_view(s.pixel);
