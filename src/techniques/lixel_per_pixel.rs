@@ -47,7 +47,7 @@ pub static INFO: Info = Info {
     title: "A lixel for every pixel",
     paper: "Chong, Gortler 2004",
     family: "Warping",
-    mark: 45,
+    mark: 47,
     doc: "One plane of the scene, as the floor, gets a shadow map whose texels are the picture's pixels where they lie on it: no \
           stairs at all there. All else looks up an ordinary map. Nothing is gained where the plane is not seen, or light or camera \
           lie in it.",
