@@ -8,7 +8,7 @@ use super::{MOST, MapParams, Maps, light_views, margin, whole};
 use crate::frame::Frame;
 use crate::gpu::{Buffer, Gpu, Pass};
 use crate::light::{Light, LightView, WIDEST};
-use crate::params::Params;
+use crate::params::{Group, Params};
 use anyhow::Result;
 use wgpu::BufferUsages as Use;
 
@@ -37,12 +37,20 @@ pub struct Fit {
 
 impl Fit {
     pub fn new(gpu: &Gpu) -> Result<Fit> {
+        Fit::of(gpu, "map/narrow.wgsl", &[])
+    }
+
+    /// To the receivers that a file takes, which includes `map/narrow_to.wgsl`; `groups`: the parameters that it reads.
+    ///
+    /// # Errors
+    /// Passes that cannot be made.
+    pub fn of(gpu: &Gpu, file: &str, groups: &[Group]) -> Result<Fit> {
         Ok(Fit {
             whole: Vec::new(),
             fitted: light_views(gpu, "fitted light view"),
             extent: gpu.buffer("receivers' extent", &[0; 24 * MOST], Use::STORAGE),
-            receivers: Pass::compute(gpu, "fit: receivers", "map/narrow.wgsl", "receivers", &[])?,
-            narrow: Pass::compute(gpu, "fit: narrow", "map/narrow.wgsl", "narrow", &[])?,
+            receivers: Pass::compute(gpu, "fit: receivers", file, "receivers", groups)?,
+            narrow: Pass::compute(gpu, "fit: narrow", file, "narrow", groups)?,
             beyond: gpu.room("receivers beyond the map", 4, Use::STORAGE | Use::COPY_DST | Use::COPY_SRC),
             everywhere: between(gpu, [0.0, f32::MAX], true),
         })
@@ -50,10 +58,15 @@ impl Fit {
 
     /// The buffer that holds `view`; `narrow`: fitted once more, to the receivers that the camera sees.
     pub fn run(&mut self, f: &mut Frame, view: LightView, narrow: bool) -> Buffer {
-        let whole = self.write(f, 0, &[view]);
-        if !narrow {
-            return whole;
+        match narrow {
+            true => self.narrow_first(f, &[view]),
+            false => self.write(f, 0, &[view]),
         }
+    }
+
+    /// The buffer that holds the first of some views, fitted once more, to the receivers that the camera sees.
+    pub fn narrow_first(&mut self, f: &mut Frame, views: &[LightView]) -> Buffer {
+        let whole = self.write(f, 0, views);
         self.begin(f);
         let (receivers, fitted) = (self.everywhere.clone(), self.fitted.clone());
         self.run_all(f, &whole, 1, &receivers, &fitted);

@@ -87,7 +87,7 @@ pub static INFO: Info = Info {
     ],
     make: |gpu, info| {
         Ok(Box::new(LixelPerPixel {
-            fit: Fit::new(gpu)?,
+            fit: Fit::of(gpu, "techniques/lixel_per_pixel/fit.wgsl", info.params)?,
             layers: Held::default(),
             casters: [
                 Casters::named(["shadow map", "shadow map (masked)"]),
@@ -193,7 +193,16 @@ impl LixelPerPixel {
     fn draw(&mut self, f: &mut Frame, reach: Reach) -> Result<Maps> {
         let own = self.of_plane(f, reach);
         let ordinary = LightView { reach: reach.metres, ..whole(&scope(f, reach))? };
-        let ordinary = self.fit.run(f, ordinary, true);
+        let (written, plane) = &mut self.plane;
+        let words = own.map_or(Vec4::ZERO, |(plane, _)| plane.normal.extend(plane.distance).as_vec4());
+        if *written != words {
+            *written = words;
+            f.gpu.queue.write_buffer(plane, 0, bytemuck::bytes_of(&words));
+        }
+        // The fit and the look-up tell by it who looks up which map.
+        f.set("plane_of_interest", &*plane);
+        let views: Vec<LightView> = [ordinary].into_iter().chain(own.map(|(_, view)| view)).collect();
+        let ordinary = self.fit.narrow_first(f, &views);
         let side = MapParams::read(f.values).resolution;
         let sides = vec![side; 1 + usize::from(own.is_some())];
         let depths = Depths::hold(&mut self.layers, f, &sides)?;
@@ -209,14 +218,7 @@ impl LixelPerPixel {
         } else {
             f.outline_view(&ordinary);
         }
-        let (written, plane) = &mut self.plane;
-        let words = own.map_or(Vec4::ZERO, |(plane, _)| plane.normal.extend(plane.distance).as_vec4());
-        if *written != words {
-            *written = words;
-            f.gpu.queue.write_buffer(plane, 0, bytemuck::bytes_of(&words));
-        }
-        let bound = vec![("plane_of_interest", (&*plane).into())];
-        Ok(Maps { layers: depths.looked_up(), light_views: self.views.clone(), sides, bound })
+        Ok(Maps { layers: depths.looked_up(), light_views: self.views.clone(), sides, bound: Vec::new() })
     }
 }
 

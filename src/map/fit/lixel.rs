@@ -73,27 +73,9 @@ pub fn fit(scope: &Scope, image: &LightImage, plane: &Plane) -> Result<Lixel, &'
             "The camera sees nothing of the plane of interest that the light reaches: all pixels look up the ordinary map.",
         );
     }
-    // Where the ray of (a, b, w) meets the plane, homogeneous: the columns are those of the linear map from there.
-    let across = [image.rows[0].truncate(), image.rows[1].truncate()];
-    let meets = |e: DVec3| -> DVec4 {
-        match lamp {
-            // L + s D, where D runs along the ray.
-            Some(at) => {
-                let along = across[0] * e.x + across[1] * e.y + axis * e.z;
-                let slope = plane.normal.dot(along);
-                (at * slope - along * plane.height(at)).extend(slope)
-            }
-            // From a point on the ray along the axis.
-            None => {
-                let (point, slope) = (across[0] * e.x + across[1] * e.y, plane.normal.dot(axis));
-                (point * slope + axis * (plane.distance * e.z - plane.normal.dot(point))).extend(e.z * slope)
-            }
-        }
-    };
     let row = |v: DVec3| v.extend(-v.dot(eye.position));
     let camera = [row(eye.right / eye.tangent.x), row(eye.up / eye.tangent.y), row(eye.forward)];
-    let column = |e: DVec3| DVec3::from_array(camera.map(|r| r.dot(meets(e))));
-    let mut warp = DMat3::from_cols(column(DVec3::X), column(DVec3::Y), column(DVec3::Z));
+    let mut warp = onto(scope, image, plane, camera);
     let seen: Vec<DVec2> = corners.iter().map(|p| image.at(*p)).collect();
     // w is 1 at the nearest corner. What is seen lies before the camera, so that its sign is everywhere the same.
     let ws = seen.iter().map(|p| warped(&warp, *p).1);
@@ -107,6 +89,30 @@ pub fn fit(scope: &Scope, image: &LightImage, plane: &Plane) -> Result<Lixel, &'
         return Err("The plane of interest is seen too nearly edge-on: all pixels look up the ordinary map.");
     }
     Ok(Lixel { warp, seen, deepest: scope.deepest(image, &corners) })
+}
+
+/// The homography from the light's image by three rows over the points at which its rays meet a plane, homogeneous.
+pub fn onto(scope: &Scope, image: &LightImage, plane: &Plane, rows: [DVec4; 3]) -> DMat3 {
+    let lamp = scope.light.view_tangent().map(|_| scope.light.position().as_dvec3());
+    let [right, up, axis] = [image.rows[0], image.rows[1], image.depth].map(|r| r.truncate());
+    // Where the ray of (a, b, w) meets the plane: linear in these.
+    let meets = |e: DVec3| -> DVec4 {
+        match lamp {
+            // L + s D, where D runs along the ray.
+            Some(at) => {
+                let along = right * e.x + up * e.y + axis * e.z;
+                let slope = plane.normal.dot(along);
+                (at * slope - along * plane.height(at)).extend(slope)
+            }
+            // From a point on the ray along the axis.
+            None => {
+                let (point, slope) = (right * e.x + up * e.y, plane.normal.dot(axis));
+                (point * slope + axis * (plane.distance * e.z - plane.normal.dot(point))).extend(e.z * slope)
+            }
+        }
+    };
+    let column = |e: DVec3| DVec3::from_array(rows.map(|r| r.dot(meets(e))));
+    DMat3::from_cols(column(DVec3::X), column(DVec3::Y), column(DVec3::Z))
 }
 
 /// How a picture lies in a map, so that a texel is a pixel of the plane.

@@ -14,6 +14,7 @@ pub mod msf;
 pub mod part;
 pub mod psm;
 pub mod quickhull;
+pub mod sides;
 pub mod tsm;
 
 use crate::frame::Frame;
