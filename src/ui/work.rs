@@ -7,6 +7,7 @@ use super::{picker, timeline};
 use crate::chart::{self, Axis};
 use crate::frame::{Ask, MapLayer, Renderer, Shot, Truth};
 use crate::gpu::Gpu;
+use crate::map::fit::lixel::Plane;
 use crate::measure::advise::{self, Advice, Budget};
 use crate::measure::stability::{self, Run, Stability};
 use crate::measure::{self, Figure, More, Record, Step};
@@ -52,6 +53,8 @@ pub enum Done {
     Value([f32; 2], Result<Option<String>>),
     /// The surface there.
     Point(Result<Option<Vec3>>),
+    /// Its plane.
+    Plane(Result<Option<Plane>>),
     /// What a pass wrote for a side; None: no texture.
     Shot(usize, &'static str, Result<Option<Shot>>),
     Reloaded(Result<()>),
