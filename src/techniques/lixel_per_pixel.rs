@@ -94,12 +94,15 @@ pub static INFO: Info = Info {
                 Casters::named(["plane's map", "plane's map (masked)"]),
             ],
             views: light_views(gpu, "light views"),
-            plane: (Vec4::ZERO, gpu.buffer("plane of interest", &[0; 16], Use::UNIFORM)),
+            plane: (NO_PLANE, gpu.buffer("plane of interest", bytemuck::bytes_of(&NO_PLANE), Use::UNIFORM)),
             kept: Kept::default(),
             look_up: LookUp::new(gpu, "techniques/lixel_per_pixel.wgsl", info.params),
         }))
     },
 };
+
+/// As `plane_of_interest` in WGSL: no point is near.
+const NO_PLANE: Vec4 = Vec4::new(0.0, 0.0, 0.0, 1e30);
 
 struct LixelPerPixel {
     fit: Fit,
@@ -194,7 +197,7 @@ impl LixelPerPixel {
         let own = self.of_plane(f, reach);
         let ordinary = LightView { reach: reach.metres, ..whole(&scope(f, reach))? };
         let (written, plane) = &mut self.plane;
-        let words = own.map_or(Vec4::ZERO, |(plane, _)| plane.normal.extend(plane.distance).as_vec4());
+        let words = own.map_or(NO_PLANE, |(plane, _)| plane.normal.extend(plane.distance).as_vec4());
         if *written != words {
             *written = words;
             f.gpu.queue.write_buffer(plane, 0, bytemuck::bytes_of(&words));

@@ -220,11 +220,11 @@ struct Fits {
 /// As `Sides` in WGSL.
 #[repr(C)]
 #[derive(Clone, Copy, Pod, Zeroable)]
-pub struct SidesUniform {
-    pub count: u32,
-    pub padding: [u32; 3],
-    pub rows: [Vec4; MOST],
-    pub along: [Vec4; MOST],
+struct SidesUniform {
+    count: u32,
+    padding: [u32; 3],
+    rows: [Vec4; MOST],
+    along: [Vec4; MOST],
 }
 
 /// None where the camera sees nothing: a map of the whole scene then serves.
@@ -282,7 +282,8 @@ impl Split {
         let number = made.views.len();
         let bound: Vec<(&'static str, Resource)> = vec![("sides", (&self.uniform).into())];
         let base = self.warped.layers(f, made.texels, bound.clone(), |f| {
-            let mut uniform = SidesUniform { count: number as u32, ..SidesUniform::zeroed() };
+            let none = [Vec4::W * -1e30; MOST];
+            let mut uniform = SidesUniform { count: number as u32, rows: none, ..SidesUniform::zeroed() };
             for (i, side) in made.sides.iter().enumerate() {
                 uniform.rows[i] = side.row.as_vec4();
                 uniform.along[i] = side.along.as_vec3().extend(0.0);

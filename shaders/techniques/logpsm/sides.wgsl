@@ -6,7 +6,8 @@
 
 struct Sides {
     count: u32,
-    // A surface belongs to the side of whose row dot(row, (X, 1)) is the largest.
+    // A surface belongs to the side of whose row dot(row, (X, 1)) is the largest. Of sides that are not there it is that of none, so that no
+    // branch need ask for their number.
     rows: array<vec4f, most_layers>,
     // The way along each face with a depth of 1 m; 0: the face lies at one depth.
     along: array<vec4f, most_layers>,
@@ -25,7 +26,7 @@ fn shape() -> Shape {
 
 fn layer_of(position: vec3f) -> u32 {
     var best = 0u;
-    for (var i = 1u; i < sides.count; i++) {
+    for (var i = 1u; i < most_layers; i++) {
         best = select(best, i, dot(sides.rows[i], vec4f(position, 1.0)) > dot(sides.rows[best], vec4f(position, 1.0)));
     }
     return best;
@@ -77,7 +78,7 @@ fn shown_layer() -> u32 {
     if s.valid && faces_light(s) {
         return choose(s).layer;
     }
-    for (var i = 0u; i < sides.count; i++) {
+    for (var i = 0u; i < most_layers; i++) {
         if light_views[i].idle == 0u {
             return i;
         }
@@ -97,7 +98,7 @@ fn inspect_map(s: Surface) -> f32 {
 
 fn inspect_warp(s: Surface) -> f32 {
     if frame.map == shows_shadow_maps {
-        return maps_picture(s.pixel, sides.count);
+        return maps_picture(s.pixel, textureNumLayers(shadow_maps));
     }
     if !s.valid {
         return -1.0;
