@@ -85,7 +85,7 @@ pub fn fit(scope: &Scope, image: &LightImage, plane: &Plane) -> Result<Lixel, &'
     if warp.row(2).x.hypot(warp.row(2).y) * seen.iter().map(|p| p.length()).fold(0.0, f64::max) < 1e-12 {
         (warp.x_axis.z, warp.y_axis.z, warp.z_axis.z) = (0.0, 0.0, 1.0);
     }
-    if !warp.is_finite() || seen.iter().any(|p| !(warped(&warp, *p).1 > 0.0)) {
+    if !warp.is_finite() || !seen.iter().all(|p| warped(&warp, *p).1 > 0.0) {
         return Err("The plane of interest is seen too nearly edge-on: all pixels look up the ordinary map.");
     }
     Ok(Lixel { warp, seen, deepest: scope.deepest(image, &corners) })
