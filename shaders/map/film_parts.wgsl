@@ -14,7 +14,8 @@ struct FilmParts {
     boxes: array<vec4f, most_layers>,
 }
 
-var<uniform> film_parts: FilmParts;
+// No uniform, as by its place among many it could decide no loop (`what_decides_branches_comes_first`).
+var<storage, read> film_parts: FilmParts;
 
 // The box that a point's image lies in.
 fn part_of(position: vec3f) -> u32 {

@@ -183,7 +183,7 @@ impl LightPlane {
         let one = || gpu.buffer("light view", &[0; size_of::<LightView>()], Use::UNIFORM);
         Ok(LightPlane {
             fit: Fit::of(gpu, "map/narrow_parts.wgsl", &[])?,
-            boxes: gpu.buffer("parts of the film", &[0; size_of::<FilmParts>()], Use::UNIFORM),
+            boxes: gpu.buffer("parts of the film", &[0; size_of::<FilmParts>()], Use::STORAGE),
             fitted: light_views(gpu, "light views"),
             single: (0..PARTS).map(|_| one()).collect(),
             layers: Held::default(),
