@@ -154,6 +154,12 @@ impl Flatland {
         self.forward() + self.forward().perp() * (slope * (p - self.pixels as f64 / 2.0))
     }
 
+    /// The place of the image at which a point is seen that lies before the eye.
+    pub fn place(&self, point: DVec2) -> f64 {
+        let (from, slope) = (point - self.eye, 2.0 * (self.fov / 2.0).tan() / self.pixels as f64);
+        self.pixels as f64 / 2.0 + from.dot(self.forward().perp()) / from.dot(self.forward()) / slope
+    }
+
     /// How far a ray goes, in its own lengths, and the segment that it meets first.
     pub fn first(&self, origin: DVec2, ray: DVec2) -> Option<(f64, usize)> {
         let hit = |(i, [a, b]): (usize, &[DVec2; 2])| {
@@ -325,8 +331,13 @@ impl Film {
     }
 
     /// The normal of the film that s stands for.
-    fn normal(&self, s: f64) -> f64 {
+    pub fn normal(&self, s: f64) -> f64 {
         self.half_angle() + (s.tanh() / ((self.top - self.bottom) / 2.0).tan()).atan()
+    }
+
+    /// The s that stands for the film with this normal.
+    pub fn stretched(&self, normal: f64) -> f64 {
+        ((normal - self.half_angle()).tan() * ((self.top - self.bottom) / 2.0).tan()).atanh()
     }
 
     /// The film with the least error.
