@@ -359,6 +359,7 @@ fn the_ground_pans_and_zooms() {
             unit: egui::MouseWheelUnit::Point,
             delta: vec2(0.0, 120.0),
             phase: egui::TouchPhase::Move,
+            source: egui::MouseWheelSource::Wheel,
             modifiers: Modifiers::NONE,
         });
         w.run_steps(12);

@@ -242,7 +242,8 @@ fn fit(rect: Rect, s: &State, found: &Found, post: Option<PostPerspective>) -> V
     // Not what lies near the horizon.
     let mut seen: Vec<DVec2> = found.film.iter().flat_map(|f| &f.samples).map(|s| s.point).collect();
     seen.sort_by(|a, b| a.distance(world.eye).total_cmp(&b.distance(world.eye)));
-    seen.truncate((seen.len() * 17 / 20).max(1));
+    let most = seen.get(seen.len() * 17 / 20).map_or(0.0, |p| 2.0 * p.distance(world.eye));
+    seen.retain(|p| p.distance(world.eye) <= most);
     View::fitted(rect, [world.eye, world.light].into_iter().chain(ends).chain(seen))
 }
 

@@ -245,7 +245,7 @@ impl Lab {
 }
 
 /// Width of the column on the right, points; of the least room that is left for the world.
-const SIDE: f32 = 352.0;
+const SIDE: f32 = 368.0;
 const WORLD: f32 = 180.0;
 
 /// Draws the lab; the rectangle of the world.

@@ -3,6 +3,7 @@
 use super::found::CHOICES;
 use super::{Charted, Choice, Lab, color, short_name, tint};
 use crate::flatland::{Film, table};
+use crate::chart::round_step;
 use crate::palette::LABELS;
 use crate::ui::plotting::{Labels, LogAxis};
 use egui::{
@@ -48,7 +49,9 @@ fn title(ui: &mut Ui, title: &str, names: &[(String, Color32)], choice: Option<(
                 }
             }
             ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
-                ui.add(Label::new(RichText::new(title).size(12.5).strong()).truncate());
+                if !title.is_empty() {
+                    ui.add(Label::new(RichText::new(title).size(12.5).strong()).truncate());
+                }
                 for (name, color) in names {
                     ui.add(Label::new(RichText::new(format!("― {name}")).size(12.0).color(*color)).truncate());
                 }
@@ -70,8 +73,16 @@ fn plot<'a>(ui: &Ui, name: &'static str, y: LogAxis) -> Plot<'a> {
         .allow_double_click_reset(false)
         .y_axis_min_width(38.0)
         .grid_color(ui.visuals().window_stroke.color)
+        .x_grid_spacer(|g| round_marks(g.bounds))
         .y_grid_spacer(move |g| y.marks(g.bounds))
         .y_axis_formatter(move |mark, _| y.text(mark))
+}
+
+/// Round numbers along an axis.
+fn round_marks((low, high): (f64, f64)) -> Vec<GridMark> {
+    let step = round_step(low, high, 6);
+    let marks = (low / step).ceil() as i64..=(high / step).floor() as i64;
+    marks.map(|i| GridMark { value: i as f64 * step, step_size: step }).collect()
 }
 
 /// The error as a function of the angle.
@@ -241,11 +252,10 @@ fn footprints(ui: &mut Ui, lab: &mut Lab, film: &Film) {
 }
 
 fn second_title(ui: &mut Ui, lab: &mut Lab, names: &[(String, Color32)]) {
-    let tip = "Pixels a lexel at each pixel of the image, from its lower edge to its upper; or what a film that is chosen from \
-               few samples adds to the error.";
+    let tip = "Pixels a lexel at each pixel of the image, from its lower edge to its upper; or what a film that is chosen \
+               from few samples adds to the error, over the number of samples.";
     let mut second = lab.now.show.chart == Charted::Added;
-    let name = if second { "added error" } else { "footprints" };
-    title(ui, name, names, Some((["footprints", "few samples"], tip, &mut second)));
+    title(ui, "", names, Some((["footprints", "few samples"], tip, &mut second)));
     lab.now.show.chart = if second { Charted::Added } else { Charted::Footprints };
 }
 
@@ -260,7 +270,7 @@ fn added(ui: &mut Ui, lab: &mut Lab) {
     let line = ui.visuals().text_color();
     let x = LogAxis::of([1.0].into_iter());
     let shown: PlotResponse<()> = plot(ui, "flatland samples", x)
-        .y_grid_spacer(egui_plot::log_grid_spacer(10))
+        .y_grid_spacer(|g| round_marks(g.bounds))
         .y_axis_formatter(|mark, _| format!("{} %", crate::chart::digits((mark.value * 1e6).round() / 1e6)))
         .x_grid_spacer(move |g| x.marks(g.bounds))
         .x_axis_formatter(move |mark, _| x.text(mark))

@@ -6,18 +6,18 @@ use crate::chart::short;
 use crate::flatland::file::MOST;
 use crate::flatland::table::Row;
 use crate::flatland::{Badness, Metric};
-use crate::ui::controls::{HEIGHT, Tip, chips, row, slide};
+use crate::ui::controls::{HEIGHT, Tip, chips, row};
 use crate::ui::model::{Action, Model};
 use egui::scroll_area::ScrollBarVisibility;
 use egui::{
-    Align, Align2, Button, ComboBox, DragValue, FontId, Label, Layout, RichText, Role, ScrollArea, Sense, Stroke,
+    Align, Align2, Button, ComboBox, DragValue, FontId, Label, Layout, RichText, Role, ScrollArea, Sense, Slider, Stroke,
     StrokeKind, TextEdit, Ui, UiBuilder, WidgetInfo, vec2,
 };
 
 /// Height of what a figure says, points: all of them fit.
-const SAID: f32 = 78.0;
+const SAID: f32 = 62.0;
 /// Columns of the list of films from the right: mean and σ, mean, worst, angle, points.
-const COLUMNS: [f32; 4] = [56.0, 52.0, 52.0, 58.0];
+const COLUMNS: [f32; 4] = [54.0, 43.0, 43.0, 50.0];
 
 pub fn show(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
     head(ui, m);
@@ -37,14 +37,14 @@ pub fn show(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
         title(ui, "Film of the light");
         films(ui, &mut m.lab);
         samples(ui, &mut m.lab);
-        title(ui, "Frusta");
+        ui.add_space(5.0);
         frusta(ui, &mut m.lab);
         ui.add_space(8.0);
     });
 }
 
 fn title(ui: &mut Ui, text: &str) {
-    ui.add_space(5.0);
+    ui.add_space(3.0);
     ui.label(RichText::new(text).strong());
 }
 
@@ -161,7 +161,7 @@ fn world(ui: &mut Ui, lab: &mut Lab) {
         if ui.button("Fit").tip("Show all of it (Home). So does a double-click on the ground.").clicked() {
             lab.fit();
         }
-        ui.add(Label::new(RichText::new(format!("{count} segments")).weak()).truncate());
+        ui.add(Label::new(RichText::new(if count == 1 { "1 segment".into() } else { format!("{count} segments") }).weak()).truncate());
     });
     let world = &mut lab.now.world;
     let place = |ui: &mut Ui, name: &str, p: &mut glam::DVec2| {
@@ -223,14 +223,17 @@ fn view(ui: &mut Ui, lab: &mut Lab) {
             }
         },
     );
-    let tip = "The world after the camera's perspective: the view becomes a square, pixels' rays run parallel. Here a perspective \
-               shadow map sets its frustum up.";
-    ui.checkbox(&mut show.post, "Post-perspective").tip(tip);
-    let mut push = lab.now.push as f32;
-    let tip = "Where the near line of the perspective map stands: 0 at the light, 1 at what its rays meet first, as the method wants it.";
-    if slide(ui, "push", tip, &mut push, 0.02..=1.0, false, "") {
-        lab.now.push = ((push as f64) * 1e3).round() / 1e3;
-    }
+    ui.horizontal(|ui| {
+        let tip = "The world after the camera's perspective (P): the view becomes a square, and pixels' rays run parallel. Here a \
+                   perspective shadow map sets its frustum up.";
+        ui.checkbox(&mut show.post, "Post-perspective").tip(tip);
+        let tip = "Where the near line of the perspective map stands: 0 at the light, 1 at what its rays meet first, as the \
+                   method wants it.";
+        let name = ui.label("push").tip(tip);
+        ui.spacing_mut().slider_width = (ui.available_width() - 62.0).max(40.0);
+        let slider = Slider::new(&mut lab.now.push, 0.02..=1.0).fixed_decimals(2).step_by(0.01);
+        ui.add(slider).labelled_by(name.id).tip(tip);
+    });
 }
 
 /// The list of films with their figures.
@@ -296,7 +299,7 @@ fn film(ui: &mut Ui, lab: &Lab, choice: Choice, figures: Option<&Row>) -> bool {
     ui.painter().text(at, Align2::LEFT_CENTER, &name, FontId::proportional(12.0), text);
     let mut right = rect.right() - 4.0;
     let cells = match figures {
-        Some(f) => [short(f.mean_sigma), short(f.average), short(f.worst), format!("{:.2}°", f.angle)],
+        Some(f) => [short(f.mean_sigma), short(f.average), short(f.worst), format!("{:.1}°", f.angle)],
         None => ["–"; 4].map(String::from),
     };
     for (cell, column) in cells.into_iter().zip(COLUMNS) {
@@ -354,6 +357,7 @@ fn frusta(ui: &mut Ui, lab: &mut Lab) {
     let able = metric(lab.now.film).is_some();
     ui.add_enabled_ui(able, |ui| {
         ui.horizontal(|ui| {
+            ui.label(RichText::new("Frusta").strong());
             let tip = "Split the light's frustum into so many, each with a film and a share of the lexels of its own. Choose L1 or L2 above.";
             let items = (1..=4).map(|n| (["1", "2", "3", "4"][n - 1], lab.now.frusta == n, tip.to_string()));
             if let Some(i) = chips(ui, items) {
