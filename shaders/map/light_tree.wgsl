@@ -57,9 +57,6 @@ fn place_receivers(@builtin(workgroup_id) group: vec3u, @builtin(local_invocatio
         return;
     }
     let e = extent_in(whole_views[k], group.xy, local.xy, vec2f(0.0, 3.4e38));
-    if e.outside > 0u && k == 0u {
-        atomicAdd(&beyond, e.outside);
-    }
     if e.most[0] >= 0.0 {
         for (var i = 0u; i < 6u; i++) {
             atomicMax(&extents[6u * k + i], bitcast<u32>(e.most[i] + 0.0));

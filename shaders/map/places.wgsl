@@ -24,12 +24,14 @@ struct Batch {
 
 var<uniform> batch: Batch;
 // Of each pixel the texels asked so far in the upper half, those of them that see the light in the lower. The topmost bit: all others
-// would say the same.
+// would say the same. The next: some place's map does not reach it.
 var<storage, read_write> seen: array<u32>;
 // Of the probed pixel the texels of each place that see the light.
 var<storage, read_write> seen_places: array<u32>;
 
 const done = 0x80000000u;
+const partly = 0x40000000u;
+const flags = 0xc0000000u;
 const unasked = 0xffffffffu;
 
 @compute @workgroup_size(8, 8)
@@ -96,6 +98,11 @@ fn ask(pixel: vec2u, at: u32) {
         // A place that has set behind the surface's plane is not seen, whatever the map says.
         if dot(s.normal, light.to_light + place.xyz) > 0.0 {
             let r = receive(s, k - 1u, around, 1.0);
+            // One whose view does not reach so far aside says nothing.
+            if r.clip.w <= 0.0 || outside_map(r, r.texel) {
+                sum |= partly;
+                continue;
+            }
             let first = floor(r.texel - around) + 0.5;
             for (var i = 0u; i < n * n; i++) {
                 lit += u32(compare(r, first + vec2f(vec2u(i % n, i / n))) + 0.5);
@@ -105,7 +112,7 @@ fn ask(pixel: vec2u, at: u32) {
         if probed {
             seen_places[u32(place.w)] = lit;
         }
-        let asked = sum >> 16u;
+        let asked = (sum & ~flags) >> 16u;
         let found = sum & 0xffffu;
         if asked == batch.agreeing * n * n && (found == 0u || found == asked) {
             sum |= done;
@@ -164,17 +171,18 @@ fn all_seen(r: Receiver, low: vec2f, high: vec2f, window: f32) -> bool {
 const undecided = 2u;
 
 // Bounds of what the whole light sees of a surface, by the nearest and farthest depths of one map. A caster between the two stands
-// no nearer to the light than the map's nearest texel does, so that it lies in a box of the map; the nearest texel of that box
-// bounds it better, and so on. No texel nearer than the surface: it is lit (1). All of them nearer, and none so far behind
-// its neighbour that a ray to some of the light passes between the two: it is dark (0). (Under a perspective view such a gap is as wide as the
-// stored depths differ, wherever they lie.) The neighbours' texels, that the window looks at, must say so too.
+// no nearer to the light than where maps begin, so that it lies in a box of the map, if that holds the box whole; the nearest texel of
+// that box bounds it better, and so on. No texel nearer than the surface: it is lit (1). All of them nearer, and none so far behind
+// its neighbour that rays to some of the light pass between the two: it is dark (0). (Under a perspective view such a gap is as wide as the
+// stored depths differ, wherever they lie.) Of gaps a sixteenth of a texel wide there may be one at each texel, through which a sixteenth
+// of the light along each side is seen at most. The neighbours' texels, that the window looks at, must say so too.
 fn verdict(s: Surface, to_light: vec3f) -> u32 {
     let layer = batch.count - 1u;
     let v = light_views[layer];
     let window = 0.5 * f32(window_side() - 1u);
     let around = window + 1.0;
     let r = receive(s, layer, window, 1.0);
-    var nearest = max(linear_depth(v, nearest_of_all()), v.near);
+    var nearest = v.near;
     for (var k = 0u; k < 8u; k++) {
         let box = thrown(s, v, to_light, r.texel, nearest);
         let low = floor(box.low - around);
@@ -195,7 +203,7 @@ fn verdict(s: Surface, to_light: vec3f) -> u32 {
                 let d = abs(before.corners[i] - beyond.corners[i]);
                 apart = max(apart, max(d.x, d.y));
             }
-            if apart < 1.0 {
+            if apart < 0.0625 {
                 return 0u;
             }
         }
@@ -228,10 +236,29 @@ fn bound(@builtin(global_invocation_id) id: vec3u) {
     seen[at] = done | (1u << 16u) | found;
 }
 
-// The share of the light that the maps see together, by one of the pixel's sums.
+// The share of the light that the maps which reach a pixel see together, by one of its sums; where none does it is lit.
 fn share(pixel: vec2u, slot: u32) -> f32 {
-    let both = seen[slots() * (pixel.y * frame.size.x + pixel.x) + slot] & ~done;
-    return f32(both & 0xffffu) / f32(max(both >> 16u, 1u));
+    let both = seen[slots() * (pixel.y * frame.size.x + pixel.x) + slot] & ~flags;
+    return select(f32(both & 0xffffu) / f32(both >> 16u), 1.0, both == 0u);
+}
+
+// Whether some place's map does not reach a pixel.
+fn reached_in_part(pixel: vec2u) -> bool {
+    var found = 0u;
+    for (var i = 0u; i < slots(); i++) {
+        found |= seen[slots() * (pixel.y * frame.size.x + pixel.x) + i] & partly;
+    }
+    return found != 0u;
+}
+
+var<storage, read_write> beyond: atomic<u32>;
+
+// Counts such pixels.
+@compute @workgroup_size(8, 8)
+fn count_beyond(@builtin(global_invocation_id) id: vec3u) {
+    if all(id.xy < frame.size) && reached_in_part(id.xy) {
+        atomicAdd(&beyond, 1u);
+    }
 }
 
 // How many maps a pixel asked.
@@ -239,7 +266,7 @@ fn maps_asked(pixel: vec2u) -> f32 {
     let n = window_side();
     var asked = 0.0;
     for (var i = 0u; i < slots(); i++) {
-        let sum = seen[slots() * (pixel.y * frame.size.x + pixel.x) + i] & ~done;
+        let sum = seen[slots() * (pixel.y * frame.size.x + pixel.x) + i] & ~flags;
         asked += ceil(f32(sum >> 16u) / f32(n * n));
     }
     return asked;

@@ -19,8 +19,10 @@ var<storage, read> light_places: array<vec2f>;
 var<storage, read_write> codes: array<u32>;
 // As `map/light_tree.wgsl` has them, but counted.
 var<storage, read_write> tallies: array<atomic<u32>>;
+// Pixels that some sample's map does not reach.
+var<storage, read_write> beyond: atomic<u32>;
 
-// A code: twice the texels of the window that see the light, and 1 if the middle one does; or `no_code`: the map does not hold the pixel,
+// A code: twice the texels of the window that see the light, and 1 if the middle one does; or `no_code`: the map does not reach the pixel,
 // or nothing can hide the light from it.
 const no_code = 1u;
 
@@ -44,10 +46,6 @@ fn code_of(pixel: vec2u, k: u32) -> u32 {
     return code_in(codes[word_of(pixel, k)], k);
 }
 
-fn texels_in(code: u32) -> u32 {
-    return select(code >> 1u, sampling.kernel * sampling.kernel, code == no_code);
-}
-
 // One map more.
 @compute @workgroup_size(8, 8)
 fn look(@builtin(global_invocation_id) id: vec3u) {
@@ -61,7 +59,7 @@ fn look(@builtin(global_invocation_id) id: vec3u) {
         let n = sampling.kernel;
         let around = 0.5 * f32(n - 1u);
         let r = receive(s, choose(s).layer, around, 1.0);
-        if !outside_map(r, r.texel) {
+        if r.clip.w > 0.0 && !outside_map(r, r.texel) {
             let first = floor(r.texel - around) + 0.5;
             // A place that has set behind the surface's plane is not seen, whatever the map says.
             let risen = dot(s.normal, light.to_light + step_to_place.xyz) > 0.0;
@@ -77,16 +75,17 @@ fn look(@builtin(global_invocation_id) id: vec3u) {
     codes[at] = insertBits(codes[at], code, k % codes_a_word() * code_bits(), code_bits());
 }
 
-// What the light's samples, up to some level's end, see of a pixel: a bit each.
+// What the light's samples, up to some level's end, see of a pixel, and which reach it: a bit each.
 struct Seen {
     bits: array<u32, 3>,
-    // All of the light's corners hold it.
+    reach: array<u32, 3>,
+    // Some of them do.
     held: bool,
 }
 
 fn seen_of(pixel: vec2u) -> Seen {
-    var seen = Seen(array<u32, 3>(0u, 0u, 0u), all(pixel < frame.size));
-    if !seen.held {
+    var seen = Seen(array<u32, 3>(0u, 0u, 0u), array<u32, 3>(0u, 0u, 0u), false);
+    if any(pixel >= frame.size) {
         return seen;
     }
     let per_word = codes_a_word();
@@ -96,25 +95,29 @@ fn seen_of(pixel: vec2u) -> Seen {
             word = codes[word_of(pixel, k)];
         }
         let code = code_in(word, k);
-        // What the corners hold lies before all places in between.
-        seen.held = seen.held && (k >= 4u || code != no_code);
+        seen.held = seen.held || code != no_code;
+        seen.reach[k / 32u] |= select(1u, 0u, code == no_code) << (k % 32u);
         seen.bits[k / 32u] |= (code & 1u) << (k % 32u);
     }
     return seen;
 }
 
-// Which of a cell's corners see it, as four bits.
+// Which of a cell's corners see it, as four bits, and which reach it, as four more.
 fn state(seen: ptr<function, Seen>, cell: u32) -> u32 {
     let corners = cell_corners[cell];
     var bits = 0u;
     for (var i = 0u; i < 4u; i++) {
-        bits |= ((*seen).bits[corners[i] / 32u] >> (corners[i] % 32u) & 1u) << i;
+        let word = corners[i] / 32u;
+        let bit = corners[i] % 32u;
+        bits |= ((*seen).bits[word] >> bit & 1u) << i;
+        bits |= ((*seen).reach[word] >> bit & 1u) << (4u + i);
     }
     return bits;
 }
 
+// All see it, or none does; or none reaches it.
 fn agrees(state: u32) -> bool {
-    return state == 0u || state == 15u;
+    return state == 0xf0u || state == 0xffu || (state >> 4u) == 0u;
 }
 
 // Of the cells of a level, two words each as `tallies`; and the receivers.
@@ -188,12 +191,19 @@ fn weighed(@builtin(global_invocation_id) id: vec3u) {
         // In whole numbers, so that what all samples see is 1, and what none does 0.
         var lit = 0u;
         var all_of_it = 0u;
+        var all_reach = true;
         for (var i = 0u; i < light_tree.maps; i++) {
             let one = light_tree.samples[i / 4u][i % 4u];
-            lit += (one >> 16u) * texels_in(code_of(id.xy, one & 0xffffu));
-            all_of_it += one >> 16u;
+            let code = code_of(id.xy, one & 0xffffu);
+            let reaches = code != no_code;
+            lit += select(0u, (one >> 16u) * (code >> 1u), reaches);
+            all_of_it += select(0u, one >> 16u, reaches);
+            all_reach = all_reach && reaches;
         }
-        v = f32(lit) / f32(all_of_it * sampling.kernel * sampling.kernel);
+        v = select(f32(lit) / f32(all_of_it * sampling.kernel * sampling.kernel), 1.0, all_of_it == 0u);
+        if !all_reach {
+            atomicAdd(&beyond, 1u);
+        }
     }
     textureStore(visibility_out, id.xy, vec4f(v));
 }

@@ -24,7 +24,7 @@ fn decide(@builtin(global_invocation_id) id: vec3u) {
     var v = select(1.0, 0.0, s.valid);
     if may_be_shadowed(s, light_at(s.position)) {
         v = share(id.xy, 0u);
-        if agreement.rays != 0u && v > 0.0 && v < 1.0 {
+        if agreement.rays != 0u && ((v > 0.0 && v < 1.0) || reached_in_part(id.xy)) {
             list_ray(id.xy, 3.4e38);
         }
     }

@@ -90,11 +90,20 @@ pub fn step(light: &Light, place: Vec2) -> Vec3 {
     light.radius() * (u * place.x + to_light.cross(u) * place.y)
 }
 
-/// The light as it shines from there.
-pub fn moved(light: &Light, step: Vec3) -> Light {
+/// The light as it shines from there; a spot with a cone so much wider that it holds what lies in the light's own cone, from as far off
+/// as the scene's bounds begin or the step is long.
+pub fn moved(light: &Light, step: Vec3, bounds: [Vec3; 2]) -> Light {
     let mut moved = *light;
     match &mut moved {
         Light::Directional { to_light, .. } => *to_light = light.position() + step,
+        Light::Spot { position, outer_angle, .. } => {
+            let axis = light.axis();
+            let corner = Vec3::select(axis.cmpge(Vec3::ZERO), bounds[0], bounds[1]);
+            let nearest = axis.dot(corner - *position).max(step.length());
+            let wider = outer_angle.to_radians().tan() + step.length() / nearest.max(f32::MIN_POSITIVE);
+            *outer_angle = wider.atan().to_degrees().min(88.9);
+            *position += step;
+        }
         other => {
             if let Some(place) = other.place_mut() {
                 *place += step;
@@ -102,6 +111,16 @@ pub fn moved(light: &Light, step: Vec3) -> Light {
         }
     }
     moved
+}
+
+/// Tells how many receivers, counted in `beyond`, only some of the places' maps reach, or none.
+pub fn tell_reached_in_part(f: &mut Frame, beyond: &Buffer) {
+    f.tell_counted(beyond, |pixels| {
+        format!(
+            "{pixels} pixels lie so far aside that maps from some places of the light do not reach them: they see what the other maps see, \
+             or all of the light where none reaches them."
+        )
+    });
 }
 
 /// Maps that are looked up together, as `Batch` in `shaders/map/places.wgsl`.
@@ -136,8 +155,8 @@ struct HeldSet {
     /// The first place's map.
     first: Option<wgpu::TextureView>,
     pyramid: Option<((), Pyramid)>,
-    /// The receivers that its maps are fitted to; of the first one they are told.
-    between: Option<([f32; 2], [Buffer; 2])>,
+    /// The receivers that its maps are fitted to.
+    between: Option<([f32; 2], Buffer)>,
 }
 
 /// The maps, and what those before them saw.
@@ -148,6 +167,9 @@ pub struct PlacedMaps {
     casters: Casters,
     begin: Pass,
     add: Pass,
+    /// Pixels that some place's map does not reach.
+    count_beyond: Pass,
+    beyond: Buffer,
     bounds: Option<((), Bounds)>,
     inspect: Option<((), Pass)>,
     analyse: Option<((), Pass)>,
@@ -174,6 +196,8 @@ impl PlacedMaps {
             casters: Casters::named(["shadow map", "shadow map (masked)"]),
             begin: Pass::compute(gpu, "sum over maps", &file, "begin", groups)?,
             add: Pass::compute(gpu, "sum over maps", &file, "add", groups)?,
+            count_beyond: Pass::compute(gpu, "receivers beyond maps", &file, "count_beyond", groups)?,
+            beyond: gpu.room("receivers beyond maps", 4, Use::STORAGE | Use::COPY_DST | Use::COPY_SRC),
             file,
             groups,
             bounds: None,
@@ -215,7 +239,6 @@ impl PlacedMaps {
         hold(&mut self.seen_places, 4 * number as u64, room)?;
         f.count_maps(number);
         f.run(&self.begin).bind_all(&self.seen()).of_picture().per_pixel();
-        self.fit.begin(f);
         self.sets.resize_with(sets.len(), HeldSet::default);
         let narrow = FitParams::read(f.values).fit != "scene";
         let size = size_of::<LightView>() as u64;
@@ -229,9 +252,8 @@ impl PlacedMaps {
             let held = &mut self.sets[c];
             let depths = Depths::hold(&mut held.layers, f, &vec![set.side; together])?;
             let looked_up = depths.looked_up();
-            let made = |ends: &[f32; 2]| Ok([true, false].map(|told| between(gpu, *ends, told)));
             let ends = [set.depths[0], set.depths[2]];
-            let receivers = hold(&mut held.between, ends, made)?.clone();
+            let receivers = hold(&mut held.between, ends, |ends| Ok(between(gpu, *ends, false)))?.clone();
             for (b, places) in set.places.chunks(together).enumerate().rev() {
                 let mut batch = Batch {
                     half_u,
@@ -250,14 +272,14 @@ impl PlacedMaps {
                 for (slot, place) in places.iter().enumerate() {
                     let step = step(&f.light, *place);
                     batch.steps[slot] = step.extend((at + first + slot) as f32).to_array();
-                    let light = moved(&f.light, step);
+                    let light = moved(&f.light, step, f.scene.bounds);
                     let scope = Scope { light, ..Scope::of(f, set.side, margin(f) + reach.texels) };
                     views.push(LightView { reach: reach.metres, ..whole(&scope)? });
                 }
                 let mut fitted = self.fit.write(f, batch_at, &views);
                 if narrow {
                     let to = &self.batches[batch_at].1[1];
-                    self.fit.run_all(f, &fitted, batch.count, &receivers[(first > 0) as usize], to);
+                    self.fit.run_all(f, &fitted, batch.count, &receivers, to);
                     fitted = to.clone();
                 }
                 for slot in 0..places.len() {
@@ -306,8 +328,10 @@ impl PlacedMaps {
             self.sets[c].first = looked_up.each.first().cloned();
             given = Some(looked_up);
         }
-        if narrow {
-            self.fit.tell(f);
+        if matches!(f.light, Light::Spot { .. } | Light::RectArea { .. }) {
+            f.clear(&self.beyond);
+            f.run(&self.count_beyond).bind_all(&self.seen()).bind("beyond", &self.beyond).of_picture().per_pixel();
+            tell_reached_in_part(f, &self.beyond);
         }
         if sets.len() == 1 {
             f.outline_view(&self.first_views);

@@ -56,10 +56,16 @@ impl Fit {
         if !narrow {
             return whole;
         }
-        self.begin(f);
+        if matches!(f.light, Light::RectArea { .. }) {
+            f.clear(&self.beyond);
+        }
         let (receivers, fitted) = (self.everywhere.clone(), self.fitted.clone());
         self.run_all(f, &whole, 1, &receivers, &fitted);
-        self.tell(f);
+        if matches!(f.light, Light::RectArea { .. }) {
+            f.tell_counted(&self.beyond, |pixels| {
+                format!("{pixels} pixels lie more than {WIDEST}° off the light's axis, where no single map reaches: they are lit.")
+            });
+        }
         fitted
     }
 
@@ -74,13 +80,6 @@ impl Fit {
             *last = views.to_vec();
         }
         whole.clone()
-    }
-
-    /// Before the first of some [`Fit::run_all`].
-    pub fn begin(&mut self, f: &mut Frame) {
-        if matches!(f.light, Light::RectArea { .. }) {
-            f.clear(&self.beyond);
-        }
     }
 
     /// Fits `count` views to the receivers that [`between`] tells.
@@ -120,20 +119,6 @@ impl Fit {
             format!(
                 "{pixels} pixels lie behind the horizon of the light's film plane, where no map reaches: they are lit."
             )
-        });
-    }
-
-    /// After them: how many receivers no map reaches.
-    pub fn tell(&self, f: &mut Frame) {
-        tell_beyond(f, &self.beyond);
-    }
-}
-
-/// Tells how many receivers, counted in `beyond`, no map of a rectangle reaches.
-pub fn tell_beyond(f: &mut Frame, beyond: &Buffer) {
-    if matches!(f.light, Light::RectArea { .. }) {
-        f.tell_counted(beyond, |pixels| {
-            format!("{pixels} pixels lie more than {WIDEST}° off the light's axis, where no single map reaches: they are lit.")
         });
     }
 }

@@ -9,8 +9,8 @@ use crate::map::casters::{Casters, DRAW, Target, Triangles};
 use crate::map::filter::{Reach, alone};
 use crate::map::fit::Scope;
 use crate::map::peel::{Depths, Held, StoredParams};
-use crate::map::places::{moved, on_light, step};
-use crate::map::single::{FitParams, scope, tell_beyond};
+use crate::map::places::{moved, on_light, step, tell_reached_in_part};
+use crate::map::single::{FitParams, scope};
 use crate::map::{BiasParams, CasterParams, HardwareParams, MapParams, light_views, whole};
 use crate::params::Params;
 use crate::view::{self, Area, Axis, Class, Drawn, Legend, Span};
@@ -217,7 +217,7 @@ impl Samples {
         let steps = places.iter().map(|place| step(&f.light, *place)).zip(0..);
         let steps: Vec<Vec4> = steps.map(|(step, k)| step.extend(k as f32)).collect();
         let view = |step: &Vec4| {
-            let view = whole(&Scope { light: moved(&f.light, step.truncate()), ..scope(f, reach) })?;
+            let view = whole(&Scope { light: moved(&f.light, step.truncate(), f.scene.bounds), ..scope(f, reach) })?;
             Ok(LightView { reach: reach.metres, ..view })
         };
         let views = steps.iter().map(view).collect::<Result<Vec<_>>>()?;
@@ -406,7 +406,7 @@ impl Technique for AreaAdaptive {
         if sized {
             f.tell_counted(&self.tree, |maps| format!("{maps} maps were drawn, each from another place of the light."));
         }
-        tell_beyond(f, &self.beyond);
+        tell_reached_in_part(f, &self.beyond);
 
         let (layers, view) = (first.looked_up(), &self.views[0]);
         bound.extend([("shadow_maps", (&layers.all).into()), ("light_views", view.into())]);

@@ -20,11 +20,32 @@ pub struct Sample {
     pub place: DVec2,
     /// How that place moves in the picture: columns for a step of a picture height to the right, and up.
     pub moves: DMat2,
+    /// Half the way to the next sample, picture heights.
+    pub half: f64,
 }
 
-/// What the camera sees at `side` × `side` places of its picture of what faces the light and lies within its cone and range.
-/// Masked materials count as whole.
+impl Sample {
+    /// The corners of its part of the picture, in the light's image.
+    fn corners(&self) -> [DVec2; 4] {
+        [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
+            .map(|(x, y)| self.place + self.moves * DVec2::new(x, y) * self.half)
+    }
+}
+
+/// What the camera sees of what faces the light and lies within its cone and range, at `side` × `side` places of its picture; at twice or
+/// four times as many along each side while fewer than a fourth of them do. Masked materials count as whole.
 pub fn samples(scope: &Scope, image: &LightImage, geometry: &Geometry, side: usize) -> Vec<Sample> {
+    let mut finer = side;
+    loop {
+        let found = samples_at(scope, image, geometry, finer);
+        if found.is_empty() || found.len() >= side * side / 4 || finer >= 4 * side {
+            return found;
+        }
+        finer *= 2;
+    }
+}
+
+fn samples_at(scope: &Scope, image: &LightImage, geometry: &Geometry, side: usize) -> Vec<Sample> {
     let (eye, aspect) = (scope.eye(), scope.aspect as f64);
     let at = |i: usize| (2 * i + 1) as f64 / side as f64 - 1.0;
     let [right, up] = [eye.right * eye.tangent.x, eye.up * eye.tangent.y];
@@ -50,7 +71,8 @@ pub fn samples(scope: &Scope, image: &LightImage, geometry: &Geometry, side: usi
         let moves = DMat2::from_cols(seen(along(right)) * 2.0 / aspect, seen(along(up)) * 2.0);
         // Edge-on to the eye or the light there is no footprint.
         let wide = moves.x_axis.length() * moves.y_axis.length();
-        (moves.determinant().abs() > 1e-9 * wide && wide.is_finite()).then_some(Sample { point, place, moves })
+        let half = 0.5 / side as f64;
+        (moves.determinant().abs() > 1e-9 * wide && wide.is_finite()).then_some(Sample { point, place, moves, half })
     };
     (0..side * side).into_par_iter().filter_map(look).collect()
 }
@@ -100,7 +122,7 @@ pub type Lean = DVec2;
 impl<'a> Films<'a> {
     /// None if the samples span no area.
     pub fn new(samples: &'a [Sample], metric: Metric, lamp: bool) -> Option<Films<'a>> {
-        let hull = hull::hull(&samples.iter().map(|s| s.place).collect::<Vec<_>>());
+        let hull = around(samples);
         hull::least_rectangle(&hull)?;
         let frame = lamp.then(|| {
             let middle = middle(&hull);
@@ -135,8 +157,8 @@ impl<'a> Films<'a> {
             None => DMat3::IDENTITY,
             Some(frame) => self.turned(&frame, lean),
         };
-        let around: Vec<DVec2> = self.hull.iter().map(|p| warped(&turn, *p).0).collect();
-        let along = hull::least_rectangle(&hull::hull(&around))?;
+        let turned: Vec<DVec2> = self.hull.iter().map(|p| warped(&turn, *p).0).collect();
+        let along = hull::least_rectangle(&hull::hull(&turned))?;
         let roll = DMat3::from_cols(DVec3::new(along.x, -along.y, 0.0), DVec3::new(along.y, along.x, 0.0), DVec3::Z);
         let warp = roll * turn;
         let extent = hull::extent(self.hull.iter().map(|p| warped(&warp, *p).0));
@@ -182,6 +204,15 @@ fn error(samples: &[Sample], metric: Metric, warp: &DMat3, size: DVec2) -> f64 {
         }
     };
     samples.iter().map(each).sum()
+}
+
+/// The hull of what samples stand for. Where the light grazes a surface a part of the picture may reach far: no farther than to the other
+/// samples' hull and half as far again.
+fn around(samples: &[Sample]) -> Vec<DVec2> {
+    let [low, high] = hull::extent(samples.iter().map(|s| s.place));
+    let (middle, reach) = ((low + high) / 2.0, 0.75 * (high - low));
+    let kept = |p: DVec2| p.clamp(middle - reach, middle + reach);
+    hull::hull(&samples.iter().flat_map(|s| s.corners().map(kept)).collect::<Vec<_>>())
 }
 
 /// The middle of the smallest cone around directions (x, y, 1), by steps towards the farthest (Bădoiu, Clarkson 2003).
@@ -322,8 +353,7 @@ pub fn parts(samples: &[Sample], metric: Metric, lamp: bool, best: bool, most: u
     };
     let end = |p: DVec2| DVec2::new(beyond(p.x, low.x, high.x), beyond(p.y, low.y, high.y));
     let parts = all.iter().map(|o| Part { cell: o.cell.map(end), film: o.film, share: weight(o) / sum }).collect();
-    let around = hull::hull(&samples.iter().map(|s| s.place).collect::<Vec<_>>());
-    let middle = middle(&around);
+    let middle = middle(&around(samples));
     Some(Parts { whole, middle: middle.truncate() / middle.z, parts })
 }
 
