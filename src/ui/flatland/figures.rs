@@ -46,8 +46,8 @@ pub fn random(number: u64) -> State {
 pub const FIGURES: [Figure; 9] = [
     Figure {
         name: "1.5: the angle decides where lexels fall",
-        text: "Even steps on the film line are uneven steps on the floor. Turn the line by its round handle: lexels \
-               crowd on the side that the line turns to.",
+        text: "Even steps on the film line are uneven steps on the floor. Turn the line by its round handle: lexels crowd \
+               where the line reaches away from the light.",
         make: || {
             let mut s = State::of(world(-24.0, 36.0, [8.0, 9.0], &[FLOOR]));
             s.film = Choice::Hand;
@@ -59,8 +59,8 @@ pub const FIGURES: [Figure; 9] = [
     },
     Figure {
         name: "2.1: the best film for one plane",
-        text: "The dashed lines: from the eye across the view to the floor's line, and from there to the light. A film \
-               parallel to the second gives every pixel of the floor the same lexel. Drag light or eye: it stays so.",
+        text: "Dashed: from the eye across the view to the floor's line, and from there to the light. A film parallel to that \
+               gives all pixels of the floor equal lexels. Drag light or eye: it stays so.",
         make: || {
             let mut s = State::of(world(-24.0, 36.0, [4.0, 8.0], &[FLOOR]));
             s.film = Choice::Plane(0);
@@ -69,8 +69,8 @@ pub const FIGURES: [Figure; 9] = [
     },
     Figure {
         name: "2.2: a light in the view's plane",
-        text: "After the camera's perspective this light's rays run parallel. Each polygon then has even lexels, but \
-               steep ones get few: see the steps below. No angle can change them evenly. Leave post-perspective to turn the film.",
+        text: "This light lies across the view: after the perspective its rays run parallel. Each polygon has even lexels, but \
+               what faces the eye gets few. Uncheck Post-perspective to turn the film.",
         make: || {
             let segments =
                 [[3.0, 0.5, 9.0, 0.5], [9.0, 0.5, 11.5, 2.2], [11.5, 2.2, 15.0, 2.2], [15.0, 2.2, 15.3, 8.5]];
@@ -82,11 +82,11 @@ pub const FIGURES: [Figure; 9] = [
     },
     Figure {
         name: "2.3: the near line of a perspective map",
-        text: "Move push: the near line (through the first thing met at 1) stays parallel here, but in the world it \
-               turns about a point of the view's plane. The map's own texels do not turn: compare both rows.",
+        text: "Move push: the near line stays parallel here, but in the world it turns, about a point across from the eye. The \
+               map's own texels do not: compare both rows below.",
         make: || {
             let segments = [[-1e6, 0.0, 14.0, 0.0], [14.0, 0.0, 14.0, 5.0]];
-            let mut s = State::of(world(-20.0, 40.0, [6.0, 10.0], &segments));
+            let mut s = State::of(world(-20.0, 40.0, [10.0, 6.0], &segments));
             s.film = Choice::NearLine;
             s.push = 0.6;
             s.show.post = true;
@@ -95,8 +95,8 @@ pub const FIGURES: [Figure; 9] = [
     },
     Figure {
         name: "4.1: a film from few samples",
-        text: "The film is chosen from ten of a thousand pixels. The chart on the right says what that adds to the \
-               error, from 5 samples to 1000. Choose L2, fewer samples, or another scene.",
+        text: "The film is chosen from 10 of 1000 pixels. The chart on the right says what that adds to the error; drag its line. \
+               Try L2, and other scenes.",
         make: || {
             let mut s = scene(2);
             s.world.pixels = 1000;
@@ -107,20 +107,20 @@ pub const FIGURES: [Figure; 9] = [
     },
     Figure {
         name: "scene: single plane",
-        text: "A floor alone. The best film is the one of theorem 1, and no pixel is worse than another; the common film \
-               gives the far floor what the near floor lacks.",
+        text: "A floor alone. The best film makes all pixels alike (theorem 1); the common one gives the far floor what the near \
+               floor lacks.",
         make: || scene(0),
     },
     Figure {
         name: "scene: simple geometry",
-        text: "A floor and a wall, lit from above the camera. The common film is nearly as good as the best, and the near \
-               line of a perspective map is not.",
+        text: "A floor and a wall, lit from above the camera. The common film is nearly as good as the best; the near line of a \
+               perspective map is not.",
         make: || scene(1),
     },
     Figure {
         name: "scene: light from top",
-        text: "The wall takes all of the picture but few of the light's directions. The best film lies close to the last \
-               angle that is valid: stretch the chart's axis to see it.",
+        text: "The wall fills the picture but few of the light's directions. The best film is close to the last valid angle: \
+               stretch the chart's axis to see it.",
         make: || scene(2),
     },
     Figure {

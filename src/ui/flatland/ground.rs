@@ -563,7 +563,7 @@ fn films(ui: &mut Ui, painter: &Painter, placed: &Placed, lab: &mut Lab, film: &
     // The line's distance from the light: not so far that it reaches what is lit, nor too long.
     let away = |hull: [f64; 2], normal: f64| {
         let width = (hull[1] - normal).tan() - (hull[0] - normal).tan();
-        (150.0 / scale / width).min(0.4 * nearest).max(22.0 / scale)
+        (150.0 / scale / width).min(0.4 * nearest).max(6.0 / scale)
     };
     let ends = |hull: [f64; 2], normal: f64, away: f64| {
         let (axis, middle) = (DVec2::from_angle(normal), world.light + DVec2::from_angle(normal) * away);
@@ -598,12 +598,16 @@ fn films(ui: &mut Ui, painter: &Painter, placed: &Placed, lab: &mut Lab, film: &
     let Some(row) = lab.found.chosen.clone().filter(|_| lab.found.parts.is_empty()) else { return };
     let distance = away(hull, row.normal);
     let axis = DVec2::from_angle(row.normal);
-    let [_, top] = ends(hull, row.normal, distance);
     let middle = world.light + axis * distance;
-    let out = (top - middle).dot(axis.perp()).clamp(0.0, 170.0 / scale) + 24.0 / scale;
-    let knob = middle + axis.perp() * out;
-    let faint = Stroke::new(1.0, ui.visuals().strong_text_color().gamma_multiply(0.5));
-    line(middle - axis.perp() * out, knob, faint);
+    // Beyond the upper end, unless that is far off or out of sight.
+    let [low, high] = hull.map(|a| distance * (a - row.normal).tan());
+    let knobs = [(high, 1.0), (low, -1.0)].map(|(end, side)| {
+        let point = |gap: f64| middle + axis.perp() * (end + side * gap / scale);
+        let off = placed.at(point(24.0)).filter(|at| placed.view.rect.shrink(12.0).contains(*at)).is_none();
+        (off || end * side > 320.0 / scale, point(0.0), point(24.0))
+    });
+    let (_, end, knob) = if knobs[0].0 && !knobs[1].0 { knobs[1] } else { knobs[0] };
+    line(end, knob, Stroke::new(1.0, ui.visuals().strong_text_color().gamma_multiply(0.5)));
     let Some(at) = placed.at(knob) else { return };
     let tip = "Turn the film line about the light. The chart below follows.";
     let r = handle(ui, placed, at, Id::unique("film line"), "film line", tip);

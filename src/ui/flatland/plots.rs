@@ -2,8 +2,8 @@
 
 use super::found::CHOICES;
 use super::{Charted, Choice, Lab, color, short_name, tint};
-use crate::flatland::{Film, table};
 use crate::chart::round_step;
+use crate::flatland::{Film, table};
 use crate::palette::LABELS;
 use crate::ui::plotting::{Labels, LogAxis};
 use egui::{
@@ -190,6 +190,12 @@ fn errors(ui: &mut Ui, lab: &mut Lab, film: &Film) {
     let frame = *shown.transform.frame();
     let mut labels = Labels::new(frame);
     let screen = |x: f64, y: f64| shown.transform.position_from_point(&PlotPoint::new(x, y));
+    let curve = &lab.found.curve;
+    for k in 0..3 {
+        let on = curve.iter().step_by(3).map(|p| screen(x_of(p.normal), value(&p.badness, k).log10()));
+        let on: Vec<Pos2> = on.filter(|at| frame.contains(*at)).collect();
+        labels.keep_off(on.windows(2).map(|p| [p[0], p[1]]));
+    }
     labels.keep_clear(marks.iter().map(|m| screen(m.1, m.2.log10())));
     for (name, x, value, color, _) in &marks {
         let at = screen(*x, value.log10());
@@ -233,7 +239,7 @@ fn footprints(ui: &mut Ui, lab: &mut Lab, film: &Film) {
         return;
     }
     // One always shows.
-    let (low, high) = (low.min(-0.15) - 0.05, high.max(0.15) + 0.05);
+    let (low, high) = (low.min(-0.15) - 0.1, high.max(0.15) + 0.1);
     let y = LogAxis::of([1.0].into_iter());
     let pixels = lab.now.world.pixels as f64;
     let even = ui.visuals().weak_text_color().gamma_multiply(0.8);

@@ -10,8 +10,8 @@ use crate::ui::controls::{HEIGHT, Tip, chips, row};
 use crate::ui::model::{Action, Model};
 use egui::scroll_area::ScrollBarVisibility;
 use egui::{
-    Align, Align2, Button, ComboBox, DragValue, FontId, Label, Layout, RichText, Role, ScrollArea, Sense, Slider, Stroke,
-    StrokeKind, TextEdit, Ui, UiBuilder, WidgetInfo, vec2,
+    Align, Align2, Button, ComboBox, DragValue, FontId, Label, Layout, RichText, Role, ScrollArea, Sense, Slider,
+    Stroke, StrokeKind, TextEdit, Ui, UiBuilder, WidgetInfo, vec2,
 };
 
 /// Height of what a figure says, points: all of them fit.
@@ -161,7 +161,10 @@ fn world(ui: &mut Ui, lab: &mut Lab) {
         if ui.button("Fit").tip("Show all of it (Home). So does a double-click on the ground.").clicked() {
             lab.fit();
         }
-        ui.add(Label::new(RichText::new(if count == 1 { "1 segment".into() } else { format!("{count} segments") }).weak()).truncate());
+        ui.add(
+            Label::new(RichText::new(if count == 1 { "1 segment".into() } else { format!("{count} segments") }).weak())
+                .truncate(),
+        );
     });
     let world = &mut lab.now.world;
     let place = |ui: &mut Ui, name: &str, p: &mut glam::DVec2| {
