@@ -625,10 +625,10 @@ impl Model {
 
     /// Opens the flatland lab on a world.
     pub fn show_world(&mut self, path: &Path, world: Flatland) {
+        self.lab.open(path, world);
         if !self.lab.shown {
             self.toggle_lab();
         }
-        self.lab.open(path, world);
     }
 
     /// Opens the flatland lab, or goes back to the scene, which rests meanwhile.

@@ -610,7 +610,7 @@ fn films(ui: &mut Ui, painter: &Painter, placed: &Placed, lab: &mut Lab, film: &
     line(end, knob, Stroke::new(1.0, ui.visuals().strong_text_color().gamma_multiply(0.5)));
     let Some(at) = placed.at(knob) else { return };
     let tip = "Turn the film line about the light. The chart below follows.";
-    let r = handle(ui, placed, at, Id::unique("film line"), "film line", tip);
+    let r = handle(ui, placed, lab.drawing, at, Id::unique("film line"), "film line", tip);
     let direction = |at: Pos2| (placed.world(at) - world.light).to_angle();
     if r.drag_started() {
         lab.drag = Some(Drag::Turn(row.normal - direction(at)));
@@ -634,10 +634,13 @@ fn films(ui: &mut Ui, painter: &Painter, placed: &Placed, lab: &mut Lab, film: &
 }
 
 /// Something to drag at a place.
-fn handle(ui: &Ui, placed: &Placed, at: Pos2, id: Id, name: &str, tip: &str) -> Response {
+fn handle(ui: &Ui, placed: &Placed, drawing: bool, at: Pos2, id: Id, name: &str, tip: &str) -> Response {
     let area = Rect::from_center_size(at, vec2(18.0, 18.0)).intersect(placed.view.rect);
-    let r = ui.interact(area, id, Sense::drag());
+    let r = ui.interact(area, id, if drawing { Sense::hover() } else { Sense::drag() });
     r.widget_info(|| WidgetInfo::labeled(Role::Button, true, name));
+    if drawing {
+        return r;
+    }
     if r.hovered() {
         ui.set_cursor_icon(CursorIcon::Grab);
     }
@@ -649,12 +652,11 @@ fn handle(ui: &Ui, placed: &Placed, at: Pos2, id: Id, name: &str, tip: &str) -> 
 }
 
 fn handles(ui: &mut Ui, painter: &Painter, placed: &Placed, lab: &mut Lab) {
-    if lab.drawing {
-        return;
-    }
+    let drawing = lab.drawing;
     let inside = placed.view.rect.shrink(3.0);
     let flat = placed.post.is_none();
-    let hot = |r: &Response, color: Color32| if r.hovered() || r.dragged() { Color32::WHITE } else { color };
+    let hot =
+        |r: &Response, color: Color32| if !drawing && (r.hovered() || r.dragged()) { Color32::WHITE } else { color };
     let ground = Stroke::new(1.5, ui.visuals().extreme_bg_color);
     let world = &mut lab.now.world;
     let grey = ui.visuals().text_color();
@@ -664,7 +666,15 @@ fn handles(ui: &mut Ui, painter: &Painter, placed: &Placed, lab: &mut Lab) {
         for end in 0..2 {
             let Some(at) = placed.at(world.segments[i][end]).filter(|at| inside.contains(*at)) else { continue };
             let name = format!("segment {} {}", i + 1, ["start", "end"][end]);
-            let r = handle(ui, placed, at, Id::unique(("segment", i, end)), &name, "Drag this end of the segment.");
+            let r = handle(
+                ui,
+                placed,
+                drawing,
+                at,
+                Id::unique(("segment", i, end)),
+                &name,
+                "Drag this end of the segment.",
+            );
             if let (true, Some(pointer)) = (r.dragged(), r.interact_pointer_pos()) {
                 let to = round_place(placed, pointer);
                 if to.is_finite() {
@@ -688,21 +698,22 @@ fn handles(ui: &mut Ui, painter: &Painter, placed: &Placed, lab: &mut Lab) {
                 painter.line_segment([a, b], Stroke::new(1.0, view_color.gamma_multiply(0.6)));
             }
             painter.line_segment([at, gaze_at], Stroke::new(1.0, view_color));
-            let r = handle(ui, placed, edge_at, Id::unique("view"), "field of view", "Widen or narrow the view.");
+            let r =
+                handle(ui, placed, drawing, edge_at, Id::unique("view"), "field of view", "Widen or narrow the view.");
             let mut fov = world.fov;
             if let (true, Some(pointer)) = (r.dragged(), r.interact_pointer_pos()) {
                 let half = (direction(pointer) - world.gaze + PI).rem_euclid(2.0 * PI) - PI;
                 fov = degrees(2.0 * half).clamp(1f64.to_radians(), 170f64.to_radians());
             }
             painter.rect_filled(Rect::from_center_size(edge_at, vec2(8.0, 8.0)), 1.0, hot(&r, view_color));
-            let r = handle(ui, placed, gaze_at, Id::unique("gaze"), "gaze", "Turn the view.");
+            let r = handle(ui, placed, drawing, gaze_at, Id::unique("gaze"), "gaze", "Turn the view.");
             if let (true, Some(pointer)) = (r.dragged(), r.interact_pointer_pos()) {
                 world.gaze = degrees(direction(pointer));
             }
             world.fov = fov;
             painter.circle(gaze_at, 5.0, hot(&r, view_color), ground);
         }
-        let r = handle(ui, placed, at, Id::unique("eye"), "eye", "Move the eye.");
+        let r = handle(ui, placed, drawing, at, Id::unique("eye"), "eye", "Move the eye.");
         if let (true, Some(pointer)) = (r.dragged(), r.interact_pointer_pos()) {
             world.eye = round_place(placed, pointer);
         }
@@ -712,7 +723,7 @@ fn handles(ui: &mut Ui, painter: &Painter, placed: &Placed, lab: &mut Lab) {
     }
     let Some(at) = placed.at(world.light).filter(|at| inside.contains(*at)) else { return };
     let behind = (world.light - world.eye).dot(world.forward()) < 0.0;
-    let r = handle(ui, placed, at, Id::unique("light"), "light", "Move the light.");
+    let r = handle(ui, placed, drawing, at, Id::unique("light"), "light", "Move the light.");
     if let (true, Some(pointer)) = (r.dragged(), r.interact_pointer_pos()) {
         let to = round_place(placed, pointer);
         if to.is_finite() {

@@ -129,13 +129,13 @@ impl Default for Lab {
 }
 
 impl Lab {
-    /// Shows a world from a file, with the film that is chosen.
+    /// Shows a world from a file, with the film that is chosen where the lab is open already.
     pub fn open(&mut self, path: &Path, world: Flatland) {
         self.commit();
         let film = if let Choice::Plane(_) = self.now.film { Choice::Least(Metric::L1) } else { self.now.film };
-        self.take(State { world, film, figure: None, ..self.now.clone() });
+        let state = if self.shown { State { world, film, figure: None, ..self.now.clone() } } else { State::of(world) };
+        self.take(state);
         self.path = path.display().to_string();
-        self.shown = true;
     }
 
     /// Goes on with another state, as a step.

@@ -17,11 +17,12 @@ const BOTH: f32 = 560.0;
 /// Draws both charts.
 pub fn show(ui: &mut Ui, rect: Rect, lab: &mut Lab) {
     let Some(film) = lab.found.film.clone() else { return };
+    // The last number of an axis stands half beyond it.
     let middle = if rect.width() < BOTH { rect.right() + 8.0 } else { rect.left() + (rect.width() * 0.56).round() };
-    within(ui, rect.with_max_x(middle - 8.0), |ui| errors(ui, lab, &film));
+    within(ui, rect.with_max_x(middle - 16.0), |ui| errors(ui, lab, &film));
     lab.found.update(&lab.now);
     if rect.width() >= BOTH {
-        within(ui, rect.with_min_x(middle), |ui| match lab.now.show.chart {
+        within(ui, rect.with_min_x(middle).with_max_x(rect.right() - 10.0), |ui| match lab.now.show.chart {
             Charted::Footprints => footprints(ui, lab, &film),
             Charted::Added => added(ui, lab),
         });

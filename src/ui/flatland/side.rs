@@ -4,7 +4,7 @@ use super::found::{CHOICES, metric};
 use super::{Choice, FIGURES, Lab, Spans, ground, random, save, short_name, tint, told};
 use crate::chart::short;
 use crate::flatland::file::MOST;
-use crate::flatland::table::Row;
+use crate::flatland::table::{self, Row};
 use crate::flatland::{Badness, Metric};
 use crate::ui::controls::{HEIGHT, Tip, chips, row};
 use crate::ui::model::{Action, Model};
@@ -213,7 +213,7 @@ fn view(ui: &mut Ui, lab: &mut Lab) {
     row(
         ui,
         "footprints of",
-        "What is coloured along the segments: each pixel, or each lexel where the camera sees it.",
+        "What is coloured along the segments: each pixel, or each lexel that falls into the view.",
         |ui, _| {
             let all = [
                 (Spans::Pixels, "pixels", "How many pixels share a lexel at each pixel."),
@@ -256,11 +256,15 @@ fn films(ui: &mut Ui, lab: &mut Lab) {
     let hand = lab.found.chosen.clone().filter(|_| lab.now.film == Choice::Hand);
     let mut wanted = None;
     for choice in [Choice::Hand].into_iter().chain(CHOICES).chain(plane.map(Choice::Plane)) {
-        let figures = match choice {
-            Choice::Hand => hand.as_ref(),
-            _ => lab.found.row(choice),
+        let figures = match (choice, &lab.found.film) {
+            (Choice::Hand, _) => hand.clone(),
+            (Choice::Plane(i), Some(film)) => {
+                let row = table::row(film, "a segment's plane", film.of_plane(&lab.now.world, i));
+                Some(row).filter(|row| film.is_valid(row.normal))
+            }
+            _ => lab.found.row(choice).cloned(),
         };
-        if film(ui, lab, choice, figures) {
+        if film(ui, lab, choice, figures.as_ref()) {
             wanted = Some(choice);
         }
     }
