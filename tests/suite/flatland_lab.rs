@@ -7,7 +7,7 @@ use glam::DVec2;
 use shadowscope::flatland::{Flatland, Metric};
 use shadowscope::scene::geometry::Geometry;
 use shadowscope::setup::Setup;
-use shadowscope::ui::flatland::{Choice, FIGURES, Found, Lab, State, random};
+use shadowscope::ui::flatland::{Choice, FIGURES, Found, Lab, Origin, State, random};
 use shadowscope::ui::{self, Action, Model};
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -228,7 +228,7 @@ fn a_world_is_saved_and_opened() {
     let other = lab(&w).now.clone();
     w.state_mut().model.show_world(&path, read);
     w.run_steps(3);
-    assert_eq!((&lab(&w).now.world, lab(&w).now.figure), (&saved, None));
+    assert_eq!((&lab(&w).now.world, lab(&w).now.origin), (&saved, Origin::Own));
     assert!(lab(&w).path.ends_with("drawn.toml"));
     undo(&mut w);
     assert_eq!(lab(&w).now, other);
@@ -250,7 +250,7 @@ fn every_figure_opens() {
     for (i, f) in FIGURES.iter().enumerate() {
         take(&mut w, f.state());
         let (now, found) = (&lab(&w).now, &lab(&w).found);
-        assert_eq!(now.figure, Some(i));
+        assert_eq!(now.origin, Origin::Figure(i));
         assert!(found.chosen.is_some() && found.seen.len() * 2 >= now.world.pixels, "{}", f.name);
         w.get_by_label(f.text);
         let side = w.get_by_label("Leave").rect();

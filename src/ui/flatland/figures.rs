@@ -1,6 +1,6 @@
 //! Worlds and settings to begin with: figures of Chong 2003, his scenes, worlds by chance.
 
-use super::{Charted, Choice, Show, Spans, State};
+use super::{Charted, Choice, Origin, Show, Spans, State};
 use crate::flatland::{Flatland, Metric, scenes};
 use glam::DVec2;
 
@@ -14,7 +14,7 @@ pub struct Figure {
 impl Figure {
     pub fn state(&self) -> State {
         let number = FIGURES.iter().position(|f| f.name == self.name);
-        State { figure: number, ..(self.make)() }
+        State { origin: number.map_or(Origin::Own, Origin::Figure), ..(self.make)() }
     }
 }
 
@@ -40,7 +40,7 @@ fn scene(number: usize) -> State {
 
 /// A world by chance.
 pub fn random(number: u64) -> State {
-    State::of(scenes::random(number))
+    State { origin: Origin::Chance(number), ..State::of(scenes::random(number)) }
 }
 
 pub const FIGURES: [Figure; 9] = [
@@ -150,7 +150,7 @@ impl State {
                 stretched: false,
                 chart: Charted::Footprints,
             },
-            figure: None,
+            origin: Origin::Own,
         }
     }
 }

@@ -48,6 +48,15 @@ pub enum Charted {
     Added,
 }
 
+/// What the world began as.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Origin {
+    Own,
+    Figure(usize),
+    /// Chance, by its number.
+    Chance(u64),
+}
+
 /// How the world is shown.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Show {
@@ -78,8 +87,7 @@ pub struct State {
     /// Equal parts that are merged into these.
     pub first: usize,
     pub show: Show,
-    /// The figure that it began with.
-    pub figure: Option<usize>,
+    pub origin: Origin,
 }
 
 /// Steps kept.
@@ -133,7 +141,8 @@ impl Lab {
     pub fn open(&mut self, path: &Path, world: Flatland) {
         self.commit();
         let film = if let Choice::Plane(_) = self.now.film { Choice::Least(Metric::L1) } else { self.now.film };
-        let state = if self.shown { State { world, film, figure: None, ..self.now.clone() } } else { State::of(world) };
+        let state =
+            if self.shown { State { world, film, origin: Origin::Own, ..self.now.clone() } } else { State::of(world) };
         self.take(state);
         self.path = path.display().to_string();
     }
@@ -151,7 +160,7 @@ impl Lab {
         self.views = [None; 2];
         self.zoom = None;
         self.drag = None;
-        self.selected = self.selected.filter(|i| *i < self.now.world.segments.len());
+        self.selected = None;
     }
 
     /// Makes a step of what has changed.
@@ -190,7 +199,7 @@ impl Lab {
     /// After a step back or forth.
     fn step(&mut self) {
         let (before, after) = (&self.now, &self.last);
-        let other = before.figure != after.figure || before.show.post != after.show.post;
+        let other = before.origin != after.origin || before.show.post != after.show.post;
         self.now = self.last.clone();
         if other {
             self.renew();

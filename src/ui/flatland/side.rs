@@ -1,7 +1,7 @@
 //! The lab's settings: world, view, film, samples, frusta.
 
 use super::found::{CHOICES, metric};
-use super::{Choice, FIGURES, Lab, Spans, ground, random, save, short_name, tint, told};
+use super::{Choice, FIGURES, Lab, Origin, Spans, ground, random, save, short_name, tint, told};
 use crate::chart::short;
 use crate::flatland::file::MOST;
 use crate::flatland::table::{self, Row};
@@ -72,9 +72,10 @@ fn head(ui: &mut Ui, m: &mut Model) {
 
 /// What the lab began with.
 fn figure(ui: &mut Ui, lab: &mut Lab) {
-    let name = match lab.now.figure {
-        Some(i) => FIGURES[i].name.to_string(),
-        None => "a world of your own".into(),
+    let name = match lab.now.origin {
+        Origin::Figure(i) => FIGURES[i].name.to_string(),
+        Origin::Chance(number) => format!("random-{number}"),
+        Origin::Own => "a world of your own".into(),
     };
     let mut chosen = None;
     ui.horizontal(|ui| {
@@ -94,7 +95,7 @@ fn figure(ui: &mut Ui, lab: &mut Lab) {
                         let about = ["Figures of Chong 2003", "His four scenes, as found from his tables"][i / 5];
                         ui.label(RichText::new(about).small().weak());
                     }
-                    if ui.selectable_label(lab.now.figure == Some(i), figure.name).clicked() {
+                    if ui.selectable_label(lab.now.origin == Origin::Figure(i), figure.name).clicked() {
                         chosen = Some(figure.state());
                     }
                 }
@@ -106,11 +107,15 @@ fn figure(ui: &mut Ui, lab: &mut Lab) {
     if let Some(state) = chosen {
         lab.take(state);
     }
-    let text = match lab.now.figure {
-        Some(i) => FIGURES[i].text,
-        None => {
+    let text = match lab.now.origin {
+        Origin::Figure(i) => FIGURES[i].text,
+        Origin::Chance(_) => {
+            "A world by chance, the same for its number at every run. On the command line its name after `flatland` \
+             prints its tables."
+        }
+        Origin::Own => {
             "Drag eye, light, and the ends of segments; turn the film by its round handle. Colours say how many pixels \
-                 share a lexel: green is one, red is too many."
+             share a lexel: green is one, red is too many."
         }
     };
     let (_, room) = ui.allocate_space(vec2(ui.available_width(), SAID));
