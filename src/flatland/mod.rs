@@ -224,7 +224,10 @@ impl Flatland {
     /// 0 at the light to 1 at what the light meets first, where the method wants it.
     pub fn perspective(&self, film: &Film, push: f64) -> Option<Perspective> {
         let space = self.post_perspective(film);
-        let light = space.project(self.light);
+        let (off, near) = (self.light - self.eye, 1e-9 * (self.light - self.eye).length());
+        // In the view's plane itself its image lies at infinity: just before it, it is as good as there.
+        let nudge = if off.dot(space.forward).abs() < near { near } else { 0.0 };
+        let light = space.project(self.light + space.forward * nudge);
         let from = |p: DVec2| space.project(p) - light;
         // The frustum around the middle of the hull's directions.
         let towards = film.samples.iter().map(|s| from(s.point).normalize()).sum::<DVec2>().to_angle();
@@ -235,7 +238,7 @@ impl Flatland {
         // Where the near line's direction, a point at infinity there, lies in the world.
         let vanishing = self.eye - space.forward.perp() * (space.tangent * space.b * along.x / along.y);
         // A spot light behind the camera is a sink there: light comes from the far side.
-        let turned = (self.light - self.eye).dot(space.forward).signum();
+        let turned = if nudge > 0.0 { 1.0 } else { off.dot(space.forward).signum() };
         let order = |p: DVec2| from(p).dot(axis) * turned;
         let first = film.samples.iter().min_by(|p, q| order(p.point).total_cmp(&order(q.point)))?;
         let point = match push {

@@ -552,7 +552,7 @@ fn near_line(draw: &Draw, found: &Found) {
         let at = view.to_screen(a);
         let at = pos2(at.x as f32, at.y as f32);
         draw.painter.circle_filled(at, 3.0, tint);
-        draw.painter.text(at + vec2(6.0, -4.0), Align2::LEFT_BOTTOM, "near line", FontId::proportional(12.0), tint);
+        draw.painter.text(at + vec2(-40.0, -5.0), Align2::RIGHT_BOTTOM, "near line", FontId::proportional(12.0), tint);
     }
 }
 
@@ -661,10 +661,18 @@ fn handles(ui: &mut Ui, painter: &Painter, placed: &Placed, lab: &mut Lab) {
     let world = &mut lab.now.world;
     let grey = ui.visuals().text_color();
     let all = world.segments.len() <= HANDLED;
+    // An end that is out of all sight has no handle, wherever perspective brings it.
+    let within = |p: &DVec2| p.abs().max_element() < FARTHEST / 2.0;
     let selected = lab.selected;
     for i in (0..world.segments.len()).filter(|i| all || selected == Some(*i)) {
         for end in 0..2 {
-            let Some(at) = placed.at(world.segments[i][end]).filter(|at| inside.contains(*at)) else { continue };
+            let Some(at) = placed
+                .at(world.segments[i][end])
+                .filter(|at| inside.contains(*at))
+                .filter(|_| within(&world.segments[i][end]))
+            else {
+                continue;
+            };
             let name = format!("segment {} {}", i + 1, ["start", "end"][end]);
             let r = handle(
                 ui,

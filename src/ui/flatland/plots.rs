@@ -17,12 +17,11 @@ const BOTH: f32 = 560.0;
 /// Draws both charts.
 pub fn show(ui: &mut Ui, rect: Rect, lab: &mut Lab) {
     let Some(film) = lab.found.film.clone() else { return };
-    // The last number of an axis stands half beyond it.
     let middle = if rect.width() < BOTH { rect.right() + 8.0 } else { rect.left() + (rect.width() * 0.56).round() };
-    within(ui, rect.with_max_x(middle - 16.0), |ui| errors(ui, lab, &film));
+    within(ui, rect.with_max_x(middle - 12.0), |ui| errors(ui, lab, &film));
     lab.found.update(&lab.now);
     if rect.width() >= BOTH {
-        within(ui, rect.with_min_x(middle).with_max_x(rect.right() - 10.0), |ui| match lab.now.show.chart {
+        within(ui, rect.with_min_x(middle), |ui| match lab.now.show.chart {
             Charted::Footprints => footprints(ui, lab, &film),
             Charted::Added => added(ui, lab),
         });
@@ -245,7 +244,7 @@ fn footprints(ui: &mut Ui, lab: &mut Lab, film: &Film) {
     let pixels = lab.now.world.pixels as f64;
     let even = ui.visuals().weak_text_color().gamma_multiply(0.8);
     plot(ui, "flatland footprints", y).show(ui, |plot| {
-        plot.set_plot_bounds(PlotBounds::from_min_max([0.0, low], [pixels, high]));
+        plot.set_plot_bounds(PlotBounds::from_min_max([-0.01 * pixels, low], [1.04 * pixels, high]));
         plot.line(Line::new("", vec![[0.0, 0.0], [pixels, 0.0]]).color(even).width(1.0).allow_hover(false));
         for (runs, color, width) in lines {
             for run in runs {
@@ -282,7 +281,10 @@ fn added(ui: &mut Ui, lab: &mut Lab) {
         .x_grid_spacer(move |g| x.marks(g.bounds))
         .x_axis_formatter(move |mark, _| x.text(mark))
         .show(ui, |plot| {
-            plot.set_plot_bounds(PlotBounds::from_min_max([5f64.log10(), -0.03 * most], [1000f64.log10(), 1.1 * most]));
+            plot.set_plot_bounds(PlotBounds::from_min_max(
+                [4.8f64.log10(), -0.03 * most],
+                [1150f64.log10(), 1.1 * most],
+            ));
             for (k, color) in colors.into_iter().enumerate() {
                 let points: PlotPoints = all.iter().map(|(n, a)| [(*n as f64).log10(), a[k] * 100.0]).collect();
                 plot.line(Line::new("", points).color(color).width(1.8).allow_hover(false));

@@ -173,7 +173,7 @@ fn world(ui: &mut Ui, lab: &mut Lab) {
     });
     let world = &mut lab.now.world;
     let place = |ui: &mut Ui, name: &str, p: &mut glam::DVec2| {
-        ui.add_sized([32.0, HEIGHT], Label::new(name));
+        ui.add_sized([42.0, HEIGHT], Label::new(name));
         for (axis, x) in ["x", "y"].into_iter().zip([&mut p.x, &mut p.y]) {
             let drag = DragValue::new(x).range(-1e6..=1e6).speed(0.02).max_decimals(3);
             field(ui, &format!("{name} {axis}"), 56.0, drag, &format!("Where the {name} is along {axis}."));
@@ -187,11 +187,10 @@ fn world(ui: &mut Ui, lab: &mut Lab) {
             *radians = degrees.to_radians();
         }
     };
-    let number = |ui: &mut Ui, name: &str, tip: &str, n: &mut usize| {
-        ui.add_sized([46.0, HEIGHT], Label::new(name));
-        field(ui, name, 66.0, DragValue::new(n).range(1..=MOST), tip);
+    let number = |ui: &mut Ui, name: &str, tip: &str, n: &mut usize, [label, width]: [f32; 2]| {
+        ui.add_sized([label, HEIGHT], Label::new(name));
+        field(ui, name, width, DragValue::new(n).range(1..=MOST), tip);
     };
-    ui.spacing_mut().item_spacing.x = 5.0;
     ui.horizontal(|ui| {
         place(ui, "eye", &mut world.eye);
         angle(ui, "gaze", "Where the view looks, counter-clockwise from the right.", &mut world.gaze, -360.0..=360.0);
@@ -201,8 +200,8 @@ fn world(ui: &mut Ui, lab: &mut Lab) {
         angle(ui, "view", "How wide the view is.", &mut world.fov, 1.0..=170.0);
     });
     ui.horizontal(|ui| {
-        number(ui, "pixels", "Pixels of the camera's image.", &mut world.pixels);
-        number(ui, "lexels", "Texels of the light's image.", &mut world.lexels);
+        number(ui, "pixels", "Pixels of the camera's image.", &mut world.pixels, [42.0, 118.0]);
+        number(ui, "lexels", "Texels of the light's image.", &mut world.lexels, [46.0, 66.0]);
     });
 }
 
@@ -327,7 +326,7 @@ fn film(ui: &mut Ui, lab: &Lab, choice: Choice, figures: Option<&Row>) -> bool {
     if able {
         r.tip(tip).clicked()
     } else {
-        r.tip(format!("{tip} There is no such film that crosses all rays here.")).clicked()
+        r.tip(format!("{tip} None crosses all of the light's rays here.")).clicked()
     }
 }
 
