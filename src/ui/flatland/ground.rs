@@ -1,38 +1,35 @@
-//! The world, or its image in post-perspective space, with rays, spans, films and handles.
+//! The world, or its image in post-perspective space: where it lies on the screen, its rays and spans.
 
-use super::found::{Found, metric};
-use super::{Choice, Lab, Spans, State, color, short_name, tint};
+use super::found::Found;
+use super::handles::{films, handles};
+use super::{Choice, Lab, Spans, State, color, tint};
 use crate::flatland::{Film, Flatland, PostPerspective};
 use crate::palette::{LABELS, OCTAVES, bytes};
-use crate::ui::style::SUN;
 use egui::{
-    Align2, Color32, CursorIcon, FontId, Id, Painter, PointerButton, Pos2, Rect, Response, Role, Sense, Shape, Stroke,
-    Ui, WidgetInfo, pos2, vec2,
+    Align2, Color32, CursorIcon, FontId, Id, Painter, PointerButton, Pos2, Rect, Response, Sense, Shape, Stroke, Ui,
+    pos2, vec2,
 };
 use glam::DVec2;
-use std::f64::consts::PI;
 
 /// Rays of each kind that are drawn at most, and coloured spans.
-const RAYS: usize = 50;
+pub const RAYS: usize = 50;
 const SPANS: usize = 400;
-/// Segments whose ends all have handles; of more worlds only those of the selected one.
-const HANDLED: usize = 40;
-/// From the eye to the handles of gaze and view, points.
-const REACH: f64 = 84.0;
 /// How near to a segment a click must be, and to an end for a new one to begin there, points.
 const NEAR: f64 = 7.0;
 /// Farthest place that something can be dragged to.
-const FARTHEST: f64 = 1e6;
+pub const FARTHEST: f64 = 1e6;
 /// Depth before and behind the eye that post-perspective space is drawn from.
 const SHALLOW: f64 = 1e-2;
 
 /// Where a space lies on the screen.
 #[derive(Clone, Copy, Debug)]
 pub struct View {
-    rect: Rect,
+    pub rect: Rect,
     middle: DVec2,
     /// Points a unit.
-    scale: f64,
+    pub scale: f64,
+    /// Panned or zoomed: a window of another size shows the same part.
+    own: bool,
 }
 
 /// What a drag of the pointer does.
@@ -49,8 +46,8 @@ pub enum Drag {
 
 /// A space with its place on the screen.
 pub struct Placed {
-    view: View,
-    post: Option<PostPerspective>,
+    pub view: View,
+    pub post: Option<PostPerspective>,
 }
 
 impl View {
@@ -66,7 +63,7 @@ impl View {
         // Room for the handles, and for the legend below.
         let room = DVec2::new(rect.width() as f64 - 110.0, rect.height() as f64 - 110.0).max(DVec2::splat(40.0));
         let scale = (room / size).min_element();
-        View { rect, middle: (low + high) / 2.0 - DVec2::Y * 12.0 / scale, scale }
+        View { rect, middle: (low + high) / 2.0 - DVec2::Y * 12.0 / scale, scale, own: false }
     }
 
     fn to_screen(self, q: DVec2) -> DVec2 {
@@ -74,7 +71,7 @@ impl View {
         DVec2::new(x + (q.x - self.middle.x) * self.scale, y - (q.y - self.middle.y) * self.scale)
     }
 
-    fn from_screen(self, at: Pos2) -> DVec2 {
+    fn place_at(self, at: Pos2) -> DVec2 {
         let off = at - self.rect.center();
         self.middle + DVec2::new(off.x as f64, -off.y as f64) / self.scale
     }
@@ -95,13 +92,13 @@ impl Placed {
     }
 
     /// The point of the world that is drawn there.
-    fn world(&self, at: Pos2) -> DVec2 {
-        let q = self.view.from_screen(at);
+    pub fn world(&self, at: Pos2) -> DVec2 {
+        let q = self.view.place_at(at);
         self.post.map_or(q, |post| post.unproject(DVec2::new(q.y, q.x)))
     }
 
     /// What is drawn of a line of the world: in post-perspective space the parts before and behind the eye.
-    fn lines(&self, world: &Flatland, a: DVec2, b: DVec2) -> Vec<[Pos2; 2]> {
+    pub fn lines(&self, world: &Flatland, a: DVec2, b: DVec2) -> Vec<[Pos2; 2]> {
         let mut parts = vec![(a, b)];
         if self.post.is_some() {
             let [za, zb] = [a, b].map(|p| (p - world.eye).dot(world.forward()));
@@ -154,8 +151,8 @@ pub fn show(ui: &mut Ui, rect: Rect, lab: &mut Lab) {
     let post = lab.found.post.filter(|_| lab.now.show.post);
     let slot = post.is_some() as usize;
     let mut view = match lab.views[slot] {
-        Some(view) => View { rect, ..view },
-        None => fit(rect, &lab.now, &lab.found, post),
+        Some(view) if view.own || view.rect == rect => View { rect, ..view },
+        _ => fit(rect, &lab.now, &lab.found, post),
     };
     // Before a layout has settled there is no room to fit into.
     if rect.width() > 60.0 && rect.height() > 60.0 {
@@ -172,11 +169,9 @@ pub fn show(ui: &mut Ui, rect: Rect, lab: &mut Lab) {
     segments(&draw, lab);
     rays(&draw, &lab.now, &lab.found);
     spans(&draw, &lab.now, &lab.found);
-    if let Some(film) = &lab.found.film {
-        construction(&draw, &lab.now, film);
-        if post.is_some() {
-            near_line(&draw, &lab.found);
-        }
+    construction(&draw, &lab.now);
+    if post.is_some() {
+        near_line(&draw, &lab.found);
     }
     let Some(film) = lab.found.film.clone() else {
         let text = "The camera sees nothing, or what it sees does not lie within 180° as seen from the light.";
@@ -269,6 +264,7 @@ fn drag_ground(ui: &Ui, r: &Response, lab: &mut Lab, view: &mut View, post: Opti
         (true, Some(Drag::Pan)) => {
             let moved = r.drag_delta();
             view.middle -= DVec2::new(moved.x as f64, -moved.y as f64) / view.scale;
+            view.own = true;
             ui.set_cursor_icon(CursorIcon::Grabbing);
         }
         (true, Some(Drag::Segment(i, before))) => {
@@ -308,9 +304,10 @@ fn drag_ground(ui: &Ui, r: &Response, lab: &mut Lab, view: &mut View, post: Opti
         && r.contains_pointer()
         && wheel != 0.0
     {
-        let held = view.from_screen(at);
+        let held = view.place_at(at);
         view.scale = (view.scale * (wheel as f64 * 0.004).exp()).clamp(1e-3, 1e6);
-        view.middle += held - view.from_screen(at);
+        view.middle += held - view.place_at(at);
+        view.own = true;
     }
 }
 
@@ -336,7 +333,7 @@ fn snapped(placed: &Placed, world: &Flatland, at: Pos2) -> DVec2 {
     near.map_or(round_place(placed, at), |(_, p)| p)
 }
 
-fn round_place(placed: &Placed, at: Pos2) -> DVec2 {
+pub fn round_place(placed: &Placed, at: Pos2) -> DVec2 {
     let limit = DVec2::splat(FARTHEST);
     rounded(placed.world(at), placed.view.scale).clamp(-limit, limit)
 }
@@ -362,7 +359,7 @@ fn grid(draw: &Draw) {
     }
     let step = 10f64.powf((110.0 / view.scale).log10().floor());
     let step = [5.0, 2.0, 1.0].map(|m| m * step).into_iter().find(|s| s * view.scale <= 110.0).unwrap_or(step);
-    let [low, high] = [view.rect.left_bottom(), view.rect.right_top()].map(|p| view.from_screen(p));
+    let [low, high] = [view.rect.left_bottom(), view.rect.right_top()].map(|p| view.place_at(p));
     let font = FontId::proportional(10.5);
     for i in (low.x / step).ceil() as i64..=(high.x / step).floor() as i64 {
         let x = view.to_screen(DVec2::new(i as f64 * step, 0.0)).x as f32;
@@ -398,7 +395,7 @@ fn far(placed: &Placed) -> f64 {
 }
 
 /// The frusta that the light has: directions, normal, lexels and a colour of their own where there are several.
-fn frusta(found: &Found, film: &Film, lexels: usize) -> Vec<([f64; 2], f64, usize, Option<usize>)> {
+pub fn frusta(found: &Found, film: &Film, lexels: usize) -> Vec<([f64; 2], f64, usize, Option<usize>)> {
     if found.parts.is_empty() {
         let whole = |normal| ([film.bottom, film.top], normal, lexels, None);
         return found.chosen.iter().map(|row| whole(row.normal)).collect();
@@ -439,7 +436,7 @@ fn rays(draw: &Draw, s: &State, found: &Found) {
     let all: usize = frusta.iter().map(|f| f.2).sum();
     let stride = all.div_ceil(RAYS).max(1);
     for (hull, normal, lexels, part) in frusta {
-        let tint = part.map_or(SUN, |i| part_color(draw.ui, i));
+        let tint = part.map_or(draw.ui.visuals().warn_fg_color, |i| part_color(draw.ui, i));
         let mut edges: Vec<usize> = (0..lexels).step_by(stride).collect();
         edges.push(lexels);
         for j in edges {
@@ -518,7 +515,7 @@ fn spans(draw: &Draw, s: &State, found: &Found) {
 }
 
 /// Theorem 1: from the eye across the view to the plane's line, and from there to the light.
-fn construction(draw: &Draw, s: &State, _: &Film) {
+fn construction(draw: &Draw, s: &State) {
     let Choice::Plane(i) = s.film else { return };
     let (world, side) = (draw.world, draw.world.forward().perp());
     let [a, b] = world.segments[i];
@@ -554,198 +551,6 @@ fn near_line(draw: &Draw, found: &Found) {
         draw.painter.circle_filled(at, 3.0, tint);
         draw.painter.text(at + vec2(-40.0, -5.0), Align2::RIGHT_BOTTOM, "near line", FontId::proportional(12.0), tint);
     }
-}
-
-/// Films at the light as lines of lexels, and the handle that turns them.
-fn films(ui: &mut Ui, painter: &Painter, placed: &Placed, lab: &mut Lab, film: &Film) {
-    let (world, scale) = (lab.now.world.clone(), placed.view.scale);
-    let nearest = film.samples.iter().map(|s| s.point.distance(world.light)).fold(f64::INFINITY, f64::min);
-    // The line's distance from the light: not so far that it reaches what is lit, nor too long.
-    let away = |hull: [f64; 2], normal: f64| {
-        let width = (hull[1] - normal).tan() - (hull[0] - normal).tan();
-        (150.0 / scale / width).min(0.4 * nearest).max(6.0 / scale)
-    };
-    let ends = |hull: [f64; 2], normal: f64, away: f64| {
-        let (axis, middle) = (DVec2::from_angle(normal), world.light + DVec2::from_angle(normal) * away);
-        hull.map(|a| middle + axis.perp() * (away * (a - normal).tan()))
-    };
-    let line = |a: DVec2, b: DVec2, stroke: Stroke| {
-        for line in placed.lines(&world, a, b) {
-            painter.line_segment(line, stroke);
-        }
-    };
-    let hull = [film.bottom, film.top];
-    if lab.now.show.all_films && lab.found.parts.is_empty() {
-        for (choice, row) in lab.found.rows.iter().filter(|(c, _)| *c != lab.now.film) {
-            let (axis, tint) = (DVec2::from_angle(row.normal), tint(ui, *choice));
-            let middle = world.light + axis * (14.0 / scale);
-            let along = axis.perp() * (38.0 / scale);
-            line(middle - along, middle + along, Stroke::new(1.2, tint.gamma_multiply(0.85)));
-        }
-    }
-    for (hull, normal, lexels, part) in frusta(&lab.found, film, world.lexels) {
-        let tint = part.map_or(ui.visuals().strong_text_color(), |i| part_color(ui, i));
-        let away = away(hull, normal);
-        let [a, b] = ends(hull, normal, away);
-        line(a, b, Stroke::new(2.5, tint));
-        let stride = lexels.div_ceil(RAYS).max(1);
-        let side = DVec2::from_angle(normal) * (4.0 / scale);
-        for j in (0..=lexels).step_by(stride) {
-            let at = a + (b - a) * (j as f64 / lexels as f64);
-            line(at - side, at + side, Stroke::new(1.0, tint));
-        }
-    }
-    let Some(row) = lab.found.chosen.clone().filter(|_| lab.found.parts.is_empty()) else { return };
-    let distance = away(hull, row.normal);
-    let axis = DVec2::from_angle(row.normal);
-    let middle = world.light + axis * distance;
-    // Beyond the upper end, unless that is far off or out of sight.
-    let [low, high] = hull.map(|a| distance * (a - row.normal).tan());
-    let knobs = [(high, 1.0), (low, -1.0)].map(|(end, side)| {
-        let point = |gap: f64| middle + axis.perp() * (end + side * gap / scale);
-        let off = placed.at(point(24.0)).filter(|at| placed.view.rect.shrink(12.0).contains(*at)).is_none();
-        (off || end * side > 320.0 / scale, point(0.0), point(24.0))
-    });
-    let (_, end, knob) = if knobs[0].0 && !knobs[1].0 { knobs[1] } else { knobs[0] };
-    line(end, knob, Stroke::new(1.0, ui.visuals().strong_text_color().gamma_multiply(0.5)));
-    let Some(at) = placed.at(knob) else { return };
-    let tip = "Turn the film line about the light. The chart below follows.";
-    let r = handle(ui, placed, lab.drawing, at, Id::unique("film line"), "film line", tip);
-    let direction = |at: Pos2| (placed.world(at) - world.light).to_angle();
-    if r.drag_started() {
-        lab.drag = Some(Drag::Turn(row.normal - direction(at)));
-    }
-    if let (true, Some(pointer), Some(Drag::Turn(offset))) = (r.dragged(), r.interact_pointer_pos(), lab.drag) {
-        let turned = offset + direction(pointer) - row.normal;
-        lab.turn(film, row.normal + (turned + PI).rem_euclid(2.0 * PI) - PI);
-    }
-    let tint = if r.hovered() || r.dragged() { Color32::WHITE } else { tint(ui, lab.now.film) };
-    painter.circle(at, 6.0, tint, Stroke::new(1.5, ui.visuals().extreme_bg_color));
-    let name =
-        if metric(lab.now.film).is_some() && lab.now.few.is_some() { "few samples" } else { &short_name(lab.now.film) };
-    let text = format!("{name}, {:.1}°", row.angle);
-    painter.text(
-        at + vec2(9.0, -3.0),
-        Align2::LEFT_BOTTOM,
-        text,
-        FontId::proportional(12.0),
-        ui.visuals().text_color(),
-    );
-}
-
-/// Something to drag at a place.
-fn handle(ui: &Ui, placed: &Placed, drawing: bool, at: Pos2, id: Id, name: &str, tip: &str) -> Response {
-    let area = Rect::from_center_size(at, vec2(18.0, 18.0)).intersect(placed.view.rect);
-    let r = ui.interact(area, id, if drawing { Sense::hover() } else { Sense::drag() });
-    r.widget_info(|| WidgetInfo::labeled(Role::Button, true, name));
-    if drawing {
-        return r;
-    }
-    if r.hovered() {
-        ui.set_cursor_icon(CursorIcon::Grab);
-    }
-    if r.dragged() {
-        ui.set_cursor_icon(CursorIcon::Grabbing);
-        return r;
-    }
-    r.on_hover_text(tip)
-}
-
-fn handles(ui: &mut Ui, painter: &Painter, placed: &Placed, lab: &mut Lab) {
-    let drawing = lab.drawing;
-    let inside = placed.view.rect.shrink(3.0);
-    let flat = placed.post.is_none();
-    let hot =
-        |r: &Response, color: Color32| if !drawing && (r.hovered() || r.dragged()) { Color32::WHITE } else { color };
-    let ground = Stroke::new(1.5, ui.visuals().extreme_bg_color);
-    let world = &mut lab.now.world;
-    let grey = ui.visuals().text_color();
-    let all = world.segments.len() <= HANDLED;
-    // An end that is out of all sight has no handle, wherever perspective brings it.
-    let within = |p: &DVec2| p.abs().max_element() < FARTHEST / 2.0;
-    let selected = lab.selected;
-    for i in (0..world.segments.len()).filter(|i| all || selected == Some(*i)) {
-        for end in 0..2 {
-            let Some(at) = placed
-                .at(world.segments[i][end])
-                .filter(|at| inside.contains(*at))
-                .filter(|_| within(&world.segments[i][end]))
-            else {
-                continue;
-            };
-            let name = format!("segment {} {}", i + 1, ["start", "end"][end]);
-            let r = handle(
-                ui,
-                placed,
-                drawing,
-                at,
-                Id::unique(("segment", i, end)),
-                &name,
-                "Drag this end of the segment.",
-            );
-            if let (true, Some(pointer)) = (r.dragged(), r.interact_pointer_pos()) {
-                let to = round_place(placed, pointer);
-                if to.is_finite() {
-                    world.segments[i][end] = to;
-                }
-                lab.selected = Some(i);
-            }
-            painter.circle(at, 4.0, hot(&r, grey), ground);
-        }
-    }
-    let view_color = ui.visuals().hyperlink_color;
-    if flat && let Some(at) = placed.at(world.eye) {
-        let reach = REACH / placed.view.scale;
-        let [gaze, edge] = [world.gaze, world.gaze + world.fov / 2.0].map(|a| world.eye + DVec2::from_angle(a) * reach);
-        if let (Some(gaze_at), Some(edge_at)) = (placed.at(gaze), placed.at(edge)) {
-            let direction = |at: Pos2| (placed.world(at) - world.eye).to_angle();
-            let degrees = |a: f64| ((a.to_degrees() * 100.0).round() / 100.0).to_radians();
-            let across = world.forward().perp() * (46.0 / placed.view.scale);
-            let plane = [world.eye - across, world.eye + across].map(|p| placed.at(p));
-            if let [Some(a), Some(b)] = plane {
-                painter.line_segment([a, b], Stroke::new(1.0, view_color.gamma_multiply(0.6)));
-            }
-            painter.line_segment([at, gaze_at], Stroke::new(1.0, view_color));
-            let r =
-                handle(ui, placed, drawing, edge_at, Id::unique("view"), "field of view", "Widen or narrow the view.");
-            let mut fov = world.fov;
-            if let (true, Some(pointer)) = (r.dragged(), r.interact_pointer_pos()) {
-                let half = (direction(pointer) - world.gaze + PI).rem_euclid(2.0 * PI) - PI;
-                fov = degrees(2.0 * half).clamp(1f64.to_radians(), 170f64.to_radians());
-            }
-            painter.rect_filled(Rect::from_center_size(edge_at, vec2(8.0, 8.0)), 1.0, hot(&r, view_color));
-            let r = handle(ui, placed, drawing, gaze_at, Id::unique("gaze"), "gaze", "Turn the view.");
-            if let (true, Some(pointer)) = (r.dragged(), r.interact_pointer_pos()) {
-                world.gaze = degrees(direction(pointer));
-            }
-            world.fov = fov;
-            painter.circle(gaze_at, 5.0, hot(&r, view_color), ground);
-        }
-        let r = handle(ui, placed, drawing, at, Id::unique("eye"), "eye", "Move the eye.");
-        if let (true, Some(pointer)) = (r.dragged(), r.interact_pointer_pos()) {
-            world.eye = round_place(placed, pointer);
-        }
-        painter.circle(at, 7.0, hot(&r, view_color), ground);
-        painter.circle_filled(at, 2.5, ui.visuals().extreme_bg_color);
-        painter.text(at + vec2(0.0, 10.0), Align2::CENTER_TOP, "eye", FontId::proportional(12.0), grey);
-    }
-    let Some(at) = placed.at(world.light).filter(|at| inside.contains(*at)) else { return };
-    let behind = (world.light - world.eye).dot(world.forward()) < 0.0;
-    let r = handle(ui, placed, drawing, at, Id::unique("light"), "light", "Move the light.");
-    if let (true, Some(pointer)) = (r.dragged(), r.interact_pointer_pos()) {
-        let to = round_place(placed, pointer);
-        if to.is_finite() {
-            world.light = to;
-        }
-    }
-    let color = hot(&r, SUN);
-    for i in 0..8 {
-        let ray = egui::Vec2::angled(i as f32 * std::f32::consts::TAU / 8.0);
-        painter.line_segment([at + ray * 8.0, at + ray * 11.5], Stroke::new(1.5, color));
-    }
-    painter.circle(at, 6.0, color, ground);
-    let name = if !flat && behind { "light, a sink here" } else { "light" };
-    painter.text(at - vec2(0.0, 13.0), Align2::CENTER_BOTTOM, name, FontId::proportional(12.0), grey);
 }
 
 /// What the spans' colours mean.

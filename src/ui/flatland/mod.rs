@@ -3,6 +3,7 @@
 mod figures;
 mod found;
 mod ground;
+mod handles;
 mod plots;
 mod side;
 

@@ -81,6 +81,8 @@ fn plot<'a>(ui: &Ui, name: &'static str, y: LogAxis) -> Plot<'a> {
 /// Round numbers along an axis.
 fn round_marks((low, high): (f64, f64)) -> Vec<GridMark> {
     let step = round_step(low, high, 6);
+    // None so near the end that its number would be cut.
+    let high = high - 0.02 * (high - low);
     let marks = (low / step).ceil() as i64..=(high / step).floor() as i64;
     marks.map(|i| GridMark { value: i as f64 * step, step_size: step }).collect()
 }
@@ -103,14 +105,14 @@ fn errors(ui: &mut Ui, lab: &mut Lab, film: &Film) {
     let zero = table::angle(half);
     let x_of = move |normal: f64| if stretched { -film.stretched(normal) } else { zero - (normal - half).to_degrees() };
     let normal_of = |x: f64| if stretched { film.normal(-x) } else { half - (x - zero).to_radians() };
-    let mut marks: Vec<(String, f64, f64, Color32, bool)> = Vec::new();
+    let mut marks: Vec<(String, f64, f64, Color32)> = Vec::new();
     for (choice, row) in &lab.found.rows {
         let value = match choice {
             Choice::Least(crate::flatland::Metric::L2) => row.mean_sigma,
             Choice::Least(crate::flatland::Metric::Max) => row.worst,
             _ => row.average,
         };
-        marks.push((short_name(*choice), x_of(row.normal), value, tint(ui, *choice), *choice == lab.now.film));
+        marks.push((short_name(*choice), x_of(row.normal), value, tint(ui, *choice)));
     }
     let chosen = lab.found.chosen.clone().filter(|_| lab.found.parts.is_empty());
     let curve = &lab.found.curve;
@@ -146,7 +148,7 @@ fn errors(ui: &mut Ui, lab: &mut Lab, film: &Film) {
         })
         .collect();
     let now = chosen.as_ref().map(|row| x_of(row.normal));
-    let points: Vec<_> = marks.iter().map(|m| ([m.1, m.2.log10()], m.3, m.4)).collect();
+    let points: Vec<_> = marks.iter().map(|m| ([m.1, m.2.log10()], m.3)).collect();
     let faint = ui.visuals().weak_text_color().gamma_multiply(0.5);
     let shown = plot(ui, "flatland errors", y)
         .x_axis_formatter(move |mark: GridMark, range| text(mark.value, range.end() - range.start()))
@@ -166,7 +168,7 @@ fn errors(ui: &mut Ui, lab: &mut Lab, film: &Film) {
             if let Some(x) = now {
                 plot.vline(VLine::new("", x).color(strong).width(1.5).allow_hover(false));
             }
-            for (at, color, _) in points {
+            for (at, color) in points {
                 plot.points(Points::new("", vec![at]).color(color).radius(4.5).allow_hover(false));
             }
         });
@@ -197,7 +199,7 @@ fn errors(ui: &mut Ui, lab: &mut Lab, film: &Film) {
         labels.keep_off(on.windows(2).map(|p| [p[0], p[1]]));
     }
     labels.keep_clear(marks.iter().map(|m| screen(m.1, m.2.log10())));
-    for (name, x, value, color, _) in &marks {
+    for (name, x, value, color) in &marks {
         let at = screen(*x, value.log10());
         if frame.contains(at) {
             labels.write(ui, &[at], name, *color, true);
@@ -209,6 +211,9 @@ fn errors(ui: &mut Ui, lab: &mut Lab, film: &Film) {
     }
 }
 
+/// A line without a gap.
+type Run = Vec<[f64; 2]>;
+
 /// Pixels a lexel at each pixel of the image.
 fn footprints(ui: &mut Ui, lab: &mut Lab, film: &Film) {
     let world = &lab.now.world;
@@ -216,8 +221,8 @@ fn footprints(ui: &mut Ui, lab: &mut Lab, film: &Film) {
     let parts = lab.found.parts.len();
     let chosen = if parts > 0 { format!("{parts} frusta") } else { short_name(lab.now.film) };
     let mut names = vec![(chosen, strong)];
-    let mut lines: Vec<(Vec<Vec<[f64; 2]>>, Color32, f32)> = Vec::new();
-    let runs = |each: Vec<(f64, usize, f64)>| -> Vec<Vec<[f64; 2]>> {
+    let mut lines: Vec<(Vec<Run>, Color32, f32)> = Vec::new();
+    let runs = |each: Vec<(f64, usize, f64)>| -> Vec<Run> {
         let same = |a: &(f64, usize, f64), b: &(f64, usize, f64)| a.1 == b.1 && b.0 - a.0 < 1.5;
         let points = |run: &[(f64, usize, f64)]| run.iter().map(|x| [x.0, x.2.log10()]).collect();
         each.chunk_by(same).map(points).collect()
