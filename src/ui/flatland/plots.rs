@@ -95,7 +95,7 @@ fn errors(ui: &mut Ui, lab: &mut Lab, film: &Film) {
     let tip = "Along the angle itself, or along s, which draws the ends of the valid angles out: there the mean and the worst are \
                convex and have one minimum each.";
     let before = lab.now.show.stretched;
-    title(ui, "error", &names, Some((["angle", "stretched"], tip, &mut lab.now.show.stretched)));
+    title(ui, "pixels a lexel", &names, Some((["angle", "stretched"], tip, &mut lab.now.show.stretched)));
     if before != lab.now.show.stretched {
         lab.zoom = None;
     }

@@ -2,10 +2,10 @@
 
 use super::found::{CHOICES, metric};
 use super::{Choice, FIGURES, Lab, Origin, Spans, ground, random, save, short_name, tint, told};
-use crate::chart::short;
 use crate::flatland::file::MOST;
 use crate::flatland::table::{self, Row};
 use crate::flatland::{Badness, Metric};
+use crate::measure::reproduce::short;
 use crate::ui::controls::{HEIGHT, Tip, chips, row};
 use crate::ui::model::{Action, Model};
 use egui::scroll_area::ScrollBarVisibility;
