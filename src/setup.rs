@@ -804,17 +804,20 @@ pub fn parse_camera(scene: &Scene, text: &str) -> Result<Camera> {
     })
 }
 
-/// Reads `--light` and `--add-light`: a name, or `KIND:key=value;…` with the keys of the set-up's `[light]` table.
+/// Reads `--light` and `--add-light`: a name, `NAME:key=value;…` for that light changed, or `KIND:key=value;…` with the keys of the set-up's `[light]` table.
 pub fn parse_light(scene: &Scene, text: &str) -> Result<Light> {
     let named = scene.lights.iter().any(|l| l.name == text);
     let Some((kind, rest)) = text.split_once(':').filter(|_| !named) else {
         return scene_light(scene, text);
     };
+    // A light of the scene by name, of which some values are others.
+    let held = scene.lights.iter().find(|l| l.name == kind).map(|l| l.light);
     let mut table = toml::Table::new();
-    table.insert("kind".into(), kind.into());
+    table.insert("kind".into(), held.map_or(kind, |l| l.kind()).into());
     for pair in rest.split(';').filter(|p| !p.is_empty()) {
-        let (key, value) =
-            pair.split_once('=').with_context(|| format!("--light {text}: write it as NAME or KIND:key=value;…"))?;
+        let (key, value) = pair
+            .split_once('=')
+            .with_context(|| format!("--light {text}: write it as NAME, NAME:key=value;… or KIND:key=value;…"))?;
         let numbers: Vec<f64> = value
             .split(',')
             .map(|n| n.trim().parse())
@@ -825,6 +828,11 @@ pub fn parse_light(scene: &Scene, text: &str) -> Result<Light> {
     }
     shape::check_light(&table).with_context(|| format!("--light {text}"))?;
     place::take_off_light(&mut table, scene.origin);
+    if let Some(toml::Value::Table(light)) = held.map(toml::Value::try_from).transpose()? {
+        light.into_iter().for_each(|(key, value)| {
+            table.entry(key).or_insert(value);
+        });
+    }
     Light::deserialize(toml::Value::Table(table)).map_err(|e| one_line(&format!("--light {text}: {e}")))
 }
 

@@ -1,3 +1,4 @@
+//!include map/light_view.wgsl
 // Boxes in one homography of a light's image, each with a map of its own.
 
 struct FilmParts {

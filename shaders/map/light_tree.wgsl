@@ -4,7 +4,7 @@
 // drawn, and what each weighs.
 
 var<uniform> sampling: AreaAdaptiveParams;
-var<uniform> what: FitParams;
+var<uniform> what: PlacesFitParams;
 var<storage, read_write> growing: LightTree;
 // Of each cell the pixels whose four samples disagree, and those of them beside which another four are seen; behind all cells the
 // receivers of each level.

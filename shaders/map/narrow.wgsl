@@ -7,7 +7,7 @@
 // Of each view the largest u, v, 1 - u, 1 - v, depth share and 1 - depth share of any receiver, as the bits of floats in [0, 1].
 var<storage, read_write> extent: array<atomic<u32>, 48>;
 var<storage, read_write> fitted: array<LightView, most_layers>;
-// Receivers that lie outside the first view, or their part's: a single one cannot take all that lies before a rectangle.
+// Receivers that lie outside the first view: a single one cannot take all that lies before a rectangle.
 var<storage, read_write> beyond: atomic<u32>;
 // The depths along the camera's axis between which the receivers lie, metres; z: 1 if those outside are counted.
 var<uniform> between: vec4f;
@@ -22,10 +22,6 @@ struct Extent {
 fn with_receiver(before: Extent, v: LightView, position: vec3f) -> Extent {
     var e = before;
     let clip = light_clip(v, position);
-    if clip.w <= 0.0 {
-        e.outside += 1u;
-        return e;
-    }
     e.outside += select(0u, 1u, any(abs(clip.xy) > vec2f(clip.w)));
     let uv = saturate(0.5 + 0.5 * clip.xy / clip.w);
     let z = dot(v.axis, vec4f(position, 1.0));
@@ -89,9 +85,6 @@ fn receivers_of_parts(@builtin(workgroup_id) group: vec3u, @builtin(local_invoca
             continue;
         }
         e = with_receiver(e, light_views[group.z], p.xyz);
-    }
-    if e.outside > 0u {
-        atomicAdd(&beyond, e.outside);
     }
     keep_extent(e, group.z);
 }

@@ -20,6 +20,8 @@ struct Batch {
     count: u32,
     // Maps after which a pixel that these agree on is done; 0: none.
     agreeing: u32,
+    // Depth along the last map's axis before which nothing casts, metres.
+    nearest: f32,
 }
 
 var<uniform> batch: Batch;
@@ -171,7 +173,7 @@ fn all_seen(r: Receiver, low: vec2f, high: vec2f, window: f32) -> bool {
 const undecided = 2u;
 
 // Bounds of what the whole light sees of a surface, by the nearest and farthest depths of one map. A caster between the two stands
-// no nearer to the light than where maps begin, so that it lies in a box of the map, if that holds the box whole; the nearest texel of
+// no nearer to the light than where casters begin, so that it lies in a box of the map, if that holds the box whole; the nearest texel of
 // that box bounds it better, and so on. No texel nearer than the surface: it is lit (1). All of them nearer, and none so far behind
 // its neighbour that rays to some of the light pass between the two: it is dark (0). (Under a perspective view such a gap is as wide as the
 // stored depths differ, wherever they lie.) Of gaps a sixteenth of a texel wide there may be one at each texel, through which a sixteenth
@@ -182,7 +184,7 @@ fn verdict(s: Surface, to_light: vec3f) -> u32 {
     let window = 0.5 * f32(window_side() - 1u);
     let around = window + 1.0;
     let r = receive(s, layer, window, 1.0);
-    var nearest = v.near;
+    var nearest = batch.nearest;
     for (var k = 0u; k < 8u; k++) {
         let box = thrown(s, v, to_light, r.texel, nearest);
         let low = floor(box.low - around);

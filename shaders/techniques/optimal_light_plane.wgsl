@@ -8,8 +8,7 @@ fn inspect_map(s: Surface) -> f32 {
         return maps_picture(s.pixel, film_parts.count);
     }
     if frame.map == shows_parts {
-        let i = choose(s).layer;
-        return select(-1.0, label(i, 0.5), s.valid && i < film_parts.count);
+        return select(-1.0, label(choose(s).layer, 0.5), s.valid);
     }
     return inspect_filter(s);
 }

@@ -61,8 +61,10 @@ fn tile_number(tile: vec2u) -> u32 {
     return tile.y * tile_count().x + tile.x;
 }
 
-// A pixel's place in the square, which its rays' places start from.
-fn noise(pixel: vec2u) -> vec2f {
+// A pixel's place in the square, which its rays' places start from: that of another pixel for another seed.
+fn noise(picture_pixel: vec2u) -> vec2f {
+    let shift = vec2u(hash(frame.seed), hash(frame.seed ^ 0x9e3779b9u)) % 1024u;
+    let pixel = picture_pixel + select(shift, vec2u(0u), frame.seed == 0u);
     if params.sequence == sequence_blue {
         let side = textureDimensions(blue_noise);
         return vec2f(textureLoad(blue_noise, pixel % side, 0).x,
@@ -281,7 +283,7 @@ fn temporal(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) l
             // History that the neighbourhood contradicts counts for fewer frames.
             let d = (before.visibility - mean) / max(half, 0.001);
             let trust = exp(-d * d / 20.0);
-            m = vec3f(m.x, m.yz * trust);
+            m.z *= trust;
             let newest = mix(params.min_blend, 1.0, sqrt(max(8.0 - m.z, 0.0) / 8.0));
             visibility = history + newest * (seen - history);
         }

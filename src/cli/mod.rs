@@ -263,7 +263,7 @@ struct Wanted {
     /// A camera of the scene, or px,py,pz:tx,ty,tz:fov.
     #[arg(long, allow_hyphen_values = true)]
     camera: Option<String>,
-    /// A light of the scene, or KIND:key=value;… with the keys of a set-up's [light] table. Of several it changes the one at
+    /// A light of the scene, NAME:key=value;… for one changed, or KIND:key=value;… with the keys of a set-up's [light] table. Of several it changes the one at
     /// work.
     #[arg(long, allow_hyphen_values = true)]
     light: Option<String>,

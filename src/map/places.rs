@@ -3,10 +3,10 @@
 
 use super::casters::{Casters, Target, Triangles};
 use super::filter::Reach;
-use super::fit::Scope;
+use super::fit::{Kept, Scope, casting};
 use super::peel::{Depths, Held};
 use super::pyramid::Pyramid;
-use super::single::{Fit, FitParams, between};
+use super::single::{Fit, between};
 use super::{MOST, Maps, light_views, margin, whole};
 use crate::frame::{ANALYSIS, Frame, MapSizes};
 use crate::gpu::{Buffer, Gpu, Pass, Resource, hold};
@@ -18,6 +18,16 @@ use anyhow::{Context, Result, ensure};
 use bytemuck::{Pod, Zeroable};
 use glam::{Vec2, Vec3, vec2};
 use wgpu::BufferUsages as Use;
+
+crate::params! {
+    /// What maps from many places cover.
+    pub struct PlacesFitParams {
+        "Fit" {
+            /// What each map covers. Receivers: only the surfaces that the camera sees and that face the light. Scene: the whole scene.
+            fit: choice("receivers", ["receivers", "scene"]),
+        }
+    }
+}
 
 /// Where all of the light is seen, where none of it, and the penumbra between.
 pub const PENUMBRA: View = map(
@@ -138,7 +148,9 @@ pub struct Batch {
     pub count: u32,
     /// Maps of the set after which a pixel that they agree on is done; 0: none.
     pub agreeing: u32,
-    pub padding: [u32; 3],
+    /// Depth along the last map's axis before which nothing casts, metres.
+    pub nearest: f32,
+    pub padding: [u32; 2],
 }
 
 /// What spares pixels by bounds.
@@ -171,6 +183,7 @@ pub struct PlacedMaps {
     count_beyond: Pass,
     beyond: Buffer,
     bounds: Option<((), Bounds)>,
+    nearest: Kept<f64>,
     inspect: Option<((), Pass)>,
     analyse: Option<((), Pass)>,
     sets: Vec<HeldSet>,
@@ -201,6 +214,7 @@ impl PlacedMaps {
             file,
             groups,
             bounds: None,
+            nearest: Kept::default(),
             inspect: None,
             analyse: None,
             sets: Vec::new(),
@@ -240,7 +254,7 @@ impl PlacedMaps {
         f.count_maps(number);
         f.run(&self.begin).bind_all(&self.seen()).of_picture().per_pixel();
         self.sets.resize_with(sets.len(), HeldSet::default);
-        let narrow = FitParams::read(f.values).fit != "scene";
+        let narrow = PlacesFitParams::read(f.values).fit != "scene";
         let size = size_of::<LightView>() as u64;
         let [half_u, half_v] = [Vec2::X, Vec2::Y].map(|side| step(&f.light, side).extend(0.0).to_array());
         let mut at = number;
@@ -275,6 +289,17 @@ impl PlacedMaps {
                     let light = moved(&f.light, step, f.scene.bounds);
                     let scope = Scope { light, ..Scope::of(f, set.side, margin(f) + reach.texels) };
                     views.push(LightView { reach: reach.metres, ..whole(&scope)? });
+                }
+                // The set's last place comes first, and its map bounds what all see.
+                let bounding =
+                    spared == Spared::ByBounds && set.places.len() > 1 && (b + 1) * together >= set.places.len();
+                if let (true, Some(view)) = (bounding, views.last()) {
+                    let scope = Scope::of(f, set.side, 0.0);
+                    let row = view.axis.as_dvec4();
+                    // Rounding leaves a little less.
+                    let spare = 1e-4 * f64::from(view.far - view.near);
+                    let nearest = *self.nearest.get(f, scope, |s| casting::nearest(s, f.geometry, row));
+                    batch.nearest = (nearest - spare).min(f64::from(view.far)) as f32;
                 }
                 let mut fitted = self.fit.write(f, batch_at, &views);
                 if narrow {
@@ -312,8 +337,7 @@ impl PlacedMaps {
                             add: made("sum over maps", "add_listed")?,
                         })
                     })?;
-                    // The set's last place comes first.
-                    if (b + 1) * together >= set.places.len() {
+                    if bounding {
                         let held = hold(&mut self.sets[c].pyramid, (), |()| Pyramid::new(gpu))?;
                         let pyramid = held.make(f, &looked_up.each[places.len() - 1], set.side)?;
                         let listed = bounds.listed.begin(f)?;

@@ -103,11 +103,9 @@ impl Fit {
     pub fn run_parts(&mut self, f: &mut Frame, whole: &Buffer, count: u32, parts: &Buffer, fitted: &Buffer) {
         let [w, h] = f.size.map(|side| side.div_ceil(64));
         f.clear(&self.extent);
-        f.clear(&self.beyond);
         f.run(&self.of_parts)
             .bind("light_views", whole)
             .bind("extent", &self.extent)
-            .bind("beyond", &self.beyond)
             .bind("film_parts", parts)
             .dispatch(w, h, count);
         f.run(&self.narrow)
@@ -115,11 +113,6 @@ impl Fit {
             .bind("extent", &self.extent)
             .bind("fitted", fitted)
             .dispatch(1, 1, 1);
-        f.tell_counted(&self.beyond, |pixels| {
-            format!(
-                "{pixels} pixels lie behind the horizon of the light's film plane, where no map reaches: they are lit."
-            )
-        });
     }
 }
 

@@ -137,7 +137,7 @@ fn errors(renderer: &mut Renderer, setup: &Setup, index: u64, more: More) -> Res
     }
     if more.temporal {
         let found = over_time(renderer, setup)?;
-        record.settle_frames = Some(found.settle_frames);
+        record.settle_frames = found.settle_frames;
         record.settle_rmse = Some(found.settle_rmse);
         record.lag_frames = Some(found.lag_frames);
     }

@@ -138,6 +138,23 @@ pub fn text(rows: &[Record]) -> String {
             }
         }
         out.push('\n');
+        if let (Some(rmse), Some(lag)) = (r.settle_rmse, r.lag_frames) {
+            let settles = match r.settle_frames {
+                Some(frames) => format!("settles in {frames} frames, to an RMSE of {rmse:.5}"),
+                None => format!("has not settled after 64 frames, at an RMSE of {rmse:.5}"),
+            };
+            out +=
+                &format!("{} {settles}; it lags {lag} frames behind a light that turns by 0.4° a frame\n", r.technique);
+        }
+        if let (Some(seeds), Some(noise), Some(bias)) = (r.seeds, r.seed_noise, r.seed_bias) {
+            out += &format!("{} over {seeds} seeds: noise {noise:.5}, bias {bias:.5}\n", r.technique);
+        }
+        if let Some(error) = r.truth_error.filter(|e| r.rmse < *e) {
+            out += &format!(
+                "{}: the RMSE lies below what {} samples leave of the truth's own noise, {error:.5}; more samples would tell\n",
+                r.technique, r.truth_samples
+            );
+        }
         if !r.notes.is_empty() {
             out += &format!("{}: {}\n", r.technique, r.notes);
         }

@@ -15,13 +15,14 @@ const FRAMES: usize = 64;
 const LEAP: f32 = 12.0;
 const TURN: f32 = 0.4;
 /// Frames that the light turns for, and how many of them it may be behind.
-const TURNING: i32 = 32;
-const MOST_BEHIND: i32 = 16;
+const TURNING: i32 = 64;
+const MOST_BEHIND: i32 = 32;
 
 /// What the light at work's frames show.
 pub struct Temporal {
-    /// Frames after a leap of the light until the error, averaged over four frames, is within a tenth of the floor.
-    pub settle_frames: u32,
+    /// Frames after a leap of the light until the error, averaged over four frames, is within a tenth of the floor. None: it still falls at
+    /// the end.
+    pub settle_frames: Option<u32>,
     /// The floor: RMSE of the last 16 of 64 frames.
     pub settle_rmse: f64,
     /// Frames by which the picture is behind a light that turns: those ago whose truth it is nearest to.
@@ -71,11 +72,17 @@ pub fn over_time(renderer: &mut Renderer, setup: &Setup) -> Result<Temporal> {
 
     let (rest, _) = compare(renderer, &one, false)?;
     frame(renderer, &at(LEAP), History::Whole)?;
+    for _ in 0..FRAMES {
+        frame(renderer, &at(LEAP), History::Goes)?;
+    }
     let mut errors = Vec::with_capacity(FRAMES);
     for _ in 0..FRAMES {
         errors.push(rms(&frame(renderer, &one, History::Goes)?, &rest.mean, &rest.mask));
     }
-    let floor = errors[FRAMES - FRAMES / 4..].iter().sum::<f64>() / (FRAMES / 4) as f64;
+    let quarter = |k: usize| errors[k * FRAMES / 4..(k + 1) * FRAMES / 4].iter().sum::<f64>() / (FRAMES / 4) as f64;
+    let floor = quarter(3);
+    // It falls as much again as a tenth in the last quarter.
+    let falls = quarter(2) > 1.1 * floor + 1e-4;
     // Single frames are better or worse than others.
     let near = |four: &[f64]| four.iter().sum::<f64>() <= 4.0 * (1.1 * floor + 1e-4);
     let settled = errors.windows(4).position(near).map_or(FRAMES, |k| k + 1);
@@ -85,15 +92,21 @@ pub fn over_time(renderer: &mut Renderer, setup: &Setup) -> Result<Temporal> {
         let history = if k == 0 { History::Starts } else { History::Goes };
         seen = frame(renderer, &at(TURN * (k - TURNING) as f32), history)?;
     }
+    // Every fourth frame ago, then those beside the best.
     let mut behind = (f64::MAX, 0);
-    for k in 0..=MOST_BEHIND {
+    let mut tried = (0..=MOST_BEHIND).step_by(4).collect::<Vec<_>>();
+    while let Some(k) = tried.pop() {
         let (then, _) = compare(renderer, &at(-TURN * k as f32), false)?;
         // What the light leaves or reaches on its way is the same for all.
         let mask: Vec<u32> = then.mask.iter().zip(&rest.mask).map(|(a, b)| if a == b { *a } else { 0 }).collect();
         let error = rms(&seen, &then.mean, &mask);
         if error < behind.0 {
-            behind = (error, k as u32);
+            behind = (error, k);
+        }
+        if tried.is_empty() && k % 4 == 0 {
+            tried = (behind.1 - 3..behind.1 + 4).filter(|k| k % 4 != 0 && (1..MOST_BEHIND).contains(k)).collect();
         }
     }
-    Ok(Temporal { settle_frames: settled as u32, settle_rmse: floor, lag_frames: behind.1 })
+    let settle_frames = (!falls).then_some(settled as u32);
+    Ok(Temporal { settle_frames, settle_rmse: floor, lag_frames: behind.1 as u32 })
 }

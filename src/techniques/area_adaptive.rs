@@ -9,8 +9,8 @@ use crate::map::casters::{Casters, DRAW, Target, Triangles};
 use crate::map::filter::{Reach, alone};
 use crate::map::fit::Scope;
 use crate::map::peel::{Depths, Held, StoredParams};
-use crate::map::places::{moved, on_light, step, tell_reached_in_part};
-use crate::map::single::{FitParams, scope};
+use crate::map::places::{PlacesFitParams, moved, on_light, step, tell_reached_in_part};
+use crate::map::single::scope;
 use crate::map::{BiasParams, CasterParams, HardwareParams, MapParams, light_views, whole};
 use crate::params::Params;
 use crate::view::{self, Area, Axis, Class, Drawn, Legend, Span};
@@ -50,7 +50,7 @@ pub static INFO: Info = Info {
     filter: Some(NEAREST),
     smooth: |_| false,
     params: &[
-        FitParams::GROUP,
+        PlacesFitParams::GROUP,
         MapParams::GROUP,
         AreaAdaptiveParams::GROUP,
         CasterParams::GROUP,
@@ -366,7 +366,7 @@ impl Technique for AreaAdaptive {
             bound.push(at_level(level));
             let count = (end - k) as u32;
             let [w, h] = f.size.map(|side| side.div_ceil(64));
-            if FitParams::read(f.values).fit != "scene" {
+            if PlacesFitParams::read(f.values).fit != "scene" {
                 f.run(&self.receivers).bind_all(&bound).dispatch(w, h, count);
             }
             f.run(&self.narrow).bind_all(&bound).dispatch(count.div_ceil(64), 1, 1);

@@ -6,8 +6,7 @@ use crate::frame::Frame;
 use crate::gpu::{Buffer, Gpu, Pass, hold};
 use crate::map::filter::{Reach, alone};
 use crate::map::peel::StoredParams;
-use crate::map::places::{PENUMBRA, PlaceSet, PlacedMaps, Spared, grid};
-use crate::map::single::FitParams;
+use crate::map::places::{PENUMBRA, PlaceSet, PlacedMaps, PlacesFitParams, Spared, grid};
 use crate::map::{BiasParams, CasterParams, HardwareParams, MapParams};
 use crate::params::Params;
 use anyhow::Result;
@@ -42,7 +41,7 @@ pub static INFO: Info = Info {
     filter: Some(NEAREST),
     smooth: |_| false,
     params: &[
-        FitParams::GROUP,
+        PlacesFitParams::GROUP,
         MapParams::GROUP,
         AreaUniformParams::GROUP,
         CasterParams::GROUP,

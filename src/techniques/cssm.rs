@@ -7,8 +7,8 @@ use crate::gpu::{Buffer, Gpu, Pass, hold};
 use crate::map::cascades::{self, Fitting};
 use crate::map::filter::{Reach, alone};
 use crate::map::peel::StoredParams;
-use crate::map::places::{PENUMBRA, PlaceSet, PlacedMaps, Spared, grid, on_light};
-use crate::map::single::{FitParams, scope};
+use crate::map::places::{PENUMBRA, PlaceSet, PlacedMaps, PlacesFitParams, Spared, grid, on_light};
+use crate::map::single::scope;
 use crate::map::{BiasParams, CasterParams, HardwareParams, margin};
 use crate::params::Params;
 use crate::view::{self, View, map};
@@ -73,7 +73,7 @@ pub static INFO: Info = Info {
     filter: Some(NEAREST),
     smooth: |_| false,
     params: &[
-        FitParams::GROUP,
+        PlacesFitParams::GROUP,
         CssmParams::GROUP,
         CasterParams::GROUP,
         BiasParams::GROUP,

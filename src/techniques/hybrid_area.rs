@@ -7,8 +7,7 @@ use crate::gpu::{Gpu, Pass};
 use crate::listed_rays::ListedRays;
 use crate::map::filter::{Reach, alone};
 use crate::map::peel::StoredParams;
-use crate::map::places::{PlaceSet, PlacedMaps, Spared};
-use crate::map::single::FitParams;
+use crate::map::places::{PlaceSet, PlacedMaps, PlacesFitParams, Spared};
 use crate::map::{BiasParams, CasterParams, HardwareParams, MapParams};
 use crate::params::Params;
 use crate::view::{self, Class, Drawn, Legend, map};
@@ -41,7 +40,7 @@ pub static INFO: Info = Info {
     filter: Some(NEAREST),
     smooth: |_| false,
     params: &[
-        FitParams::GROUP,
+        PlacesFitParams::GROUP,
         MapParams::GROUP,
         AreaAgreementParams::GROUP,
         CasterParams::GROUP,

@@ -10,7 +10,7 @@ use crate::map::casters::{Casters, Target, Triangles};
 use crate::map::filter::LookUp;
 use crate::map::fit::diagram::{self, Diagram, Drawing};
 use crate::map::fit::film::{self, Parts};
-use crate::map::fit::{Kept, Scope, warped};
+use crate::map::fit::{Kept, Scope, casting, warped};
 use crate::map::peel::{Depths, Held, StoredParams};
 use crate::map::single::{Fit, scope};
 use crate::map::{BiasParams, CasterParams, MOST, MapParams, Maps, light_views, whole};
@@ -29,16 +29,16 @@ crate::params! {
             plane: choice("best", ["best", "half-angle"]),
             /// What makes a plane good. L1: the mean extent of texels in the picture. L2: the mean square, by geometric stretch; texels that are stretched most then count most, which light that grazes a surface stretches on any plane.
             metric: choice("L1", ["L1", "L2"]) if plane = "best" or maps = "4" or maps = "7",
-            /// Places along each side of the picture at which the scene is looked at to choose the plane.
-            samples: int(32, 8..=128, "per side"),
+            /// Places along each side of the picture at which the scene is looked at to choose the plane; for several maps twice as many.
+            view_samples: int(32, 8..=128, "per side"),
             /// How many maps share the texels of one: the whole film in quarters, and the quarter that gains most in quarters again, each with its own plane and as many texels as it needs.
             maps: choice("1", ["1", "4", "7"]),
         }
     }
 }
 
-/// Most parts; one light view more is that of surfaces that no map holds.
-const PARTS: usize = MOST - 1;
+/// Most parts.
+const PARTS: usize = 7;
 
 const OWN: &[Class] = &[
     Class::label(0, "part 1"),
@@ -145,26 +145,23 @@ struct Fitted {
 fn fitted(scope: &Scope, f: &Frame, p: &FilmParams) -> Option<Fitted> {
     let image = scope.image();
     let lamp = scope.light.view_tangent().is_some();
-    let samples = film::samples(scope, &image, f.geometry, p.samples as usize);
+    let several = if p.maps == "1" { 1 } else { 2 };
+    let samples = film::samples(scope, &image, f.geometry, several * p.view_samples as usize);
     let metric = if p.metric == "L2" { Metric::L2 } else { Metric::L1 };
     let most = p.maps.parse().unwrap_or(1);
-    let parts = film::parts(&samples, metric, lamp, p.plane == "best", most)?;
+    let outline = casting::outline(scope, &image, f.geometry);
+    let parts = film::parts(&samples, &outline, metric, lamp, p.plane == "best", most)?;
     let places: Vec<DVec2> = samples.iter().map(|s| s.place).collect();
-    let body = scope.seen();
-    let deepest =
-        scope.deepest(&image, &body).max(scope.deepest(&image, &samples.iter().map(|s| s.point).collect::<Vec<_>>()));
-    let corners: Vec<DVec2> = body.iter().map(|p| image.at(*p)).collect();
+    let deepest = scope.deepest(&image, &scope.seen());
     let texels = f64::from(scope.resolution).powi(2);
     let (mut views, mut sides, mut boxes) = (Vec::new(), Vec::new(), [Vec4::ZERO; MOST]);
     for (part, to) in parts.parts.iter().zip(&mut boxes) {
         // A part that no sample lies in may still be looked up by some pixel between them.
         let side = (((part.share * texels).sqrt() / 8.0) as u32 * 8).clamp(LEAST, scope.resolution);
-        // As far as any receiver may lie before the film's horizon; which of it is covered is found from the receivers.
-        let before = |p: &&DVec2| {
-            let (at, w) = warped(&part.film.warp, **p);
-            w > 0.0 && at.length() < WIDE
-        };
-        let points: Vec<DVec2> = corners.iter().chain(&places).filter(before).copied().collect();
+        // As far as any receiver may lie; which of it is covered is found from the receivers.
+        let points = if part.outline.is_empty() { outline.clone() } else { part.outline.clone() };
+        let before = |p: &DVec2| warped(&part.film.warp, *p).1 > 0.0;
+        let points: Vec<DVec2> = points.into_iter().chain(places.iter().copied()).filter(before).collect();
         let own = Scope { resolution: side, ..*scope };
         views.push(own.view(&image, &part.film.warp, &points, deepest)?);
         sides.push(side);
@@ -180,8 +177,6 @@ fn fitted(scope: &Scope, f: &Frame, p: &FilmParams) -> Option<Fitted> {
 
 /// Side of the smallest map, texels.
 const LEAST: u32 = 64;
-/// Tangent of the angle from a film's normal beyond which nothing is looked for.
-const WIDE: f64 = 50.0;
 
 impl LightPlane {
     fn new(gpu: &Gpu, info: &Info) -> Result<LightPlane> {
@@ -214,8 +209,6 @@ impl Technique for LightPlane {
         };
         views.iter_mut().for_each(|view| view.reach = reach.metres);
         let count = views.len();
-        // Nothing lies in a map without texels.
-        views.resize(MOST, LightView { resolution: 0.0, ..views[0] });
         f.gpu.queue.write_buffer(&self.boxes, 0, bytemuck::bytes_of(&cells));
         let all = self.fit.write(f, 0, &views);
         let fitted = self.fitted.clone();

@@ -197,7 +197,11 @@ fn the_command_lines_words_are_read() {
     for bad in ["1,2:0,0,0:40", "1,2,x:0,0,0:40", "nowhere"] {
         assert!(parse_camera(&scene, bad).is_err(), "{bad}");
     }
-    for bad in ["spot:position=0,5,0", "spot:where=1", "lamp:position=0,0,0;range=3", "omni:position"] {
+    // One of the scene's, changed.
+    let (own, wider) = (parse_light(&scene, "sun").unwrap(), parse_light(&scene, "sun:angular_radius=0.5").unwrap());
+    assert!((wider.radius() - 0.5f32.to_radians().tan()).abs() < 1e-6 && wider.position() == own.position());
+    assert!(parse_light(&scene, "sun:outer_angle=20").is_err(), "a sun has no cone");
+    for bad in ["spot:position=0,5,0;angular_radius=1", "spot:where=1", "lamp:position=0,0,0;range=3", "omni:position"] {
         assert!(parse_light(&scene, bad).is_err(), "{bad}");
     }
     // A bare key goes to every technique that has it, and to no other.

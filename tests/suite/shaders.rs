@@ -62,6 +62,7 @@ fn whole() -> Vec<(String, &'static [Group])> {
         "map/edge_zoom.wgsl",
         "map/prefilter.wgsl",
         "map/sums.wgsl",
+        "map/tiles.wgsl",
     ];
     let alone = shader_files().into_iter().filter(|f| !part(f) && !parts.contains(&f.as_str()));
     let mut all: Vec<_> = alone.map(|f| (f.clone(), groups(&f))).collect();
@@ -219,7 +220,7 @@ fn shared_structs_agree() {
         count "count", blend "blend", narrow "narrow", margin "margin", reach "reach", least "least",
         smoothing "smoothing", opaque "opaque", triangles "triangles", culled "culled", padding "padding", sides "sides");
     same!("techniques/area_uniform.wgsl map/filter/nearest.wgsl", "Batch", Batch,
-        steps "steps", half_u "half_u", half_v "half_v", depths "depths", count "count", agreeing "agreeing");
+        steps "steps", half_u "half_u", half_v "half_v", depths "depths", count "count", agreeing "agreeing", nearest "nearest");
     same!("map/faces.wgsl", "Faces", FacesUniform,
         count "count", triangles "triangles", opaque "opaque", listed "listed", met "met", vertices "vertices",
         angle "angle", metres "metres", axes "axes", regions "regions", frustum "frustum");

@@ -5,10 +5,7 @@
 // Choosing among maps that share a light's image by boxes.
 
 fn choose(s: Surface) -> Chosen {
-    let i = part_of(s.position);
-    // Behind a film's horizon there is nothing to look up: the last view has no texels.
-    let before = light_clip(light_views[i], s.position).w > 0.0;
-    return Chosen(select(most_layers - 1u, i, before), 0u, 0.0);
+    return Chosen(part_of(s.position), 0u, 0.0);
 }
 
 fn texture_layer(layer: u32) -> u32 {

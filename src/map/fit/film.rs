@@ -4,6 +4,7 @@
 //! told by a coarse look at what the camera sees. Lengths in the picture are in picture heights, so that nothing depends on
 //! its pixels.
 
+use super::casting::halved;
 use super::{LightImage, Scope, hull, warped};
 use crate::flatland::Metric;
 use crate::flatland::split::total;
@@ -108,6 +109,8 @@ pub struct Films<'a> {
     samples: &'a [Sample],
     /// Around the samples' places.
     hull: Vec<DVec2>,
+    /// Around all that may be looked up: it stays before every film's horizon.
+    outline: &'a [DVec2],
     metric: Metric,
     /// Columns: two directions across the middle one, and that, in the light's frame; None under the sun, whose image no turn of the
     /// film changes.
@@ -115,13 +118,16 @@ pub struct Films<'a> {
 }
 
 /// Where a film stands is told by two numbers: (tanh |s|)/r, in the direction of s, is how far its normal leans from the
-/// middle direction, where r is as far as it may lean that way before the samples' hull reaches the film's horizon. So all numbers
+/// middle direction, where r is as far as it may lean that way before what may be looked up reaches the film's horizon. So all numbers
 /// stand for films, as in [`crate::flatland::Film`].
 pub type Lean = DVec2;
 
+/// |s| beyond which no film leans: the horizon is then a five-hundredth as far as the middle.
+const FARTHEST: f64 = 3.5;
+
 impl<'a> Films<'a> {
-    /// None if the samples span no area.
-    pub fn new(samples: &'a [Sample], metric: Metric, lamp: bool) -> Option<Films<'a>> {
+    /// None if the samples span no area. `outline`: around all that may be looked up, in the light's image.
+    pub fn new(samples: &'a [Sample], outline: &'a [DVec2], metric: Metric, lamp: bool) -> Option<Films<'a>> {
         let hull = around(samples);
         hull::least_rectangle(&hull)?;
         let frame = lamp.then(|| {
@@ -129,7 +135,7 @@ impl<'a> Films<'a> {
             let (across, other) = middle.any_orthonormal_pair();
             DMat3::from_cols(across, other, middle)
         });
-        Some(Films { samples, hull, metric, frame })
+        Some(Films { samples, hull, outline, metric, frame })
     }
 
     /// The film at right angles to the middle of what is seen, as a common shadow map has it.
@@ -168,14 +174,14 @@ impl<'a> Films<'a> {
 
     /// The homography that turns the film's plane so.
     fn turned(&self, frame: &DMat3, lean: Lean) -> DMat3 {
-        let places = self.hull.iter().map(|p| {
+        let places = self.hull.iter().chain(self.outline).map(|p| {
             let q = frame.transpose() * p.extend(1.0);
             q.truncate() / q.z
         });
         let towards = lean.normalize_or_zero();
-        // The hull's farthest place against that direction is the first to reach the horizon.
+        // The farthest place against that direction is the first to reach the horizon.
         let room = places.map(|p| -towards.dot(p)).fold(0.0, f64::max).max(1e-9);
-        let lean = towards * (lean.length().tanh() / room);
+        let lean = towards * (lean.length().min(FARTHEST).tanh() / room);
         let normal = (frame.z_axis + frame.x_axis * lean.x + frame.y_axis * lean.y).normalize();
         let (across, other) = normal.any_orthonormal_pair();
         DMat3::from_cols(across, other, normal).transpose()
@@ -267,6 +273,8 @@ pub struct Part {
     /// Its box after [`Parts::whole`]; sides on the rectangle's border reach without end.
     pub cell: [DVec2; 2],
     pub film: Film,
+    /// Around all that may be looked up in it, in the light's image.
+    pub outline: Vec<DVec2>,
     /// Its share of all texels.
     pub share: f64,
 }
@@ -283,29 +291,61 @@ pub struct Parts {
 
 /// The film of all samples, quartered at its middle as long as there are fewer than `most` parts: always the one whose quarters
 /// lower the error most once all texels are shared out anew (Chong 2003, 3.2, where parts of a line are merged). `best`: films of
-/// least error, else those of half the angle. None without samples that span an area.
-pub fn parts(samples: &[Sample], metric: Metric, lamp: bool, best: bool, most: usize) -> Option<Parts> {
+/// least error, else those of half the angle. `outline`: around all that may be looked up, in the light's image. None without samples that
+/// span an area.
+pub fn parts(
+    samples: &[Sample],
+    outline: &[DVec2],
+    metric: Metric,
+    lamp: bool,
+    best: bool,
+    most: usize,
+) -> Option<Parts> {
     // A texel's extent goes by the root of its map's texels.
     let power = if metric == Metric::L2 { 1.0 } else { 0.5 };
-    let least = |samples: &[Sample]| {
-        let films = Films::new(samples, metric, lamp)?;
+    let least = |samples: &[Sample], outline: &[DVec2]| {
+        let films = Films::new(samples, outline, metric, lamp)?;
         if best { films.least() } else { films.half_angle() }
     };
-    let film = least(samples)?;
+    let film = least(samples, outline)?;
     let whole = film.warp;
+    let back = whole.inverse();
+    let [low, high] = film.extent;
+    // What lies beyond the samples belongs to the part at whose side it lies.
+    let beyond = |x: f64, low: f64, high: f64| {
+        if x <= low {
+            -FAR
+        } else if x >= high {
+            FAR
+        } else {
+            x
+        }
+    };
+    let end = |p: DVec2| DVec2::new(beyond(p.x, low.x, high.x), beyond(p.y, low.y, high.y));
+    let within = |cell: [DVec2; 2]| -> Vec<DVec2> {
+        let [low, high] = cell.map(end);
+        let mut around: Vec<DVec2> = outline.iter().map(|p| warped(&whole, *p).0).collect();
+        around = halved(&around, |p| p.x - low.x);
+        around = halved(&around, |p| p.y - low.y);
+        around = halved(&around, |p| high.x - p.x);
+        around = halved(&around, |p| high.y - p.y);
+        around.into_iter().map(|p| warped(&back, p).0).collect()
+    };
     struct Open {
         cell: [DVec2; 2],
         film: Film,
+        outline: Vec<DVec2>,
         samples: Vec<Sample>,
     }
     // Of a cell without a film of its own: all that the whole film shows of it.
     let open = |cell: [DVec2; 2], samples: Vec<Sample>| {
-        let film = least(&samples).unwrap_or_else(|| Film {
+        let outline = within(cell);
+        let film = least(&samples, &outline).unwrap_or_else(|| Film {
             warp: whole,
             extent: cell,
             error: error(&samples, metric, &whole, cell[1] - cell[0]),
         });
-        Open { cell, film, samples }
+        Open { cell, film, outline, samples }
     };
     let quarters = |of: &Open| -> Vec<Open> {
         let [low, high] = of.cell;
@@ -325,8 +365,7 @@ pub fn parts(samples: &[Sample], metric: Metric, lamp: bool, best: bool, most: u
         }
         cells.into_iter().zip(all).map(|(cell, samples)| open(cell, samples)).collect()
     };
-    let [low, high] = film.extent;
-    let mut all = vec![Open { cell: film.extent, film, samples: samples.to_vec() }];
+    let mut all = vec![Open { cell: film.extent, film, outline: outline.to_vec(), samples: samples.to_vec() }];
     while all.len() + 3 <= most {
         let split: Vec<Vec<Open>> = all.iter().map(quarters).collect();
         let cost = |i: usize| {
@@ -341,18 +380,8 @@ pub fn parts(samples: &[Sample], metric: Metric, lamp: bool, best: bool, most: u
     }
     let weight = |open: &Open| open.film.error.powf(1.0 / (power + 1.0));
     let sum: f64 = all.iter().map(weight).sum();
-    // What lies beyond the samples belongs to the part at whose side it lies.
-    let beyond = |x: f64, low: f64, high: f64| {
-        if x <= low {
-            -FAR
-        } else if x >= high {
-            FAR
-        } else {
-            x
-        }
-    };
-    let end = |p: DVec2| DVec2::new(beyond(p.x, low.x, high.x), beyond(p.y, low.y, high.y));
-    let parts = all.iter().map(|o| Part { cell: o.cell.map(end), film: o.film, share: weight(o) / sum }).collect();
+    let part = |o: Open| Part { cell: o.cell.map(end), film: o.film, share: weight(&o) / sum, outline: o.outline };
+    let parts = all.into_iter().map(part).collect();
     let middle = middle(&around(samples));
     Some(Parts { whole, middle: middle.truncate() / middle.z, parts })
 }

@@ -3,6 +3,7 @@
 //! A projective warp of a shadow map is a homography of the light's image: points on one ray of the light stay together,
 //! whatever the warp. So each fit here is a 3 × 3 matrix over that image, and depth stays linear along the light's axis.
 
+pub mod casting;
 pub mod crop;
 pub mod diagram;
 pub mod faces;

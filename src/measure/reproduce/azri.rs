@@ -22,39 +22,97 @@ const LIGHT: Light = Light::RectArea {
     color: Vec3::splat(2200.0),
 };
 
-/// Her models: what stands in each cascade, her seconds of both methods, and hers of 256 samples.
-const MODELS: [(&str, usize, [f64; 2], Option<f64>); 4] = [
-    ("cubes", 0, [0.03, 0.085], None),
-    ("5 thousand triangles", 5_000, [0.12, 0.22], None),
-    ("100 thousand", 100_000, [0.29, 0.54], Some(4.0)),
-    ("500 thousand", 500_000, [2.57, 5.09], None),
-];
-
-struct Method {
+/// A row of her table.
+struct Model {
     name: &'static str,
-    technique: &'static str,
-    sets: &'static [&'static str],
-    maps: u32,
+    /// What stands in each cascade, triangles; 0: the cubes.
+    triangles: usize,
+    /// Her cascades' places along a side, and the uniform samples that she holds them against.
+    places: [&'static str; 3],
+    uniform: u32,
+    /// Her seconds of both methods.
+    seconds: [f64; 2],
+    /// The RMSE of her picture, and against how many samples.
+    rmse: (f64, u32),
 }
 
-const fn method(name: &'static str, technique: &'static str, sets: &'static [&'static str], maps: u32) -> Method {
-    Method { name, technique, sets, maps }
+/// Cubes, bunny, horse and dragon. Of the horse's 256 samples she gives 4.0 s too.
+const MODELS: [Model; 4] = [
+    Model { name: "cubes", triangles: 0, places: FEW, uniform: 36, seconds: [0.03, 0.085], rmse: (0.0075, 36) },
+    Model {
+        name: "5 thousand triangles",
+        triangles: 5_000,
+        places: FEW,
+        uniform: 36,
+        seconds: [0.12, 0.22],
+        rmse: (0.0077, 36),
+    },
+    Model {
+        name: "100 thousand",
+        triangles: 100_000,
+        places: FEW,
+        uniform: 36,
+        seconds: [0.29, 0.54],
+        rmse: (0.0091, 256),
+    },
+    Model {
+        name: "500 thousand",
+        triangles: 500_000,
+        places: ["side=5", "side_2=4", "side_3=2"],
+        uniform: 81,
+        seconds: [2.57, 5.09],
+        rmse: (0.0085, 81),
+    },
+];
+/// 16, 9 and 4 places.
+const FEW: [&str; 3] = ["side=4", "side_2=3", "side_3=2"];
+/// Her horse's 256 samples over her cascades.
+const HER_SPEED: f64 = 4.0 / 0.29;
+
+struct Method {
+    name: String,
+    technique: &'static str,
+    sets: Vec<&'static str>,
+    maps: u32,
 }
 
 /// As many samples as the first has, in cascades with maps as large as those of the others: what their fewer samples alone get wrong.
 const FULL: &[&str] = &["side=16", "side_2=16", "side_3=16", "placement=centers"];
 
-/// All others are held against the first.
-const METHODS: [Method; 8] = [
-    method("256 samples", "area-uniform", &["side=16"], 256),
-    method("36 samples, from edge to edge", "area-uniform", &["side=6", "placement=corners"], 36),
-    method("`cssm` 16/9/4, as hers", "cssm", &[], 29),
-    method("`cssm`, `centers`", "cssm", &["placement=centers"], 29),
-    method("`cssm`, `nested`", "cssm", &["placement=nested"], 29),
-    method("`cssm`, `nested`, `corners` asked first", "cssm", &["placement=nested", "ask=corners"], 29),
-    method("`cssm`, `nested` and `bounds`", "cssm", &["placement=nested", "ask=bounds"], 29),
-    method("the same with 9/9/4", "cssm", &["placement=nested", "ask=bounds", "side=3"], 22),
-];
+/// What is measured of a model: all others are held against the first, and the third is hers.
+fn methods(model: &Model) -> Vec<Method> {
+    let (few, many) = match model.uniform {
+        36 => ("side=6", "16/9/4"),
+        _ => ("side=9", "25/16/4"),
+    };
+    let count = |side: &str| side.rsplit('=').next().and_then(|k| k.parse().ok()).map_or(0, |k: u32| k * k);
+    let maps = model.places.iter().map(|side| count(side)).sum();
+    let method =
+        |name: String, technique, sets: &[&'static str], maps| Method { name, technique, sets: sets.to_vec(), maps };
+    let cascades = |name: &str, sets: &[&'static str]| {
+        method(format!("`cssm` {many}{name}"), "cssm", &[&model.places, sets].concat(), maps)
+    };
+    vec![
+        method("256 samples".into(), "area-uniform", &["side=16"], 256),
+        method(
+            format!("{} samples, from edge to edge", model.uniform),
+            "area-uniform",
+            &[few, "placement=corners"],
+            model.uniform,
+        ),
+        cascades(", as hers", &[]),
+        cascades(", `centers`", &["placement=centers"]),
+        cascades(", `nested`", &["placement=nested"]),
+        cascades(", `nested`, `corners` asked first", &["placement=nested", "ask=corners"]),
+        cascades(", `nested` and `bounds`", &["placement=nested", "ask=bounds"]),
+        method(
+            "`cssm` 9/9/4, `nested` and `bounds`".into(),
+            "cssm",
+            &["placement=nested", "ask=bounds", "side=3", "side_2=3", "side_3=2"],
+            22,
+        ),
+    ]
+}
 const HERS: usize = 2;
 const OURS: usize = 7;
 
@@ -75,35 +133,40 @@ fn seen(renderer: &mut Renderer, setup: &Setup) -> Result<(Vec<f32>, Vec<u8>)> {
 
 pub fn table(b: &mut Bench) -> Result<String> {
     let mut text = String::new();
-    let (mut errors, mut speeds) = (Vec::new(), Vec::new());
-    for (i, (model, triangles, [hers, uniform], all)) in MODELS.into_iter().enumerate() {
+    let (mut errors, mut speeds, mut pictures) = (Vec::new(), Vec::new(), Vec::new());
+    for (i, model) in MODELS.iter().enumerate() {
         b.done(i, MODELS.len());
-        let (mut renderer, start) = open(b, triangles)?;
-        let setups: Vec<Setup> = METHODS.iter().map(|m| with(&start, m.technique, m.sets)).collect::<Result<_>>()?;
+        let (mut renderer, start) = open(b, model.triangles)?;
+        let methods = methods(model);
+        let setups: Vec<Setup> = methods.iter().map(|m| with(&start, m.technique, &m.sets)).collect::<Result<_>>()?;
         let rays = seen(&mut renderer, &with(&start, "rt-soft", &["samples=1024"])?)?.0;
         let full = seen(&mut renderer, &with(&start, "cssm", FULL)?)?.0;
         let found: Vec<_> = setups.iter().map(|setup| seen(&mut renderer, setup)).collect::<Result<_>>()?;
         let mask = renderer.read_mask()?;
         let times = timing::briefly(&mut renderer, &setups, 3)?;
         let ms: Vec<f64> = times.iter().map(|t| t.gpu.median).collect();
+        let few = format!("against {}", model.uniform);
         let head = [
             "method",
             "maps",
             "RMSE of the picture against 256 samples",
-            "of visibility",
+            &few,
+            "of visibility against 256 samples",
             "against 256 in each cascade",
             "against 1024 rays",
             "ms",
             "times as fast as 256 samples",
-            "as 36",
+            &format!("as {}", model.uniform),
         ];
         let mut lines = vec![head.map(String::from).to_vec()];
-        for (k, m) in METHODS.iter().enumerate() {
+        for (k, m) in methods.iter().enumerate() {
             let rmse = rms(&found[k].0, &full, &mask);
+            let picture = [0, 1].map(|of| metrics::rmse_image(&found[k].1, &found[of].1));
             lines.push(vec![
-                m.name.into(),
+                m.name.clone(),
                 m.maps.to_string(),
-                format!("{:.4}", metrics::rmse_image(&found[k].1, &found[0].1)),
+                format!("{:.4}", picture[0]),
+                format!("{:.4}", picture[1]),
                 format!("{:.4}", rms(&found[k].0, &found[0].0, &mask)),
                 format!("{rmse:.4}"),
                 format!("{:.4}", rms(&found[k].0, &rays, &mask)),
@@ -114,44 +177,55 @@ pub fn table(b: &mut Bench) -> Result<String> {
             if k == HERS || k == OURS {
                 errors.push(rmse);
                 speeds.push(ms[0] / ms[k]);
+                pictures.push(picture[0]);
             }
         }
         if i == 0 {
             text += &super::lamps::told(b, &start, &times);
         }
-        let hers_of = all.map_or(String::new(), |all| format!(", {:.1} times as fast as 256 samples", all / hers));
+        let [hers, uniform] = model.seconds;
         text += &format!(
-            "\n**{model}** ({} triangles; hers takes {hers} s, 36 samples {uniform} s: {:.1} times as fast{hers_of})\n\n{}",
+            "\n**{}** ({} triangles; hers takes {hers} s, {} samples {uniform} s: {:.1} times as fast; RMSE of her picture {} against {})\n\n{}",
+            model.name,
             renderer.geometry().triangles.len(),
+            model.uniform,
             uniform / hers,
+            model.rmse.0,
+            model.rmse.1,
             table::markdown(&lines)
         );
     }
     let most = |k: usize, all: &[f64]| all.iter().skip(k).step_by(2).copied().fold(0.0, f64::max);
     let least = |k: usize, all: &[f64]| all.iter().skip(k).step_by(2).copied().fold(f64::MAX, f64::min);
+    let judged = |k: usize, rmse: f64, speed: f64| {
+        format!(
+            "RMSE of the picture against 256 samples up to {:.4}, at most {rmse} {}; of visibility against as many samples in the same \
+             cascades up to {:.4}, at most {rmse} {}; {:.1} times as fast as 256 samples at least, {speed:.0} times {}",
+            most(k, &pictures),
+            holds(most(k, &pictures) <= rmse),
+            most(k, &errors),
+            holds(most(k, &errors) <= rmse),
+            least(k, &speeds),
+            holds(least(k, &speeds) >= speed)
+        )
+    };
     text += &format!(
-        "\n- As hers: RMSE of visibility against as many samples as the first has, in the same cascades, up to {:.4}, at most 0.0091 {}; {:.1} times as fast as 256 samples at least, 14 times {}.\n\
-         - Nested places and bounds, 22 maps: up to {:.4}, at most 0.006 {}; {:.1} times as fast at least, 20 times {}.\n",
-        most(0, &errors),
-        holds(most(0, &errors) <= 0.0091),
-        least(0, &speeds),
-        holds(least(0, &speeds) >= 14.0),
-        most(1, &errors),
-        holds(most(1, &errors) <= 0.006),
-        least(1, &speeds),
-        holds(least(1, &speeds) >= 20.0),
+        "\n- As hers: {} (hers: {HER_SPEED:.1}).\n- Nested places and bounds, 22 maps: {}.\n",
+        judged(0, 0.0091, 14.0),
+        judged(1, 0.006, 20.0)
     );
     let (_, start) = b.open("cubes")?;
     let start = Setup { size: SIZE, light: LIGHT, ..start };
-    let [hers, uniform] = [HERS, 1].map(|k| with(&start, METHODS[k].technique, METHODS[k].sets));
-    let (hers, uniform) = (hers?, uniform?);
+    let methods = methods(&MODELS[0]);
+    let of = |k: usize| with(&start, methods[k].technique, &methods[k].sets);
+    let (hers, uniform) = (of(HERS)?, of(1)?);
     text += "\n";
     text += &b.panes("azri-3.9.png", "Figure 3.9: `cssm` and 36 samples", &[hers.clone(), uniform.clone()])?;
     let mut apart = hers.clone();
     apart.view = "difference".into();
     apart.against = vec![uniform.kept(&uniform.technique)?];
     text += &b.capture("azri-3.10.png", "Figure 3.10: their difference", &apart)?;
-    apart.against = vec![with(&start, METHODS[0].technique, METHODS[0].sets)?.kept(METHODS[0].technique)?];
+    apart.against = vec![of(0)?.kept(methods[0].technique)?];
     text += &b.capture("azri-3.14.png", "As figure 3.14: `cssm` less 256 samples", &apart)?;
     let mut cascades = hers;
     cascades.view = "cascades".into();
