@@ -34,7 +34,7 @@ use crate::truth::{Progress, Tracing};
 use crate::view::{self, Drawn, Legend, Source, View};
 use anyhow::{Context, Result, ensure};
 use bytemuck::{Pod, Zeroable};
-use glam::{Mat3, Mat4, Vec2, Vec3, Vec4};
+use glam::{DVec3, Mat3, Mat4, Vec2, Vec3, Vec4};
 use judged::Judged;
 use maps::Offered;
 use std::collections::hash_map::Entry;
@@ -203,6 +203,8 @@ pub struct Frame<'a> {
     pub depth: wgpu::TextureView,
     /// Of all that is random.
     pub seed: u32,
+    /// What is taken off the scene's coordinates ([`Scene::origin`]).
+    pub origin: DVec3,
     /// Counts the changes of the scene's geometry.
     pub revision: u64,
     /// Nothing may be taken over from the frame before.
@@ -858,6 +860,7 @@ impl Renderer {
             size: ask.size,
             depth,
             seed: setup.seed,
+            origin: self.scene.origin,
             revision: self.revision,
             // What is analysed counts what is drawn.
             fresh: ask.fresh || analysed || broken,

@@ -56,7 +56,7 @@ fn place_receivers(@builtin(workgroup_id) group: vec3u, @builtin(local_invocatio
     if !is_drawn(k) {
         return;
     }
-    let e = extent_in(whole_views[k], group.xy, local.xy, vec2f(0.0, 3.4e38));
+    let e = extent_in(whole_views[k], k, group.xy, local.xy, vec2f(0.0, 3.4e38));
     if e.most[0] >= 0.0 {
         for (var i = 0u; i < 6u; i++) {
             atomicMax(&extents[6u * k + i], bitcast<u32>(e.most[i] + 0.0));

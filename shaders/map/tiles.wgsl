@@ -1,7 +1,8 @@
+//!include map/look_up.wgsl
 //!include lib/labels.wgsl
 // Several maps in one picture.
 
-// The maps side by side, fitted into the picture as the counts are; near bright.
+// The first `count` maps side by side, fitted into the picture as the counts are; near bright.
 fn maps_picture(pixel: vec2u, count: u32) -> f32 {
     let columns = u32(ceil(sqrt(f32(count))));
     let rows = (count + columns - 1u) / columns;

@@ -5,6 +5,7 @@ use crate::chart::digits;
 use crate::gpu::{Buffer, Slot};
 use crate::legend::{Known, letter};
 use crate::light::LightView;
+use crate::map::fit::lixel::Plane;
 use crate::measure::causes::CAUSES;
 use crate::setup::Setup;
 use crate::view::Drawn;
@@ -49,6 +50,17 @@ impl Renderer {
     /// kind gives a meaning.
     pub fn read_map(&self) -> Result<Vec<f32>> {
         Ok(bytemuck::pod_collect_to_vec(&self.read(&self.targets.map)?))
+    }
+
+    /// The plane of the triangle at one pixel of the last frame; None for background.
+    pub fn plane_at(&self, pixel: [u32; 2]) -> Result<Option<Plane>> {
+        let Some((pixel, _)) = self.figure.pixel(pixel) else { return Ok(None) };
+        if self.surface_at(pixel)?.is_none() {
+            return Ok(None);
+        }
+        let texture = self.targets.surface.texture().context(NO_FRAME)?;
+        let words: [u32; 4] = bytemuck::pod_read_unaligned(&self.gpu.read_texels(texture, pixel, PIXEL)?);
+        Ok(Plane::of(self.geometry.corners(words[3] as usize).map(|p| p.as_dvec3())))
     }
 
     /// Draws the last frame's picture shaded with the truth in place of the technique's visibility, and reads it back as

@@ -6,9 +6,9 @@ use super::fit::{Kept, Scope, msf};
 use super::peel::{Depths, Held};
 use super::{MOST, MapParams, Maps, light_views, margin, whole};
 use crate::frame::Frame;
-use crate::gpu::{Buffer, Gpu, Pass};
+use crate::gpu::{Buffer, Gpu, Pass, Resource};
 use crate::light::{Light, LightView, WIDEST};
-use crate::params::Params;
+use crate::params::{Group, Params};
 use anyhow::Result;
 use wgpu::BufferUsages as Use;
 
@@ -29,7 +29,6 @@ pub struct Fit {
     fitted: Buffer,
     extent: Buffer,
     receivers: Pass,
-    of_parts: Pass,
     narrow: Pass,
     /// Receivers that the whole view does not see.
     beyond: Buffer,
@@ -38,13 +37,20 @@ pub struct Fit {
 
 impl Fit {
     pub fn new(gpu: &Gpu) -> Result<Fit> {
+        Fit::of(gpu, "map/narrow.wgsl", &[])
+    }
+
+    /// To the receivers that a file takes, which includes `map/narrow_to.wgsl`; `groups`: the parameters that it reads.
+    ///
+    /// # Errors
+    /// Passes that cannot be made.
+    pub fn of(gpu: &Gpu, file: &str, groups: &[Group]) -> Result<Fit> {
         Ok(Fit {
             whole: Vec::new(),
             fitted: light_views(gpu, "fitted light view"),
             extent: gpu.buffer("receivers' extent", &[0; 24 * MOST], Use::STORAGE),
-            receivers: Pass::compute(gpu, "fit: receivers", "map/narrow.wgsl", "receivers", &[])?,
-            of_parts: Pass::compute(gpu, "fit: receivers", "map/narrow.wgsl", "receivers_of_parts", &[])?,
-            narrow: Pass::compute(gpu, "fit: narrow", "map/narrow.wgsl", "narrow", &[])?,
+            receivers: Pass::compute(gpu, "fit: receivers", file, "receivers", groups)?,
+            narrow: Pass::compute(gpu, "fit: narrow", file, "narrow", groups)?,
             beyond: gpu.room("receivers beyond the map", 4, Use::STORAGE | Use::COPY_DST | Use::COPY_SRC),
             everywhere: between(gpu, [0.0, f32::MAX], true),
         })
@@ -52,10 +58,15 @@ impl Fit {
 
     /// The buffer that holds `view`; `narrow`: fitted once more, to the receivers that the camera sees.
     pub fn run(&mut self, f: &mut Frame, view: LightView, narrow: bool) -> Buffer {
-        let whole = self.write(f, 0, &[view]);
-        if !narrow {
-            return whole;
+        match narrow {
+            true => self.narrow_first(f, &[view]),
+            false => self.write(f, 0, &[view]),
         }
+    }
+
+    /// The buffer that holds the first of some views, fitted once more, to the receivers that the camera sees.
+    pub fn narrow_first(&mut self, f: &mut Frame, views: &[LightView]) -> Buffer {
+        let whole = self.write(f, 0, views);
         if matches!(f.light, Light::RectArea { .. }) {
             f.clear(&self.beyond);
         }
@@ -84,13 +95,25 @@ impl Fit {
 
     /// Fits `count` views to the receivers that [`between`] tells.
     pub fn run_all(&mut self, f: &mut Frame, whole: &Buffer, count: u32, receivers: &Buffer, fitted: &Buffer) {
+        self.run_taken(f, whole, count, fitted, &[("between", receivers.into())]);
+    }
+
+    /// Fits `count` views to the receivers that the file takes, by what it is `told`; their depths among it.
+    fn run_taken(
+        &mut self,
+        f: &mut Frame,
+        whole: &Buffer,
+        count: u32,
+        fitted: &Buffer,
+        told: &[(&'static str, Resource)],
+    ) {
         let [w, h] = f.size.map(|side| side.div_ceil(64));
         f.clear(&self.extent);
         f.run(&self.receivers)
             .bind("light_views", whole)
             .bind("extent", &self.extent)
             .bind("beyond", &self.beyond)
-            .bind("between", receivers)
+            .bind_all(told)
             .dispatch(w, h, count);
         f.run(&self.narrow)
             .bind("light_views", whole)
@@ -99,20 +122,10 @@ impl Fit {
             .dispatch(1, 1, 1);
     }
 
-    /// Fits `count` views, each to the receivers in its part, as `FilmParts` in `shaders/map/film_parts.wgsl` tells.
+    /// Fits `count` views, each to the receivers in its part of a film (`shaders/map/narrow_parts.wgsl`).
     pub fn run_parts(&mut self, f: &mut Frame, whole: &Buffer, count: u32, parts: &Buffer, fitted: &Buffer) {
-        let [w, h] = f.size.map(|side| side.div_ceil(64));
-        f.clear(&self.extent);
-        f.run(&self.of_parts)
-            .bind("light_views", whole)
-            .bind("extent", &self.extent)
-            .bind("film_parts", parts)
-            .dispatch(w, h, count);
-        f.run(&self.narrow)
-            .bind("light_views", whole)
-            .bind("extent", &self.extent)
-            .bind("fitted", fitted)
-            .dispatch(1, 1, 1);
+        let told = [("between", (&self.everywhere).into()), ("film_parts", parts.into())];
+        self.run_taken(f, whole, count, fitted, &told);
     }
 }
 

@@ -19,6 +19,7 @@ mod imperfect_sm;
 mod ipsm;
 mod izb;
 mod lispsm;
+pub mod lixel_per_pixel;
 mod logpsm;
 mod msm;
 mod notw;
@@ -200,6 +201,7 @@ pub static ALL: &[&Info] = &[
     &notw::INFO,
     &dsm::INFO,
     &fem_grid::INFO,
+    &lixel_per_pixel::INFO,
     &cube::INFO,
     &dual_paraboloid::INFO,
     &ipsm::INFO,

@@ -182,7 +182,7 @@ impl LightPlane {
     fn new(gpu: &Gpu, info: &Info) -> Result<LightPlane> {
         let one = || gpu.buffer("light view", &[0; size_of::<LightView>()], Use::UNIFORM);
         Ok(LightPlane {
-            fit: Fit::new(gpu)?,
+            fit: Fit::of(gpu, "map/narrow_parts.wgsl", &[])?,
             boxes: gpu.buffer("parts of the film", &[0; size_of::<FilmParts>()], Use::UNIFORM),
             fitted: light_views(gpu, "light views"),
             single: (0..PARTS).map(|_| one()).collect(),

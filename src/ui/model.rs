@@ -12,13 +12,14 @@ use crate::capture;
 use crate::flatland::Flatland;
 use crate::frame::{Told, ToldLight, technique_ms};
 use crate::legend::Known;
+use crate::map::fit::lixel::Plane;
 use crate::measure::Record;
 use crate::measure::advise::Budget;
 use crate::measure::stability::Run;
 use crate::params::Values;
 use crate::scene::{Camera, Scene};
 use crate::setup::{Arrange, Setup, Side};
-use crate::techniques::{self, Info};
+use crate::techniques::{self, Info, lixel_per_pixel};
 use crate::truth::Progress;
 use crate::view;
 use anyhow::Context;
@@ -60,6 +61,8 @@ pub enum Action {
     SaveWorld(PathBuf),
     /// Look at the surface under this pixel of the viewport (0 to 1 from its upper left corner).
     Focus([f32; 2]),
+    /// Make the plane of the surface there the plane of interest.
+    PickPlane([f32; 2]),
     /// Read what the view shows there.
     Read([f32; 2]),
     /// Show what the pass of this name wrote for a side, from 0.
@@ -251,6 +254,8 @@ pub struct Model {
     /// The number of what was ordered last from the scene's thread, and since when it is awaited.
     pub order: u64,
     pub ordered: Instant,
+    /// The next click into the picture picks the plane of interest.
+    pub picking: bool,
     /// None: not read since the picture changed.
     pub reading: Option<Reading>,
     /// Of the pass whose name was under the pointer last, in this picture.
@@ -324,6 +329,7 @@ impl Model {
             facts: Facts::default(),
             order: 0,
             ordered: Instant::now(),
+            picking: false,
             reading: None,
             shot: None,
             show_help: false,
@@ -397,6 +403,19 @@ impl Model {
         match self.side().checked_sub(1) {
             Some(i) => &mut self.setup.against[i].params,
             None => self.setup.params.entry(self.setup.technique.clone()).or_default(),
+        }
+    }
+
+    /// Whether the side that the panel edits has a plane of interest.
+    pub fn has_plane(&self) -> bool {
+        self.edited().is_some_and(|info| info.id == lixel_per_pixel::INFO.id)
+    }
+
+    /// Gives that side a plane of interest, of scene space.
+    pub fn give_plane(&mut self, plane: &Plane) {
+        if self.has_plane() {
+            let origin = self.scene.origin;
+            lixel_per_pixel::give(self.edited_values(), plane, origin);
         }
     }
 

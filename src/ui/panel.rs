@@ -10,7 +10,7 @@ use crate::params::Spec;
 use crate::scene::builtin;
 use crate::scene::builtin::cases;
 use crate::setup::place;
-use crate::techniques::{self, Info};
+use crate::techniques::{self, Info, lixel_per_pixel};
 use egui::collapsing_header::{CollapsingState, paint_default_icon};
 use egui::scroll_area::ScrollBarVisibility;
 use egui::style::ScrollAnimation;
@@ -365,6 +365,7 @@ fn parameters(ui: &mut Ui, m: &mut Model) {
     let mut held = std::mem::take(&mut m.pinned);
     let pinned = &mut held;
     let mut places = std::mem::take(&mut m.places);
+    let (with_plane, mut picking) = (m.has_plane(), m.picking);
     if !m.still {
         places.clear();
     }
@@ -408,9 +409,15 @@ fn parameters(ui: &mut Ui, m: &mut Model) {
         let header = CollapsingHeader::new(RichText::new(title).small().weak()).id_salt(("parameters", title));
         header.default_open(title != "Rasteriser bias").show_unindented(ui, |ui| {
             rest.iter().filter(|s| s.section == title).for_each(|spec| one(ui, spec, pinned));
+            if with_plane && title == lixel_per_pixel::SECTION {
+                let button = ui.selectable_label(picking, "Pick a plane");
+                picking ^= button
+                    .tip("Then click a surface in the picture: its plane becomes the plane of interest.")
+                    .clicked();
+            }
         });
     }
-    (m.pinned, m.places) = (held, places);
+    (m.pinned, m.places, m.picking) = (held, places, picking);
 }
 
 fn camera(ui: &mut Ui, m: &mut Model) {

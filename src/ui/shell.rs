@@ -245,7 +245,7 @@ const GESTURES: [(&str, &str); 13] = [
     ("Double-click a name", "reset that parameter; right-click: pin it to the top"),
     ("Tab, Shift+Tab", "move the focus"),
     ("← →", "turn the slider in focus; ↑ ↓ a number"),
-    ("Escape", "leave a field, close this help"),
+    ("Escape", "leave a field, pick no plane, close this help"),
     ("Drop a file", "open it: .glb, .gltf, .toml, .png, .csv, .json"),
 ];
 

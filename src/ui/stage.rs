@@ -131,6 +131,8 @@ pub enum Request {
     Value([f32; 2]),
     /// Find the surface there.
     Point([f32; 2]),
+    /// Find the plane of that.
+    Plane([f32; 2]),
     /// Show what the pass of this name wrote for a side.
     Shot(usize, &'static str),
 }
@@ -431,6 +433,10 @@ impl Painter<'_> {
             Request::Point(at) => {
                 let point = held.map_or(Ok(None), |r| r.position_at(pixel(at)));
                 self.post.send(Done::Point(point));
+            }
+            Request::Plane(at) => {
+                let plane = held.map_or(Ok(None), |r| r.plane_at(pixel(at)));
+                self.post.send(Done::Plane(plane));
             }
             Request::Shot(side, pass) => {
                 // It is rendered once more without an analysis.

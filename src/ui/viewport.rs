@@ -4,7 +4,7 @@ use super::model::{Action, Model, Reading, Traced};
 use super::style::{ACCENT, TEXT};
 use super::{compare, freeze, gizmo, legend, maps};
 use crate::view;
-use egui::{Align2, Color32, CursorIcon, Event, FontId, Id, Key, PointerButton, Pos2, Rect, Sense, Ui, vec2};
+use egui::{Align2, Color32, CursorIcon, Event, FontId, Id, Key, PointerButton, Pos2, Rect, Response, Sense, Ui, vec2};
 
 /// Radians that a drag of one point turns.
 const TURN: f32 = 0.006;
@@ -39,6 +39,7 @@ pub fn show(ui: &mut Ui, rect: Rect, m: &mut Model, out: &mut Vec<Action>) {
         let at = (at - rect.min) / rect.size();
         out.push(Action::Focus([at.x, at.y]));
     }
+    pick(ui, rect, &r, m, out);
     fly(ui, m);
     m.maps.pointed = r.hover_pos().and_then(|p| {
         let part = compare::parts(rect, &m.setup).into_iter().find(|part| part.seen.contains(p))?;
@@ -86,6 +87,26 @@ fn read(ui: &Ui, rect: Rect, pointer: Option<Pos2>, m: &mut Model, out: &mut Vec
         }
     }
 }
+
+/// Picks the plane of interest by the next click, until Escape.
+fn pick(ui: &Ui, rect: Rect, r: &Response, m: &mut Model, out: &mut Vec<Action>) {
+    m.picking &= m.has_plane() && !ui.input(|i| i.key_pressed(Key::Escape));
+    if !m.picking {
+        return;
+    }
+    if r.contains_pointer() {
+        ui.ctx().set_cursor_icon(CursorIcon::Crosshair);
+    }
+    if let Some(at) = r.interact_pointer_pos().filter(|_| r.clicked()) {
+        let at = (at - rect.min) / rect.size();
+        out.push(Action::PickPlane([at.x, at.y]));
+        m.picking = false;
+    }
+    label(ui, rect, rect.center_top() + vec2(0.0, 12.0), Align2::CENTER_TOP, PICKING);
+}
+
+/// What is said while a plane is picked.
+const PICKING: &str = "Click a surface to pick its plane. Escape: cancel.";
 
 /// Flies with W A S D and Q E; Shift is faster.
 fn fly(ui: &Ui, m: &mut Model) {

@@ -311,6 +311,8 @@ impl Open {
                     self.glide = Some(Glide { from: m.setup.camera.target, to, start: Instant::now() });
                 }
                 Done::Point(Ok(_)) => {}
+                Done::Plane(Ok(Some(plane))) => m.give_plane(&plane),
+                Done::Plane(Ok(None)) => m.say("There is no surface whose plane could be picked."),
                 Done::Map(map) => match *map {
                     Some(map) if m.maps.wanted().is_some() => m.maps.take(map),
                     _ => m.maps.forget(),
@@ -319,7 +321,7 @@ impl Open {
                     m.notes.retain(|n| !n.error);
                     m.say("Shaders reloaded.");
                 }
-                Done::Value(_, Err(e)) | Done::Point(Err(e)) => m.fail(&e),
+                Done::Value(_, Err(e)) | Done::Point(Err(e)) | Done::Plane(Err(e)) => m.fail(&e),
                 Done::Reloaded(Err(e)) | Done::Failed(e) => m.stop(&e),
                 Done::Broken(e) => {
                     m.loading = None;
@@ -642,6 +644,7 @@ impl Open {
                 Err(e) => m.fail(&e),
             },
             Action::Focus(at) => self.stage.ask(Request::Point(at)),
+            Action::PickPlane(at) => self.stage.ask(Request::Plane(at)),
             Action::Read(at) => self.stage.ask(Request::Value(at)),
             Action::Shot(side, pass) => self.stage.ask(Request::Shot(side, pass)),
             Action::Quit => {}

@@ -8,6 +8,7 @@ use crate::chart::{self, Axis};
 use crate::flatland::{self, Flatland};
 use crate::frame::{Ask, MapLayer, Renderer, Shot, Truth};
 use crate::gpu::Gpu;
+use crate::map::fit::lixel::Plane;
 use crate::measure::advise::{self, Advice, Budget};
 use crate::measure::stability::{self, Run, Stability};
 use crate::measure::{self, Figure, More, Record, Step};
@@ -55,6 +56,8 @@ pub enum Done {
     Value([f32; 2], Result<Option<String>>),
     /// The surface there.
     Point(Result<Option<Vec3>>),
+    /// Its plane.
+    Plane(Result<Option<Plane>>),
     /// What a pass wrote for a side; None: no texture.
     Shot(usize, &'static str, Result<Option<Shot>>),
     Reloaded(Result<()>),

@@ -1,9 +1,9 @@
 //! The logarithmic perspective shadow map against closed forms and the truth.
 
 use crate::common::*;
-use glam::{DVec2, Vec2, Vec3};
+use glam::{DVec2, DVec3, Vec2, Vec3};
 use shadowscope::frame::{Ask, Renderer};
-use shadowscope::map::fit::{Scope, lispsm, logpsm, warped};
+use shadowscope::map::fit::{Scope, hull, lispsm, logpsm, sides, warped};
 use shadowscope::measure::metrics::FACING;
 use shadowscope::scene::Camera;
 use shadowscope::setup::Setup;
@@ -206,4 +206,143 @@ fn large_triangles_need_more_than_corners() {
         linear > 2.0 * subdivide && subdivide < 1.5 * exact + 0.005,
         "linear {linear}, subdivide {subdivide}, exact {exact}"
     );
+}
+
+/// Split sides part all that the camera sees among their maps: each point belongs to one, whose part of the light's image holds it, and
+/// whose map has a place for it before which nothing lies. Together the parts are as large as the whole.
+#[test]
+fn sides_cover_what_is_seen_once() {
+    let mut r = Random(23);
+    let (mut numbers, mut points) = ([0; 7], 0);
+    for i in 0..240 {
+        let at = Vec3::new(10.0, 3.0, 10.0) * r.point() + Vec3::Y * 3.5;
+        let view = camera(at, at + r.point());
+        let way = match i % 4 {
+            // Along the gaze, against it, and anyhow.
+            0 => (view.position - view.target).normalize() + 0.2 * r.point(),
+            1 => (view.target - view.position).normalize() + 0.2 * r.point(),
+            _ => r.point(),
+        };
+        let light = match i % 3 {
+            0 => spot(at + 6.0 * r.point(), at + view.forward() * 8.0 + r.point(), 55.0),
+            _ => sun(way),
+        };
+        let bounds = [Vec3::new(-20.0, 0.0, -20.0), Vec3::new(20.0, 5.0, 20.0)];
+        let s = Scope { camera: view, light, bounds, aspect: 1.5, resolution: 512, margin: 0.0 };
+        let (body, image) = (s.seen(), s.image());
+        if body.is_empty() {
+            continue;
+        }
+        let sides = sides::fit(&s, &image, &body);
+        assert!((1..=6).contains(&sides.len()), "{i}: {} sides", sides.len());
+        numbers[sides.len()] += 1;
+        let whole = hull::hull(&body.iter().map(|p| image.at(*p)).collect::<Vec<_>>());
+        let area = |points: &[DVec2]| {
+            (0..points.len()).map(|k| points[k].perp_dot(points[(k + 1) % points.len()])).sum::<f64>().abs() / 2.0
+        };
+        let parts = sides.iter().map(|side| side.area()).sum::<f64>();
+        assert!((parts / area(&whole) - 1.0).abs() < 1e-6, "{i}: {parts} of {}", area(&whole));
+        for _ in 0..40 {
+            let weights: Vec<f64> = body.iter().map(|_| f64::from(r.next()).powi(4) + 1e-4).collect();
+            let x = body.iter().zip(&weights).map(|(p, w)| *p * *w).sum::<DVec3>() / weights.iter().sum::<f64>();
+            let value = |side: &sides::Side| side.row.dot(x.extend(1.0));
+            let own = sides.iter().max_by(|a, b| value(a).total_cmp(&value(b))).unwrap();
+            // Not on a border between two, where rounding decides.
+            let close = |side: &&sides::Side| (value(own) - value(side)).abs() < 1e-9 * value(own).abs().max(1.0);
+            if sides.iter().filter(close).count() > 1 {
+                continue;
+            }
+            let [low, high] = hull::extent(own.points.iter().map(|p| warped(&own.warp, *p).0));
+            let (place, w) = warped(&own.warp, image.at(x));
+            let spare = 1e-6 * (high - low);
+            assert!(w > 0.999_99, "{i}: w = {w}");
+            assert!(
+                (low - spare).cmple(place).all() && (high + spare).cmpge(place).all(),
+                "{i}: {place} off {low}, {high}"
+            );
+            points += 1;
+        }
+    }
+    println!("{numbers:?} views of 0 to 6 sides, {points} points");
+    assert!(points > 5000 && numbers[1] + numbers[2] > 10 && numbers[4] + numbers[5] > 10, "{numbers:?}");
+}
+
+/// Along a side's own face w is proportional to the eye's depth, so that the logarithm makes texels grow as pixels do.
+#[test]
+fn sides_are_warped_along_their_faces() {
+    for to_light in [Vec3::new(0.1, 0.3, 1.0), Vec3::new(0.1, 0.3, -1.0), Vec3::Y] {
+        let s = Scope { light: sun(to_light), ..level(1.0, 50.0) };
+        let (image, body, eye) = (s.image(), s.seen(), s.eye());
+        let sides = sides::fit(&s, &image, &body);
+        let mut slanted = 0;
+        for side in sides.iter().filter(|side| side.face > 1) {
+            let w = |z: f64| warped(&side.warp, image.at(eye.position + side.along * z)).1;
+            for z in [1.0, 7.0, 50.0] {
+                assert!((w(z) / w(1.0) / z - 1.0).abs() < 1e-9, "{to_light}, face {}: {}", side.face, w(z) / w(1.0));
+            }
+            slanted += 1;
+        }
+        assert!(slanted > 0, "{to_light}");
+    }
+}
+
+/// Where gaze and light are nearly parallel one warp fades to nothing, and sides do not: with no more texels these are smaller in
+/// the picture, and errors fewer. Beside the camera a spot has texels that are small enough without.
+#[test]
+fn sides_pay_where_one_warp_fades() {
+    let view = camera(Vec3::new(0.0, 1.6, 18.0), Vec3::new(0.0, 0.8, -10.0));
+    let ground = floor(Vec2::splat(-60.0), Vec2::splat(60.0), 0.0);
+    let mut triangles = ground;
+    // Posts along the way.
+    for i in 0..24 {
+        let (x, z) = ([-2.0, 2.2, 0.4][i % 3], 15.0 - 2.5 * i as f32);
+        for side in floor(Vec2::new(x - 0.1, z - 0.1), Vec2::new(x + 0.1, z + 0.1), 1.2) {
+            triangles.push(side);
+        }
+        let p = |dx: f32, y: f32| Vec3::new(x + dx, y, z);
+        triangles.extend([[p(-0.1, 0.0), p(0.1, 0.0), p(0.1, 1.2)], [p(-0.1, 0.0), p(0.1, 1.2), p(-0.1, 1.2)]]);
+    }
+    let (mut r, mut s) =
+        start(scene(vec![mesh(&triangles, 0)], vec![material(Vec3::ONE)], view, sun(Vec3::Y)), [160, 120]);
+    for (light, gains) in [
+        (sun(Vec3::new(0.06, 0.2, 1.0)), true),
+        (sun(Vec3::new(0.06, 0.2, -1.0)), true),
+        (spot(Vec3::new(0.5, 6.0, 24.0), Vec3::new(0.0, 0.0, -10.0), 40.0), true),
+        (sun(Vec3::new(1.0, 0.8, 0.0)), false),
+    ] {
+        s.light = light;
+        let mut of = |sides: &str| {
+            let e = errors(&mut r, &mut s, "logpsm", &["resolution=256", sides, "slope_limit=57"]).share();
+            r.render(&s, Ask { analysis: true, ..ask(&s) }).unwrap();
+            let m = r.analysis().aliasing(&r.gpu).unwrap().unwrap();
+            let mut m: Vec<f32> = m.iter().map(|m| m[0]).filter(|m| *m > 0.0).collect();
+            m.sort_by(f32::total_cmp);
+            let [all, facing] = counted(&mut r, &s);
+            // On the edge of a spot's cone rounding decides.
+            assert!(all.abs_diff(facing) * 1000 <= facing, "{light:?} {sides}: {all} of {facing}");
+            (e, m[m.len() / 2], m[m.len() * 19 / 20])
+        };
+        let [one, split] = ["sides=1", "sides=faces"].map(&mut of);
+        println!("{light:?}: {one:?} and {split:?}");
+        if gains {
+            assert!(split.1 < 0.7 * one.1, "{light:?}: {one:?} and {split:?}");
+            assert!(split.0 < 0.5 * one.0 || one.0 < 0.005, "{light:?}: {one:?} and {split:?}");
+        } else {
+            assert!(split.1 < 1.5 * one.1, "{light:?}: {one:?} and {split:?}");
+        }
+    }
+}
+
+/// Sides hold no more texels than a single map.
+#[test]
+fn sides_share_the_texels_of_one_map() {
+    let (mut r, mut s) = built_in("bench", [80, 60]);
+    for light in [s.light, sun(s.camera.position - s.camera.target)] {
+        s.light = light;
+        select(&mut s, "logpsm", &["resolution=256", "sides=faces"]);
+        r.render(&s, Ask { analysis: true, ..ask(&s) }).unwrap();
+        let sizes = r.analysis().maps().unwrap();
+        let texels = sizes.layers * sizes.size[0] * sizes.size[1];
+        assert!(sizes.layers > 1 && texels <= 256 * 256 && texels > 250 * 250, "{sizes:?}");
+    }
 }

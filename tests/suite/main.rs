@@ -28,6 +28,7 @@ mod laws;
 mod light_size;
 mod lights;
 mod lists;
+mod lixel;
 mod logpsm;
 mod measures;
 mod metrics;

@@ -1604,6 +1604,50 @@ fn techniques_are_searched_for() {
     assert_eq!((setup(&harness).technique.as_str(), harness.state().model.search.as_str()), ("sdsm", ""));
 }
 
+/// The next click into the picture picks the plane of interest, until Escape or another technique.
+#[test]
+fn a_plane_is_picked_in_the_picture() {
+    let mut harness = harness("cubes", 2400.0);
+    harness.state_mut().model.select(techniques::find("lixel-per-pixel").unwrap());
+    harness.run_steps(3);
+    click(&mut harness, "Pick a plane");
+    assert!(harness.state().model.picking);
+    let at = harness.state().picture.center();
+    harness.hover_at(at);
+    for pressed in [true, false] {
+        let button = egui::PointerButton::Primary;
+        harness.event(egui::Event::PointerButton { pos: at, button, pressed, modifiers: egui::Modifiers::NONE });
+        harness.run_steps(2);
+    }
+    let asked =
+        |a: &Action| matches!(a, Action::PickPlane([x, y]) if (*x - 0.5).abs() < 0.02 && (*y - 0.5).abs() < 0.02);
+    assert!(harness.state().actions.iter().any(asked) && !harness.state().model.picking);
+    // What is found there is one step, and can be undone.
+    let before = setup(&harness);
+    let plane = shadowscope::map::fit::lixel::Plane { normal: glam::DVec3::NEG_Z, distance: 2.0 };
+    let model = &mut harness.state_mut().model;
+    let origin = model.scene.origin;
+    model.give_plane(&plane);
+    harness.run_steps(3);
+    let values = setup(&harness).params["lixel-per-pixel"].clone();
+    let back = techniques::lixel_per_pixel::given(&values, origin);
+    assert!(
+        values["plane"] == Value::Text("given".into()) && (back.normal.z * back.distance + 2.0).abs() < 1e-9,
+        "{values:?}"
+    );
+    harness.key_press_modifiers(egui::Modifiers::COMMAND, egui::Key::Z);
+    harness.run_steps(3);
+    assert_eq!(setup(&harness), before);
+    click(&mut harness, "Pick a plane");
+    harness.key_press(egui::Key::Escape);
+    harness.run_steps(3);
+    assert!(!harness.state().model.picking);
+    click(&mut harness, "Pick a plane");
+    harness.state_mut().model.select(techniques::find("pcf").unwrap());
+    harness.run_steps(3);
+    assert!(!harness.state().model.picking);
+}
+
 /// Nothing that the window says in tooltips shows as an empty box.
 #[test]
 fn the_fonts_have_every_letter_of_the_tooltips() {

@@ -201,7 +201,8 @@ fn the_command_lines_words_are_read() {
     let (own, wider) = (parse_light(&scene, "sun").unwrap(), parse_light(&scene, "sun:angular_radius=0.5").unwrap());
     assert!((wider.radius() - 0.5f32.to_radians().tan()).abs() < 1e-6 && wider.position() == own.position());
     assert!(parse_light(&scene, "sun:outer_angle=20").is_err(), "a sun has no cone");
-    for bad in ["spot:position=0,5,0;angular_radius=1", "spot:where=1", "lamp:position=0,0,0;range=3", "omni:position"] {
+    for bad in ["spot:position=0,5,0;angular_radius=1", "spot:where=1", "lamp:position=0,0,0;range=3", "omni:position"]
+    {
         assert!(parse_light(&scene, bad).is_err(), "{bad}");
     }
     // A bare key goes to every technique that has it, and to no other.

@@ -63,6 +63,7 @@ fn whole() -> Vec<(String, &'static [Group])> {
         "map/prefilter.wgsl",
         "map/sums.wgsl",
         "map/tiles.wgsl",
+        "map/narrow_to.wgsl",
     ];
     let alone = shader_files().into_iter().filter(|f| !part(f) && !parts.contains(&f.as_str()));
     let mut all: Vec<_> = alone.map(|f| (f.clone(), groups(&f))).collect();
@@ -89,6 +90,13 @@ fn whole() -> Vec<(String, &'static [Group])> {
                 .iter()
                 .map(|filter| (shader(file, filter, filter.moments.map(|of| of(&Values::new()))), info.params)),
         );
+        // Maps of the sides of the view have a file beside that of a single one.
+        let sides = format!("techniques/{}/sides.wgsl", info.id);
+        let with_sides = filters.iter().filter(|_| held(&sides));
+        all.extend(with_sides.map(|filter| (shader(&sides, filter, None), info.params)));
+        // And what fits maps to some of the receivers.
+        let fit = format!("techniques/{}/fit.wgsl", info.id.replace('-', "_"));
+        all.extend(held(&fit).then_some((fit, info.params)));
         // Those with a single map and maps around a lamp have the latter's in a folder of their own.
         let folder = format!("techniques/{}/around.wgsl", info.id.replace('-', "_"));
         let in_folder = filters.iter().filter(|_| held(&folder));

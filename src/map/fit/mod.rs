@@ -10,11 +10,13 @@ pub mod faces;
 pub mod film;
 pub mod hull;
 pub mod lispsm;
+pub mod lixel;
 pub mod logpsm;
 pub mod msf;
 pub mod part;
 pub mod psm;
 pub mod quickhull;
+pub mod sides;
 pub mod tsm;
 
 use crate::frame::Frame;
@@ -252,7 +254,6 @@ impl Scope {
         if !(low.is_finite() && high.is_finite() && size.min_element() > 0.0) {
             return None;
         }
-        let whole = LightView::whole(&self.light, self.bounds, self.resolution, self.margin)?;
         let r = self.resolution as f64;
         // The box's share of the map, less the margin.
         let mut scale = 2.0 * (1.0 - 2.0 * self.margin as f64 / r).max(0.1) / size;
@@ -264,11 +265,25 @@ impl Scope {
             DVec3::new(0.0, scale.y, 0.0),
             DVec3::new(-scale.x * middle.x, -scale.y * middle.y, 1.0),
         ) * *h;
+        self.view_through(image, &fitted, nearest, deepest)
+    }
+
+    /// The light's view through a homography from its image to the very map, x and y from -1 to 1. `nearest` and `deepest` as in
+    /// [`Scope::view_between`].
+    pub fn view_through(
+        &self,
+        image: &LightImage,
+        fitted: &DMat3,
+        nearest: Option<f64>,
+        deepest: f64,
+    ) -> Option<LightView> {
+        let whole = LightView::whole(&self.light, self.bounds, self.resolution, self.margin)?;
+        let r = self.resolution as f64;
         let row = |i: usize| -> Vec4 {
             let r = fitted.row(i);
             (image.rows[0] * r.x + image.rows[1] * r.y + image.rows[2] * r.z).as_vec4()
         };
-        let affine = h.row(2).x == 0.0 && h.row(2).y == 0.0;
+        let affine = fitted.row(2).x == 0.0 && fitted.row(2).y == 0.0;
         let (lamp, mut near) = (self.light.view_tangent().is_some(), whole.near);
         let mut axis = image.depth.as_vec4();
         if lamp {

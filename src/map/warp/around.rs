@@ -82,7 +82,7 @@ impl Layers {
             told: counted("triangles of all layers", super::TRIANGLES_MET + 4),
             cropping: [0u32, 1].map(|x| gpu.buffer("cropping", bytemuck::bytes_of(&[x, 0, 0, 0]), Use::UNIFORM)),
             each: (0..MOST).map(|_| zero("light view", size_of::<LightView>(), Use::UNIFORM)).collect(),
-            look: pass("fit: samples", "extents_of_faces")?,
+            look: pass("fit: samples", "extents_of_layers")?,
             fit: pass("fit: narrow", "fit_faces")?,
             tell: Pass::compute(gpu, "layers told", &alone(file), "tell", groups)?,
         })

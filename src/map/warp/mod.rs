@@ -121,6 +121,8 @@ pub struct Warped {
     groups: &'static [Group],
     fit: Fit,
     around: Option<around::Layers>,
+    /// Of several layers that lie around no light: what their passes count together, as the first of `State`, and what adds it up.
+    told: Option<(Pass, Buffer)>,
     views: Option<(Buffer, Vec<Buffer>)>,
     layers: Option<Layers>,
     casters: Option<(Way, Box<dyn Casters>)>,
@@ -176,6 +178,7 @@ impl Warped {
             groups,
             fit: Fit::new(gpu)?,
             around: None,
+            told: None,
             views: None,
             layers: None,
             casters: None,
@@ -203,22 +206,57 @@ impl Warped {
         Ok(Warped { around, ..Warped::new(gpu, file, groups)? })
     }
 
+    /// As [`Warped::new`], of several layers whose views the technique makes ([`Warped::layers`]).
+    ///
+    /// # Errors
+    /// Passes that cannot be made.
+    pub fn several(gpu: &Gpu, file: &'static str, groups: &'static [Group]) -> Result<Warped> {
+        let tell = Pass::compute(gpu, "layers told", &alone(file), "tell", groups)?;
+        let told = storage(gpu, "triangles of all layers", TRIANGLES_MET + 4);
+        Ok(Warped { told: Some((tell, told)), ..Warped::new(gpu, file, groups)? })
+    }
+
+    /// The light's views of several layers before the warp, whose sides have `side` texels: all together and one by one, made where
+    /// anything changed since the last frame. `bound`: what their passes bind beside.
+    ///
+    /// # Errors
+    /// What `make` says.
+    pub fn layers(
+        &mut self,
+        f: &mut Frame,
+        side: u32,
+        bound: Vec<(&'static str, Resource)>,
+        make: impl FnOnce(&mut Frame) -> (Buffer, Vec<Buffer>),
+    ) -> Base {
+        let held = self.begin(f, false);
+        let changed = held.is_none();
+        let (light_view, each) = held.unwrap_or_else(|| make(f));
+        self.views = Some((light_view.clone(), each.clone()));
+        Base { light_view, each, side, changed, faces: bound, plain: None }
+    }
+
+    /// The views of the last frame, if nothing changed since. What is drawn from now on is of what this frame asks for.
+    fn begin(&mut self, f: &Frame, kept: bool) -> Option<(Buffer, Vec<Buffer>)> {
+        let values = f.values.iter().filter(|(k, _)| !LOOK_UP.contains(&k.as_str()));
+        let values = values.map(|(k, v)| (k.clone(), v.clone())).collect();
+        let scope = scope(f, Reach::default());
+        let key = Key { scope, values, size: f.size, revision: f.revision, shown: shown(f), kept };
+        let held = self.views.clone().filter(|_| !f.fresh && self.made.as_ref() == Some(&key));
+        // Until it is made, there is none.
+        self.made = None;
+        self.making = Some(key);
+        held
+    }
+
     /// The light's view before the warp: `view`, or one of the whole scene; `narrow`: fitted to the receivers that the
     /// camera sees. Of faces around a light: each whole, or narrowed so. `kept`: what warps are made of is kept for all of them.
     ///
     /// # Errors
     /// A light without a single view.
     pub fn base(&mut self, f: &mut Frame, view: Option<LightView>, narrow: bool, kept: bool) -> Result<Base> {
-        let scope = scope(f, Reach::default());
-        let values = f.values.iter().filter(|(k, _)| !LOOK_UP.contains(&k.as_str()));
-        let values = values.map(|(k, v)| (k.clone(), v.clone())).collect();
-        let key = Key { scope, values, size: f.size, revision: f.revision, shown: shown(f), kept };
         let side = self.around.as_ref().map_or_else(|| MapParams::read(f.values).resolution, |around| around.side(f));
-        let held = self.views.clone().filter(|_| !f.fresh && self.made.as_ref() == Some(&key));
+        let held = self.begin(f, kept);
         let changed = held.is_none();
-        // Until it is made, there is none.
-        self.made = None;
-        self.making = Some(key);
         let (light_view, each) = match (held, &mut self.around) {
             (Some(held), _) => held,
             (None, Some(around)) => {
@@ -228,7 +266,7 @@ impl Warped {
                 (all, each)
             }
             (None, None) => {
-                let mut view = view.map_or_else(|| whole(&scope), Ok)?;
+                let mut view = view.map_or_else(|| whole(&scope(f, Reach::default())), Ok)?;
                 // Depth is linear, as the warp leaves no plane flat.
                 view.perspective = LightView::WARPED;
                 let view = self.fit.run(f, view, narrow);
@@ -275,6 +313,9 @@ impl Warped {
         };
         if base.changed {
             f.clear(folds);
+            if let Some((_, told)) = &self.told {
+                f.clear(told);
+            }
         }
         let way = Way { raster: r.raster, format: format(&p), cull: p.cull };
         let (file, groups) = (self.file, self.groups);
@@ -293,10 +334,14 @@ impl Warped {
             if let Some(around) = self.around.as_ref().filter(|_| base.changed) {
                 around.drawn(f, &bound);
             }
+            if let Some((tell, told)) = self.told.as_ref().filter(|_| base.changed) {
+                f.run(tell).bind_all(&bound).bind("told", told).dispatch(1, 1, 1);
+            }
         }
-        match &self.around {
-            Some(around) => around.report(f, number),
-            None => {
+        match (&self.around, &self.told) {
+            (Some(around), _) => around.report(f, number),
+            (None, Some((_, told))) => f.count_pieces(told),
+            (None, None) => {
                 f.count_pieces(&states[0]);
                 f.outline_view(&base.light_view);
             }
@@ -308,7 +353,7 @@ impl Warped {
         }
         let maps = Maps { layers, light_views: base.light_view.clone(), sides, bound: all.clone() };
         self.look_up.run(f, &maps, NEAREST, &[])?;
-        if self.around.is_none() {
+        if self.around.is_none() && self.told.is_none() {
             f.offer_warp(file, groups, &all);
         }
         let bound: Vec<_> = (0..number).map(of_layer).collect();
@@ -323,7 +368,8 @@ impl Warped {
         if f.wants_analysis() {
             let groups = resolution.div_ceil(8);
             for (bound, state) in bound.iter().zip(&states) {
-                let state = self.around.as_ref().map_or(state, |around| around.told());
+                let several = self.told.as_ref().map(|(_, told)| told);
+                let state = self.around.as_ref().map(|around| around.told()).or(several).unwrap_or(state);
                 f.run(&self.count_folds).bind_all(bound).bind("state", state).dispatch(groups, groups, 1);
             }
         }

@@ -1,0 +1,37 @@
+//!include map/place/straight.wgsl
+//!include map/look_up.wgsl
+//!include map/tiles.wgsl
+//!include techniques/lixel_per_pixel/plane.wgsl
+// Chong, Gortler 2004: the pixels of one plane have a map whose texels are pixels, all others an ordinary one.
+
+fn choose(s: Surface) -> Chosen {
+    return Chosen(select(ordinary, planes_own, has_lixel(s.position, 1.0)), ordinary, 0.0);
+}
+
+fn texture_layer(layer: u32) -> u32 {
+    return layer;
+}
+
+fn holds(layer: u32, texel: vec2f) -> bool {
+    return true;
+}
+
+// Nothing: it is lit.
+fn beside(r: Receiver, texel: vec2f) -> Beside {
+    return Beside(1.0, light_views[r.layer].far);
+}
+
+fn inspect_map(s: Surface) -> f32 {
+    if frame.map == shows_shadow_maps {
+        return maps_picture(s.pixel, textureNumLayers(shadow_maps));
+    }
+    if !s.valid {
+        return -1.0;
+    }
+    if frame.map == shows_plane {
+        // Near the plane, but not in its map: the third colour.
+        let layer = choose(s).layer;
+        return label(select(layer, 2u, layer == ordinary && near_plane(s.position, lixel.tolerance)), 0.5);
+    }
+    return inspect_filter(s);
+}
