@@ -33,7 +33,7 @@ use std::sync::Arc;
 struct Cli {
     #[command(subcommand)]
     command: Option<Command>,
-    /// What to open: a built-in scene, a glTF file, a set-up (.toml) or a captured picture (.png).
+    /// What to open: a built-in scene, a glTF file, a set-up (.toml), a captured picture (.png) or a world of flatland (.toml).
     setup: Option<String>,
     /// Use the first graphics adapter whose name contains this.
     #[arg(long, global = true)]

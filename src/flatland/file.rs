@@ -32,6 +32,11 @@ pub const MOST_SEGMENTS: usize = 1000;
 /// Most pixels, and most texels.
 pub const MOST: usize = 10_000;
 
+/// Whether a TOML text is meant as a world, not as a set-up.
+pub fn is_world(text: &str) -> bool {
+    text.parse::<toml::Table>().is_ok_and(|t| t.contains_key("segments") && t.contains_key("eye"))
+}
+
 impl Flatland {
     /// # Errors
     /// Text that is no such file, in one sentence.

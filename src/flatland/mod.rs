@@ -154,6 +154,12 @@ impl Flatland {
         self.forward() + self.forward().perp() * (slope * (p - self.pixels as f64 / 2.0))
     }
 
+    /// The place of the image at which a point is seen that lies before the eye.
+    pub fn place(&self, point: DVec2) -> f64 {
+        let (from, slope) = (point - self.eye, 2.0 * (self.fov / 2.0).tan() / self.pixels as f64);
+        self.pixels as f64 / 2.0 + from.dot(self.forward().perp()) / from.dot(self.forward()) / slope
+    }
+
     /// How far a ray goes, in its own lengths, and the segment that it meets first.
     pub fn first(&self, origin: DVec2, ray: DVec2) -> Option<(f64, usize)> {
         let hit = |(i, [a, b]): (usize, &[DVec2; 2])| {
@@ -218,7 +224,10 @@ impl Flatland {
     /// 0 at the light to 1 at what the light meets first, where the method wants it.
     pub fn perspective(&self, film: &Film, push: f64) -> Option<Perspective> {
         let space = self.post_perspective(film);
-        let light = space.project(self.light);
+        let (off, near) = (self.light - self.eye, 1e-9 * (self.light - self.eye).length());
+        // In the view's plane itself its image lies at infinity: just before it, it is as good as there.
+        let nudge = if off.dot(space.forward).abs() < near { near } else { 0.0 };
+        let light = space.project(self.light + space.forward * nudge);
         let from = |p: DVec2| space.project(p) - light;
         // The frustum around the middle of the hull's directions.
         let towards = film.samples.iter().map(|s| from(s.point).normalize()).sum::<DVec2>().to_angle();
@@ -229,7 +238,7 @@ impl Flatland {
         // Where the near line's direction, a point at infinity there, lies in the world.
         let vanishing = self.eye - space.forward.perp() * (space.tangent * space.b * along.x / along.y);
         // A spot light behind the camera is a sink there: light comes from the far side.
-        let turned = (self.light - self.eye).dot(space.forward).signum();
+        let turned = if nudge > 0.0 { 1.0 } else { off.dot(space.forward).signum() };
         let order = |p: DVec2| from(p).dot(axis) * turned;
         let first = film.samples.iter().min_by(|p, q| order(p.point).total_cmp(&order(q.point)))?;
         let point = match push {
@@ -325,8 +334,13 @@ impl Film {
     }
 
     /// The normal of the film that s stands for.
-    fn normal(&self, s: f64) -> f64 {
+    pub fn normal(&self, s: f64) -> f64 {
         self.half_angle() + (s.tanh() / ((self.top - self.bottom) / 2.0).tan()).atan()
+    }
+
+    /// The s that stands for the film with this normal.
+    pub fn stretched(&self, normal: f64) -> f64 {
+        ((normal - self.half_angle()).tan() * ((self.top - self.bottom) / 2.0).tan()).atanh()
     }
 
     /// The film with the least error.

@@ -71,17 +71,7 @@ impl Report {
         let film = world.film().with_context(|| {
             format!("{scene}: the camera sees nothing, or what it sees does not lie within 180° as seen from the light")
         })?;
-        let mut methods: Vec<Row> = Vec::new();
-        for (method, metric) in METHODS.into_iter().zip(Metric::ALL) {
-            let least = film.least(metric);
-            let steps = (metric == Metric::L2).then_some(least.steps);
-            methods.push(Row { steps, ..row(&film, method, least.normal) });
-        }
-        methods.push(row(&film, METHODS[3], film.half_angle()));
-        if let Some(p) = world.perspective(&film, 1.0) {
-            let both = METHODS[4..].iter().zip([p.near_line, p.texels]);
-            methods.extend(both.filter(|(_, x)| film.is_valid(*x)).map(|(method, x)| row(&film, method, x)));
-        }
+        let methods = methods(world, &film, 1.0);
         let mut splits = Vec::new();
         for metric in [Metric::L1, Metric::L2] {
             for frusta in 1..=4 {
@@ -158,7 +148,24 @@ impl Report {
     }
 }
 
-fn row(film: &Film, method: &'static str, normal: f64) -> Row {
+/// Each method's film, as far as there is a valid one. `push`: as [`Flatland::perspective`] takes it.
+pub fn methods(world: &Flatland, film: &Film, push: f64) -> Vec<Row> {
+    let mut methods: Vec<Row> = Vec::new();
+    for (method, metric) in METHODS.into_iter().zip(Metric::ALL) {
+        let least = film.least(metric);
+        let steps = (metric == Metric::L2).then_some(least.steps);
+        methods.push(Row { steps, ..row(film, method, least.normal) });
+    }
+    methods.push(row(film, METHODS[3], film.half_angle()));
+    if let Some(p) = world.perspective(film, push) {
+        let both = METHODS[4..].iter().zip([p.near_line, p.texels]);
+        methods.extend(both.filter(|(_, x)| film.is_valid(*x)).map(|(method, x)| row(film, method, x)));
+    }
+    methods
+}
+
+/// The figures of a film with this normal.
+pub fn row(film: &Film, method: &'static str, normal: f64) -> Row {
     let Badness { worst, mean, mean_sigma } = film.badness(normal);
     Row { method, angle: angle(normal), worst, average: mean, mean_sigma, steps: None, normal }
 }

@@ -42,6 +42,12 @@ pub fn show(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
                     m.drawer = if open { None } else { Some(tab) };
                 }
             }
+            ui.separator();
+            let tip =
+                "Shadow maps in a world of two dimensions: turn the light's film and see what each angle costs (F5).";
+            if ui.button("Flatland").on_hover_text(tip).clicked() {
+                m.toggle_lab();
+            }
         });
     });
     let Some(tab) = m.drawer else { return };

@@ -12,6 +12,7 @@ mod compare;
 mod controls;
 mod drawer;
 mod errors;
+pub mod flatland;
 mod freeze;
 mod gizmo;
 mod history;

@@ -2,12 +2,14 @@
 
 use super::advice::Advising;
 use super::chart::Chart;
+use super::flatland::Lab;
 use super::history::History;
 use super::maps::Maps;
 use super::picker::Picker;
 use super::pictures::{Picture, Pictures, Subject};
 use super::timeline::Timeline;
 use crate::capture;
+use crate::flatland::Flatland;
 use crate::frame::{Told, ToldLight, technique_ms};
 use crate::legend::Known;
 use crate::map::fit::lixel::Plane;
@@ -55,6 +57,8 @@ pub enum Action {
     /// Ask where to capture to.
     PickCapture,
     SaveSetup(PathBuf),
+    /// Write the flatland lab's world.
+    SaveWorld(PathBuf),
     /// Look at the surface under this pixel of the viewport (0 to 1 from its upper left corner).
     Focus([f32; 2]),
     /// Make the plane of the surface there the plane of interest.
@@ -244,6 +248,7 @@ pub struct Model {
     pub chart: Chart,
     pub pictures: Pictures,
     pub timeline: Timeline,
+    pub lab: Lab,
     pub advice: Advising,
     pub facts: Facts,
     /// The number of what was ordered last from the scene's thread, and since when it is awaited.
@@ -319,6 +324,7 @@ impl Model {
             chart: Chart::default(),
             pictures: Pictures::default(),
             timeline,
+            lab: Lab::default(),
             advice: Advising::default(),
             facts: Facts::default(),
             order: 0,
@@ -634,6 +640,21 @@ impl Model {
     /// Whether the panel shows.
     pub fn panel_shows(&self) -> bool {
         if self.narrow { self.show_over } else { self.show_panel }
+    }
+
+    /// Opens the flatland lab on a world.
+    pub fn show_world(&mut self, path: &Path, world: Flatland) {
+        self.lab.open(path, world);
+        if !self.lab.shown {
+            self.toggle_lab();
+        }
+    }
+
+    /// Opens the flatland lab, or goes back to the scene, which rests meanwhile.
+    pub fn toggle_lab(&mut self) {
+        self.lab.shown = !self.lab.shown;
+        self.playing = false;
+        self.timeline.playing = false;
     }
 
     /// Hides or shows the panel.

@@ -4,12 +4,12 @@ use super::controls::{set_panel_left, take_said};
 use super::history::REST;
 use super::model::{Action, Model, Tab, Traced};
 use super::viewport;
-use super::{compare, drawer, freeze, maps, panel, picker};
+use super::{compare, drawer, flatland, freeze, maps, panel, picker};
 use crate::legend::letter;
 use crate::view;
 use egui::{
     Align, Align2, Area, Button, Context, Frame, Grid, Id, Key, Label, Layout, Margin, ModifierNames, Modifiers, Order,
-    Panel, Rect,
+    Panel, Popup, Rect,
 };
 use egui::{Color32, KeyboardShortcut, Modal, RichText, Stroke, StrokeKind, TextStyle, Ui, UiBuilder, pos2, vec2};
 use std::path::PathBuf;
@@ -31,6 +31,15 @@ pub fn layout(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) -> Rect {
     keys(ui.ctx(), m, out);
     if let Some(text) = take_said(ui.ctx()) {
         m.say(text);
+    }
+    if m.lab.shown {
+        let mut over = flatland::show(ui, m, out);
+        over.min.y += busy(ui.ctx(), over, m, out);
+        messages(ui.ctx(), over, m);
+        help(ui.ctx(), m);
+        closing(ui.ctx(), m, out);
+        picker::show(ui.ctx(), m, out);
+        return Rect::NOTHING;
     }
     let fill = ui.visuals().panel_fill;
     let bar = Frame::new().fill(fill).inner_margin(Margin::symmetric(10, 0));
@@ -158,6 +167,7 @@ const SHORTCUTS: &[Shortcut] = &[
     always(&[(NONE, Key::F2)], "open or close the chart", |m, _| m.toggle(Tab::Chart)),
     always(&[(NONE, Key::F3)], "open or close stability", |m, _| m.toggle(Tab::Stability)),
     always(&[(NONE, Key::F4)], "open or close advice", |m, _| m.toggle(Tab::Advice)),
+    always(&[(NONE, Key::F5)], "open the flatland lab", |m, _| m.toggle_lab()),
     always(&[(NONE, Key::F9)], "hide or show the panel", |m, _| m.toggle_panel()),
     always(&[(CTRL, Key::F)], "search the techniques", |m, _| m.find()),
     shortcut(&[(NONE, Key::R)], "reset the camera", |m, _| m.go_home()),
@@ -191,6 +201,37 @@ const SHORTCUTS: &[Shortcut] = &[
     }),
 ];
 
+/// Those of the flatland lab.
+const LAB: &[Shortcut] = &[
+    always(&[(NONE, Key::F1)], "this help", |m, _| m.show_help = !m.show_help),
+    always(&[(NONE, Key::F5)], "leave the flatland lab", |m, _| m.toggle_lab()),
+    shortcut(&[(NONE, Key::D)], "draw segments, or stop drawing", |m, _| m.lab.drawing = !m.lab.drawing),
+    shortcut(&[(NONE, Key::Delete), (NONE, Key::Backspace)], "delete the selected segment", |m, _| m.lab.delete()),
+    shortcut(&[(NONE, Key::Home)], "show all of the world", |m, _| m.lab.fit()),
+    shortcut(&[(NONE, Key::P)], "post-perspective space, or back", |m, _| m.lab.now.show.post ^= true),
+    shortcut(&[(CTRL.plus(SHIFT), Key::Z), (CTRL, Key::Y)], "redo", |m, _| m.lab.redo()),
+    shortcut(&[(CTRL, Key::Z)], "undo", |m, _| m.lab.undo()),
+    always(&[(CTRL, Key::S)], "save the world", |m, out| flatland::save(m, out)),
+    always(&[(CTRL, Key::Q)], "quit", |m, out| {
+        if m.may_close() {
+            out.push(Action::Quit);
+        }
+    }),
+];
+
+/// What the mouse does in the flatland lab.
+const LAB_GESTURES: [(&str, &str); 9] = [
+    ("Drag eye or light", "move it; the round knob before the eye turns the view, the square one widens it"),
+    ("Drag the film's knob", "turn the film line about the light"),
+    ("Drag an end", "move that end of a segment; the segment itself moves as a whole"),
+    ("Click a segment", "select it"),
+    ("Drag the ground", "pan, with any button"),
+    ("Wheel", "zoom about the pointer"),
+    ("Double-click the ground", "show all of it"),
+    ("Drag in a chart", "turn the film; choose how many samples"),
+    ("Escape", "lay the pen down, select nothing, leave"),
+];
+
 /// What the mouse does, and keys that egui or the viewport handle.
 const GESTURES: [(&str, &str); 13] = [
     ("Left drag", "orbit around the target"),
@@ -214,7 +255,8 @@ fn keys(ctx: &Context, m: &mut Model, out: &mut Vec<Action>) {
     let (typing, focused) = (ctx.text_edit_focused(), ctx.egui_wants_keyboard_input());
     let pressed = |(modifiers, key): (Modifiers, Key)| ctx.input_mut(|i| i.consume_key(modifiers, key));
     let quits = |s: &Shortcut| s.keys.contains(&(CTRL, Key::Q));
-    for shortcut in SHORTCUTS.iter().filter(|s| if behind { quits(s) } else { s.typing || !typing }) {
+    let shortcuts = if m.lab.shown { LAB } else { SHORTCUTS };
+    for shortcut in shortcuts.iter().filter(|s| if behind { quits(s) } else { s.typing || !typing }) {
         for keys in shortcut.keys {
             // A button in focus takes the space bar.
             if !(focused && keys.1 == Key::Space) && pressed(*keys) {
@@ -227,6 +269,12 @@ fn keys(ctx: &Context, m: &mut Model, out: &mut Vec<Action>) {
     }
     if m.show_help && pressed((NONE, Key::Escape)) {
         m.show_help = false;
+    }
+    if m.lab.shown {
+        if !Popup::is_any_open(ctx) && pressed((NONE, Key::Escape)) {
+            m.lab.back();
+        }
+        return;
     }
     for (key, v) in VIEWS.into_iter().zip(view::VIEWS) {
         if pressed((NONE, key)) {
@@ -481,9 +529,13 @@ fn help(ctx: &Context, m: &mut Model) {
             let mac = ctx.os() == egui::os::OperatingSystem::Mac;
             let named =
                 |keys: &(Modifiers, Key)| KeyboardShortcut::new(keys.0, keys.1).format(&ModifierNames::NAMES, mac);
-            GESTURES.iter().for_each(|(keys, does)| line((*keys).into(), does));
-            line("1 … 9".into(), "choose a view");
-            for s in SHORTCUTS.iter().filter(|s| s.keys[0].1 != Key::Questionmark) {
+            let (gestures, shortcuts): (&[_], _) =
+                if m.lab.shown { (&LAB_GESTURES, LAB) } else { (&GESTURES, SHORTCUTS) };
+            gestures.iter().for_each(|(keys, does)| line((*keys).into(), does));
+            if !m.lab.shown {
+                line("1 … 9".into(), "choose a view");
+            }
+            for s in shortcuts.iter().filter(|s| s.keys[0].1 != Key::Questionmark) {
                 line(s.keys.iter().map(named).collect::<Vec<_>>().join(", "), s.does);
             }
         });

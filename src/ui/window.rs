@@ -8,6 +8,7 @@ use super::stage::{Order, Request, Stage};
 use super::work::{Desk, Done, Figures, Opened};
 use super::{Ended, shell, style, timeline};
 use crate::chart::{COSTS, ERRORS};
+use crate::flatland::Flatland;
 use crate::gpu::{self, Gpu};
 use crate::setup::Setup;
 use anyhow::{Context, Result};
@@ -131,6 +132,8 @@ struct Open {
     stage: Stage,
     /// None until the first scene is there.
     model: Option<Model>,
+    /// A world that the lab is to show once there is a model.
+    world: Option<(PathBuf, Flatland)>,
     /// What is shown as being opened before there is a model.
     opening: String,
     /// Number of the latest request to load, to measure.
@@ -176,6 +179,7 @@ impl Open {
             window,
             desk,
             model: None,
+            world: None,
             opening: String::new(),
             loading: 0,
             measuring: 0,
@@ -240,6 +244,25 @@ impl Open {
                     self.opened(Err(e))?;
                     continue;
                 }
+                Done::World(job, path, world) if job == self.loading => {
+                    match (&mut self.model, world) {
+                        (Some(m), Ok(world)) => {
+                            m.loading = None;
+                            m.notes.retain(|n| !n.opening);
+                            m.show_world(&path, world);
+                        }
+                        (Some(m), Err(e)) => {
+                            m.loading = None;
+                            m.fail_to_open(&e);
+                        }
+                        // Behind the lab stands the scene that opens when none is named.
+                        (None, world) => {
+                            self.world = Some((path, world?));
+                            self.load(FIRST.into());
+                        }
+                    }
+                    continue;
+                }
                 Done::Opened(job, opened) if job == self.loading => {
                     self.opened(opened)?;
                     continue;
@@ -250,7 +273,7 @@ impl Open {
             let Some(m) = &mut self.model else { continue };
             match done {
                 // Of something that is no longer wanted.
-                Done::Loaded(..) | Done::Opened(..) => {}
+                Done::Loaded(..) | Done::World(..) | Done::Opened(..) => {}
                 Done::Drawn(facts, picture) => {
                     m.facts = *facts;
                     if let Some(picture) = picture {
@@ -397,7 +420,10 @@ impl Open {
     fn opened(&mut self, opened: Result<Box<Opened>>) -> Result<()> {
         let Some(m) = &mut self.model else {
             let (setup, scene, bounds) = *opened?;
-            self.model = Some(Model::new(setup, scene, bounds));
+            let model = self.model.insert(Model::new(setup, scene, bounds));
+            if let Some((path, world)) = self.world.take() {
+                model.show_world(&path, world);
+            }
             return Ok(());
         };
         m.loading = None;
@@ -405,6 +431,7 @@ impl Open {
         match opened.map(|o| *o) {
             Ok((setup, scene, bounds)) => {
                 m.open(setup, scene, bounds, restored);
+                m.lab.shown = false;
                 self.glide = None;
             }
             Err(e) => {
@@ -482,7 +509,8 @@ impl Open {
 
     /// Orders the picture that the model describes, for a viewport of `full` pixels.
     fn order(&mut self, full: [u32; 2]) {
-        let Some(m) = &mut self.model else { return };
+        // In the lab there is no picture.
+        let Some(m) = self.model.as_mut().filter(|m| !m.lab.shown) else { return };
         let held = self
             .ctx
             .input(|i| i.pointer.any_down() || !i.keys_down.is_empty() || i.smooth_scroll_delta != egui::Vec2::ZERO);
@@ -608,6 +636,10 @@ impl Open {
                 self.capture(setup, Some(FIGURE), path);
             }
             Action::SaveSetup(path) => match save(m, &path) {
+                Ok(()) => m.say(saved(&path)),
+                Err(e) => m.fail(&e),
+            },
+            Action::SaveWorld(path) => match m.lab.save(&path) {
                 Ok(()) => m.say(saved(&path)),
                 Err(e) => m.fail(&e),
             },

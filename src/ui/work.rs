@@ -5,6 +5,7 @@ use super::pictures::{self, Subject};
 use super::stage::Picture;
 use super::{picker, timeline};
 use crate::chart::{self, Axis};
+use crate::flatland::{self, Flatland};
 use crate::frame::{Ask, MapLayer, Renderer, Shot, Truth};
 use crate::gpu::Gpu;
 use crate::map::fit::lixel::Plane;
@@ -45,6 +46,8 @@ pub type Opened = (Setup, Arc<Scene>, [Vec3; 2]);
 pub enum Done {
     /// A scene is read and built, and ready for the device.
     Loaded(u64, Result<Box<Loaded>>),
+    /// What was to be opened is a world of flatland.
+    World(u64, PathBuf, Result<Flatland>),
     /// It can be drawn.
     Opened(u64, Result<Box<Opened>>),
     /// What the scene's thread knows now, with a new picture if there is one.
@@ -187,10 +190,18 @@ impl Desk {
         std::thread::spawn(move || work(&post))
     }
 
-    /// Opens a scene, set-up or capture.
+    /// Opens a scene, set-up, capture or world.
     pub fn open(&self, job: u64, what: String) {
         self.start(move |post| {
             let ending = Path::new(&what).extension().map(|e| e.to_ascii_lowercase());
+            let world = |text: &String| flatland::file::is_world(text);
+            if ending.as_ref().is_some_and(|e| e == "toml")
+                && let Some(text) = std::fs::read_to_string(&what).ok().filter(world)
+            {
+                let world =
+                    Flatland::from_toml(&text).with_context(|| format!("{what} is no usable world of flatland"));
+                return post.send(Done::World(job, PathBuf::from(&what), world));
+            }
             let bare = ending.is_none_or(|e| e != "toml" && e != "png");
             let opened = Setup::open(&what).and_then(|(setup, scene)| prepared(setup, scene, bare));
             post.send(Done::Loaded(job, opened));

@@ -19,6 +19,7 @@ mod figures;
 mod film;
 mod filters_pcf;
 mod flatland;
+mod flatland_lab;
 mod gltf;
 mod hulls;
 mod idle;
