@@ -27,12 +27,12 @@ crate::params! {
         "Film" {
             /// Where the light's film plane stands. Best: where texels lie as pixels do, as far as one plane can do that. Half-angle: at right angles to the middle of what is seen, as a common shadow map has it. The sun has no choice: parallel rays fall evenly on any plane.
             plane: choice("best", ["best", "half-angle"]),
+            /// How many maps share the texels of one: the whole film in quarters, and the quarter that gains most in quarters again, each with its own plane and as many texels as it needs.
+            maps: choice("1", ["1", "4", "7"]),
             /// What makes a plane good. L1: the mean extent of texels in the picture. L2: the mean square, by geometric stretch; texels that are stretched most then count most, which light that grazes a surface stretches on any plane.
             metric: choice("L1", ["L1", "L2"]) if plane = "best" or maps = "4" or maps = "7",
             /// Places along each side of the picture at which the scene is looked at to choose the plane; for several maps twice as many.
             view_samples: int(32, 8..=128, "per side"),
-            /// How many maps share the texels of one: the whole film in quarters, and the quarter that gains most in quarters again, each with its own plane and as many texels as it needs.
-            maps: choice("1", ["1", "4", "7"]),
         }
     }
 }
