@@ -190,3 +190,78 @@ fn few_nested_places_are_as_good_as_they_can_be() {
     println!("corners {corners}, centers {centers}, nested {nested}");
     assert!(corners > 1.5 * nested && nested < 1.15 * centers, "{corners} {centers} {nested}");
 }
+
+/// A level rectangle.
+fn plate(low: [f32; 2], high: [f32; 2], y: f32) -> Vec<[Vec3; 3]> {
+    floor(low.into(), high.into(), y)
+}
+
+/// What casts on other places than the one whose map bounds the penumbra may lie beside that map: a plate right below a lamp, with a hole
+/// that the map looks through, hides most of the lamp.
+#[test]
+fn bounds_know_casters_beside_the_map() {
+    let light = Light::RectArea {
+        center: Vec3::new(0.0, 4.0, 0.0),
+        half_u: Vec3::new(0.5, 0.0, 0.0),
+        half_v: Vec3::new(0.0, 0.0, 0.5),
+        range: 40.0,
+        color: Vec3::ONE,
+    };
+    let mut all = plate([-4.0, -4.0], [4.0, 4.0], 0.0);
+    all.extend(plate([-2.0, -2.0], [2.0, -0.2], 3.95));
+    all.extend(plate([-2.0, 0.2], [2.0, 2.0], 3.95));
+    all.extend(plate([-2.0, -0.2], [-0.2, 0.2], 3.95));
+    all.extend(plate([0.2, -0.2], [2.0, 0.2], 3.95));
+    let view = camera(Vec3::new(0.0, 1.5, 3.0), Vec3::ZERO);
+    let (mut r, s) = start(scene(vec![mesh(&all, 0)], vec![material(Vec3::ONE)], view, light), [80, 60]);
+    let whole = ["percent_1=100", "percent_2=100", "placement=nested"];
+    let [every, bounded] =
+        ["ask=all", "ask=bounds"].map(|ask| seen(&mut r, &s, "cssm", 256, &[&whole[..], &[ask]].concat()));
+    let mask = r.read_mask().unwrap();
+    assert!(rms(&bounded, &every, &mask) < 0.01, "{}", rms(&bounded, &every, &mask));
+    let facing: Vec<f32> = (0..mask.len()).filter(|i| mask[*i] == FACING).map(|i| every[i]).collect();
+    assert!(facing.iter().sum::<f32>() / (facing.len() as f32) < 0.5, "the plate hides most of the lamp");
+}
+
+/// Maps from places beside a lamp's middle still hold all of its cone; and those of a wide lamp that do not reach what lies far aside say nothing
+/// of it, but that they do not.
+#[test]
+fn places_hold_the_lights_cone_or_say_nothing() {
+    let eye = camera(Vec3::new(-3.0, 2.5, 2.5), Vec3::new(0.0, 0.3, 0.0));
+    let mut all = plate([-4.0, -4.0], [4.0, 4.0], 0.0);
+    // A wall.
+    let corner = |x: f32, y: f32| Vec3::new(x, y, -1.0);
+    let [a, b, c, d] = [corner(-1.0, 0.0), corner(1.0, 0.0), corner(1.0, 1.5), corner(-1.0, 1.5)];
+    all.extend([[a, b, c], [a, c, d]]);
+    let narrow = Light::Spot {
+        position: Vec3::new(4.0, 3.0, 0.0),
+        direction: Vec3::new(-4.0, -3.0, 0.0),
+        outer_angle: 20.0,
+        range: 200.0,
+        radius: 1.5,
+        color: Vec3::ONE,
+    };
+    let wide = Light::RectArea {
+        center: Vec3::new(20.0, 3.0, 0.0),
+        half_u: Vec3::new(20.0, 0.0, 0.0),
+        half_v: Vec3::new(0.0, 0.0, 1.0),
+        range: 200.0,
+        color: Vec3::ONE,
+    };
+    // As found before: 0.10 and 0.40.
+    for (light, id, most) in
+        [(narrow, "area-uniform", 0.07), (narrow, "area-adaptive", 0.07), (wide, "hybrid-area", 0.05)]
+    {
+        let meshes = vec![mesh(&all, 0)];
+        let (mut r, s) = start(scene(meshes, vec![material(Vec3::ONE)], eye, light), [48, 36]);
+        let exact = seen(&mut r, &s, "rt-soft", 64, &["samples=256"]);
+        let found = seen(&mut r, &s, id, 512, &[]);
+        let off = rms(&found, &exact, &r.read_mask().unwrap());
+        println!("{id} under a {}: {off}", light.kind());
+        assert!(off < most, "{id} under a {}: {off}", light.kind());
+        let mut s = s.clone();
+        pick(&mut s, id, 512, &[]);
+        let notes = shadowscope::measure::accuracy(&mut r, &s, 0).unwrap().notes;
+        assert_eq!(notes.contains("far aside"), light.kind() == "rect-area", "{notes}");
+    }
+}

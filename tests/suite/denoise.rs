@@ -368,3 +368,25 @@ fn settling_and_lag_are_measured() {
     assert!(clamped[0] > 2 && averaged[0] > clamped[0], "{clamped:?} {averaged:?}");
     assert!(averaged[1] > clamped[1] && averaged[1] >= 8, "{clamped:?} {averaged:?}");
 }
+
+/// Seeds shift every sequence of rays, so that noise is told from bias.
+#[test]
+fn seeds_turn_every_sequence() {
+    let (mut r, mut s) = under_a_lid();
+    s.size = [48, 36];
+    s.truth_samples = Samples::Fixed(16);
+    let more = measure::More { seeds: 3, ..Default::default() };
+    for sequence in ["blue", "ign", "white", "r2"] {
+        let mut setup = s.clone();
+        select(&mut setup, "rt-denoise", &["frames=1", &format!("sequence={sequence}")]);
+        let mut noise = None;
+        measure::run(&mut r, &setup, &[(0, setup.clone())], 1, more, &mut |step| {
+            if let measure::Step::Row(row) = step {
+                noise = row.seed_noise;
+            }
+            true
+        })
+        .unwrap();
+        assert!(noise.unwrap() > 1e-3, "{sequence}: {noise:?}");
+    }
+}
