@@ -10,7 +10,7 @@ pub use lights::{Lamp, MOST_LIGHTS};
 
 use crate::capture;
 use crate::contact;
-use crate::light::{Light, MAX_RADIUS};
+use crate::light::{KINDS, Light, MAX_RADIUS};
 use crate::params::{Kind, Value, Values};
 use crate::path::{self, OwnPath};
 use crate::scene::{Camera, Scene, builtin, gltf};
@@ -810,8 +810,8 @@ pub fn parse_light(scene: &Scene, text: &str) -> Result<Light> {
     let Some((kind, rest)) = text.split_once(':').filter(|_| !named) else {
         return scene_light(scene, text);
     };
-    // A light of the scene by name, of which some values are others.
-    let held = scene.lights.iter().find(|l| l.name == kind).map(|l| l.light);
+    // A light of the scene by name, of which some values are others; a kind's name means the kind.
+    let held = scene.lights.iter().filter(|_| !KINDS.contains(&kind)).find(|l| l.name == kind).map(|l| l.light);
     let mut table = toml::Table::new();
     table.insert("kind".into(), held.map_or(kind, |l| l.kind()).into());
     for pair in rest.split(';').filter(|p| !p.is_empty()) {
@@ -826,13 +826,17 @@ pub fn parse_light(scene: &Scene, text: &str) -> Result<Light> {
         let value = if let [one] = numbers[..] { one.into() } else { numbers.into() };
         table.insert(key.trim().into(), value);
     }
-    shape::check_light(&table).with_context(|| format!("--light {text}"))?;
+    let held = held.map(toml::Value::try_from).transpose()?;
+    let filled = |mut table: toml::Table| {
+        for (key, value) in held.iter().filter_map(toml::Value::as_table).flatten() {
+            table.entry(key.clone()).or_insert(value.clone());
+        }
+        table
+    };
+    shape::check_light(&filled(table.clone())).with_context(|| format!("--light {text}"))?;
+    // What the scene's light holds is taken off already.
     place::take_off_light(&mut table, scene.origin);
-    if let Some(toml::Value::Table(light)) = held.map(toml::Value::try_from).transpose()? {
-        light.into_iter().for_each(|(key, value)| {
-            table.entry(key).or_insert(value);
-        });
-    }
+    let table = filled(table);
     Light::deserialize(toml::Value::Table(table)).map_err(|e| one_line(&format!("--light {text}: {e}")))
 }
 
