@@ -345,12 +345,23 @@ impl Film {
 
     /// The film with the least error.
     pub fn least(&self, metric: Metric) -> Least {
-        let (s, steps) = match metric {
+        let (s, steps) = self.least_turn(metric);
+        Least { normal: self.normal(s), steps }
+    }
+
+    /// The s that stands for it, and the steps.
+    fn least_turn(&self, metric: Metric) -> (f64, usize) {
+        match metric {
             Metric::L1 => (self.least_mean(), 0),
             Metric::L2 => self.least_square(),
             Metric::Max => (self.least_worst(), 0),
-        };
-        Least { normal: self.normal(s), steps }
+        }
+    }
+
+    /// Pixels a texel on the film that s stands for: where that leans to the last valid angles, better than by the angle itself.
+    fn turned(&self, s: f64) -> impl Iterator<Item = f64> + '_ {
+        let (sin, cos) = (s.sinh(), s.cosh());
+        self.terms.iter().map(move |[g, l]| g * (cos + l * sin).powi(2))
     }
 
     /// The least mean, in closed form: A e^2s + B + C e^-2s is least where e^4s = C/A.
@@ -458,5 +469,5 @@ impl Film {
     }
 }
 
-/// |s| that no film exceeds: the film's ends are then e^40 apart in pixels a texel, more than f64 holds in a sum.
-const FARTHEST: f64 = 20.0;
+/// |s| beyond which no film is looked for: its angle is then as near to the last valid one as f64 tells apart from it.
+const FARTHEST: f64 = 15.0;

@@ -47,11 +47,11 @@ fn part(film: &Film, metric: Metric, hull: [f64; 2]) -> Part {
     let Some(own) = film.part(hull) else {
         return Part { hull, normal: (hull[0] + hull[1]) / 2.0, lexels: 0, error: 0.0 };
     };
-    let normal = own.least(metric).normal;
+    let (s, _) = own.least_turn(metric);
     let power = order(metric) as i32;
     // Footprints count texels of the whole film.
-    let error = own.footprints(normal).map(|b| (b * film.lexels).powi(power)).sum();
-    Part { hull, normal, lexels: 0, error }
+    let error = own.turned(s).map(|b| (b * film.lexels).powi(power)).sum();
+    Part { hull, normal: own.normal(s), lexels: 0, error }
 }
 
 /// The power of a footprint that the metric sums.

@@ -176,8 +176,11 @@ impl LixelPerPixel {
             }
         };
         let image = scope.image();
+        // What lies behind the plane by the tolerance looks up its map too.
+        let aslant = plane.normal.dot(image.depth.truncate()).abs().max(0.05);
+        let deepest = lixel.deepest + within / aslant;
         if p.scale == "fill" {
-            return Some((plane, scope.view(&image, &lixel.warp, &lixel.seen, lixel.deepest)?));
+            return Some((plane, scope.view(&image, &lixel.warp, &lixel.seen, deepest)?));
         }
         // Pixels' middles lie on texels': a plain look-up needs none beside the picture.
         let guard = f64::from(reach.texels.ceil() + (margin(f) - 1.0).ceil());
@@ -189,7 +192,7 @@ impl LixelPerPixel {
                 f.size[0].max(f.size[1]) + 2 * guard as u32
             ));
         }
-        Some((plane, scope.view_through(&image, &(placed * lixel.warp), None, lixel.deepest)?))
+        Some((plane, scope.view_through(&image, &(placed * lixel.warp), None, deepest)?))
     }
 
     /// Draws both maps, or the ordinary one alone.

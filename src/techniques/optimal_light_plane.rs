@@ -153,18 +153,16 @@ fn fitted(scope: &Scope, f: &Frame, p: &FilmParams) -> Option<Fitted> {
     let parts = film::parts(&samples, &outline, metric, lamp, p.plane == "best", most)?;
     let places: Vec<DVec2> = samples.iter().map(|s| s.place).collect();
     let deepest = scope.deepest(&image, &scope.seen());
-    let texels = f64::from(scope.resolution).powi(2);
-    let (mut views, mut sides, mut boxes) = (Vec::new(), Vec::new(), [Vec4::ZERO; MOST]);
-    for (part, to) in parts.parts.iter().zip(&mut boxes) {
-        // A part that no sample lies in may still be looked up by some pixel between them.
-        let side = (((part.share * texels).sqrt() / 8.0) as u32 * 8).clamp(LEAST, scope.resolution);
+    let shares: Vec<f64> = parts.parts.iter().map(|part| part.share).collect();
+    let sides = sides(&shares, scope.resolution);
+    let (mut views, mut boxes) = (Vec::new(), [Vec4::ZERO; MOST]);
+    for ((part, side), to) in parts.parts.iter().zip(&sides).zip(&mut boxes) {
         // As far as any receiver may lie; which of it is covered is found from the receivers.
-        let points = if part.outline.is_empty() { outline.clone() } else { part.outline.clone() };
-        let before = |p: &DVec2| warped(&part.film.warp, *p).1 > 0.0;
-        let points: Vec<DVec2> = points.into_iter().chain(places.iter().copied()).filter(before).collect();
-        let own = Scope { resolution: side, ..*scope };
+        let points = if part.outline.is_empty() { &outline } else { &part.outline };
+        let before = |p: &&DVec2| warped(&part.film.warp, **p).1 > 0.0;
+        let points: Vec<DVec2> = points.iter().filter(before).copied().collect();
+        let own = Scope { resolution: *side, ..*scope };
         views.push(own.view(&image, &part.film.warp, &points, deepest)?);
-        sides.push(side);
         *to = Vec4::new(part.cell[0].x as f32, part.cell[0].y as f32, part.cell[1].x as f32, part.cell[1].y as f32);
     }
     let row = |i: usize| {
@@ -175,8 +173,28 @@ fn fitted(scope: &Scope, f: &Frame, p: &FilmParams) -> Option<Fitted> {
     Some(Fitted { parts, places, cells, views, sides })
 }
 
-/// Side of the smallest map, texels.
-const LEAST: u32 = 64;
+/// Sides of maps with these shares of the texels of one. A part that no sample lies in may still be looked up by some pixel between them:
+/// what such parts take at least, the others go without.
+fn sides(shares: &[f64], resolution: u32) -> Vec<u32> {
+    if let [_] = shares {
+        return vec![resolution];
+    }
+    let least = (resolution / 8).clamp(16, 64);
+    let mut texels = f64::from(resolution).powi(2);
+    let mut sides = vec![0; shares.len()];
+    loop {
+        let rest: f64 = shares.iter().zip(&sides).filter(|(_, side)| **side == 0).map(|(share, _)| share).sum();
+        let of = |share: f64| ((share / rest * texels).sqrt() / 8.0) as u32 * 8;
+        let small = (0..shares.len()).find(|i| sides[*i] == 0 && (rest == 0.0 || of(shares[*i]) < least));
+        let Some(small) = small else {
+            let open = shares.iter().zip(&mut sides).filter(|(_, side)| **side == 0);
+            open.for_each(|(share, side)| *side = of(*share));
+            return sides;
+        };
+        sides[small] = least;
+        texels -= f64::from(least).powi(2);
+    }
+}
 
 impl LightPlane {
     fn new(gpu: &Gpu, info: &Info) -> Result<LightPlane> {
@@ -233,5 +251,24 @@ impl Technique for LightPlane {
         };
         self.drawing.show(f, "warp", || made.as_ref().map(drawn));
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::sides;
+
+    /// All maps together have no more texels than one, and none is too small to look up.
+    #[test]
+    fn parts_share_the_texels_of_one_map() {
+        for resolution in [64, 256, 512, 1024, 8192] {
+            for shares in [&[1.0][..], &[0.25; 4], &[0.97, 0.01, 0.01, 0.01], &[0.5, 0.5, 0.0, 0.0, 0.0, 0.0, 0.0]] {
+                let sides = sides(shares, resolution);
+                let texels: u64 = sides.iter().map(|side| u64::from(*side).pow(2)).sum();
+                let all = u64::from(resolution).pow(2);
+                assert!(texels <= all && texels > all * 7 / 10, "{shares:?} of {resolution}: {sides:?}");
+                assert!(sides.iter().all(|side| *side >= 16), "{sides:?}");
+            }
+        }
     }
 }

@@ -234,6 +234,26 @@ fn parts_share_the_light() {
     assert!((2.0..3.0).contains(&gain), "{gain}");
 }
 
+/// Where a part has a single pixel, at its very edge, its film is valid still and its error a number; and each part that a pixel looks at has a
+/// texel.
+#[test]
+fn parts_of_single_pixels_have_films() {
+    let worlds = (0..200).map(scenes::random).chain(scenes::chong().map(|(_, world)| world));
+    for (number, world) in worlds.enumerate() {
+        let film = film(&world);
+        for metric in [Metric::L1, Metric::L2] {
+            for part in split(&film, metric, 8, 16) {
+                let Some(own) = film.part(part.hull) else {
+                    assert_eq!((part.error, part.lexels), (0.0, 0));
+                    continue;
+                };
+                assert!(own.is_valid(part.normal), "{number}: {part:?}");
+                assert!(part.error.is_finite() && part.error > 0.0 && part.lexels > 0, "{number}: {part:?}");
+            }
+        }
+    }
+}
+
 /// What is written is read again, and what cannot be is told.
 #[test]
 fn worlds_are_files() {

@@ -21,8 +21,8 @@ pub struct Sample {
     pub place: DVec2,
     /// How that place moves in the picture: columns for a step of a picture height to the right, and up.
     pub moves: DMat2,
-    /// Half the way to the next sample, picture heights.
-    pub half: f64,
+    /// Half the way to the next samples, to the right and up, picture heights.
+    pub half: DVec2,
 }
 
 impl Sample {
@@ -72,7 +72,7 @@ fn samples_at(scope: &Scope, image: &LightImage, geometry: &Geometry, side: usiz
         let moves = DMat2::from_cols(seen(along(right)) * 2.0 / aspect, seen(along(up)) * 2.0);
         // Edge-on to the eye or the light there is no footprint.
         let wide = moves.x_axis.length() * moves.y_axis.length();
-        let half = 0.5 / side as f64;
+        let half = DVec2::new(0.5 * aspect, 0.5) / side as f64;
         (moves.determinant().abs() > 1e-9 * wide && wide.is_finite()).then_some(Sample { point, place, moves, half })
     };
     (0..side * side).into_par_iter().filter_map(look).collect()
@@ -122,6 +122,8 @@ pub struct Films<'a> {
 /// stand for films, as in [`crate::flatland::Film`].
 pub type Lean = DVec2;
 
+/// Cosine of the angle from a film's normal up to which its middle may see, 85°.
+const LEVEL: f64 = 0.087;
 /// |s| beyond which no film leans: the horizon is then a five-hundredth as far as the middle.
 const FARTHEST: f64 = 3.5;
 
@@ -131,7 +133,10 @@ impl<'a> Films<'a> {
         let hull = around(samples);
         hull::least_rectangle(&hull)?;
         let frame = lamp.then(|| {
-            let middle = middle(&hull);
+            let seen = middle(&hull);
+            // In a wide cone all that may be looked up need not lie before the film across the middle of what is seen.
+            let before = |p: &DVec2| p.extend(1.0).normalize().dot(seen) > LEVEL;
+            let middle = if outline.iter().all(before) { seen } else { middle(outline) };
             let (across, other) = middle.any_orthonormal_pair();
             DMat3::from_cols(across, other, middle)
         });
@@ -157,12 +162,15 @@ impl<'a> Films<'a> {
         self.film(simplex(best, 0.2, error))
     }
 
-    /// The film that leans so.
+    /// The film that leans so; None where what may be looked up does not lie before it.
     pub fn film(&self, lean: Lean) -> Option<Film> {
         let turn = match self.frame {
             None => DMat3::IDENTITY,
             Some(frame) => self.turned(&frame, lean),
         };
+        if self.hull.iter().chain(self.outline).any(|p| warped(&turn, *p).1 <= 0.0) {
+            return None;
+        }
         let turned: Vec<DVec2> = self.hull.iter().map(|p| warped(&turn, *p).0).collect();
         let along = hull::least_rectangle(&hull::hull(&turned))?;
         let roll = DMat3::from_cols(DVec3::new(along.x, -along.y, 0.0), DVec3::new(along.y, along.x, 0.0), DVec3::Z);
