@@ -207,7 +207,7 @@ impl Flatland {
         let angles = samples.iter().map(|s| s.angle);
         let own = angles.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), a| (low.min(a), high.max(a)));
         let (bottom, top) = hull.map_or(own, |[bottom, top]| (bottom, top));
-        (!samples.is_empty() && top - bottom < PI && bottom < top)
+        (!samples.is_empty() && top - bottom < PI && top - bottom > NARROWEST)
             .then(|| Film::new(samples, [bottom, top], self.lexels as f64))
     }
 
@@ -468,6 +468,9 @@ impl Film {
         None
     }
 }
+
+/// Span of directions, radians, below which rounding decides.
+const NARROWEST: f64 = 1e-9;
 
 /// |s| beyond which no film is looked for: its angle is then as near to the last valid one as f64 tells apart from it.
 const FARTHEST: f64 = 15.0;

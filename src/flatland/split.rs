@@ -20,7 +20,8 @@ pub struct Part {
 /// By [`Metric::Max`], which has no sum to share out, parts are those of [`Metric::L2`].
 pub fn split(film: &Film, metric: Metric, budget: usize, first: usize) -> Vec<Part> {
     let metric = if metric == Metric::Max { Metric::L2 } else { metric };
-    let (first, budget) = (first.max(1), budget.max(1));
+    // No part goes without a texel.
+    let (first, budget) = (first.max(1), budget.clamp(1, (film.lexels as usize).max(1)));
     let place = |i: usize| film.bottom + (film.top - film.bottom) * i as f64 / first as f64;
     // The last direction as it is, so that rounding loses no pixel.
     let edge = |i: usize| if i == first { film.top } else { place(i) };

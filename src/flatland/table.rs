@@ -69,7 +69,7 @@ impl Report {
     /// A world in which nothing is seen, or not all of it lies before the light.
     pub fn of(scene: &str, world: &Flatland) -> Result<Report> {
         let film = world.film().with_context(|| {
-            format!("{scene}: the camera sees nothing, or what it sees does not lie within 180° as seen from the light")
+            format!("{scene}: the camera sees nothing, or what it sees spans no angle as seen from the light, or not less than 180°")
         })?;
         let methods = methods(world, &film, 1.0);
         let mut splits = Vec::new();

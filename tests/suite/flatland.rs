@@ -254,6 +254,17 @@ fn parts_of_single_pixels_have_films() {
     }
 }
 
+/// What the light sees edge-on spans no film; and there are no more parts than texels.
+#[test]
+fn worlds_without_room_for_a_film() {
+    let [(_, mut world), ..] = scenes::chong();
+    world.lexels = 2;
+    assert_eq!(split(&film(&world), Metric::L1, 4, 16).iter().map(|p| p.lexels).sum::<usize>(), 2);
+    (world.eye, world.light) = (DVec2::new(0.0, 5.0), DVec2::new(9.0, 10.0));
+    world.segments = vec![[DVec2::ZERO, DVec2::new(9.0, 10.0)]];
+    assert!(world.film().is_none());
+}
+
 /// What is written is read again, and what cannot be is told.
 #[test]
 fn worlds_are_files() {
