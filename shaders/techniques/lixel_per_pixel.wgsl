@@ -2,23 +2,11 @@
 //!include map/look_up.wgsl
 //!include map/tiles.wgsl
 //!include techniques/lixel_per_pixel/plane.wgsl
+//!include map/choose/whole_layers.wgsl
 // Chong, Gortler 2004: the pixels of one plane have a map whose texels are pixels, all others an ordinary one.
 
 fn choose(s: Surface) -> Chosen {
     return Chosen(select(ordinary, planes_own, has_lixel(s.position, 1.0)), ordinary, 0.0);
-}
-
-fn texture_layer(layer: u32) -> u32 {
-    return layer;
-}
-
-fn holds(layer: u32, texel: vec2f) -> bool {
-    return true;
-}
-
-// Nothing: it is lit.
-fn beside(r: Receiver, texel: vec2f) -> Beside {
-    return Beside(1.0, light_views[r.layer].far);
 }
 
 fn inspect_map(s: Surface) -> f32 {

@@ -413,10 +413,7 @@ impl Film {
 
     /// The least of the largest: the upper envelope of convex curves is convex, so that thirds close in on it.
     fn least_worst(&self) -> f64 {
-        let worst = |s: f64| {
-            let (sin, cos) = (s.sinh(), s.cosh());
-            self.terms.iter().map(|[g, l]| g * (cos + l * sin).powi(2)).fold(0.0, f64::max)
-        };
+        let worst = |s: f64| self.turned(s).fold(0.0, f64::max);
         let (mut low, mut high) = (-FARTHEST, FARTHEST);
         for _ in 0..120 {
             let (left, right) = (low + (high - low) / 3.0, high - (high - low) / 3.0);

@@ -67,12 +67,13 @@ impl Fit {
     /// The buffer that holds the first of some views, fitted once more, to the receivers that the camera sees.
     pub fn narrow_first(&mut self, f: &mut Frame, views: &[LightView]) -> Buffer {
         let whole = self.write(f, 0, views);
-        if matches!(f.light, Light::RectArea { .. }) {
+        let counts = matches!(f.light, Light::RectArea { .. });
+        if counts {
             f.clear(&self.beyond);
         }
         let (receivers, fitted) = (self.everywhere.clone(), self.fitted.clone());
         self.run_all(f, &whole, 1, &receivers, &fitted);
-        if matches!(f.light, Light::RectArea { .. }) {
+        if counts {
             f.tell_counted(&self.beyond, |pixels| {
                 format!("{pixels} pixels lie more than {WIDEST}° off the light's axis, where no single map reaches: they are lit.")
             });

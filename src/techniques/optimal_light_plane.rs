@@ -136,7 +136,7 @@ struct Fitted {
     parts: Parts,
     /// Where in the light's image the samples lie.
     places: Vec<DVec2>,
-    cells: FilmParts,
+    boxes: FilmParts,
     views: Vec<LightView>,
     sides: Vec<u32>,
 }
@@ -169,8 +169,8 @@ fn fitted(scope: &Scope, f: &Frame, p: &FilmParams) -> Option<Fitted> {
         let r: DVec3 = parts.whole.row(i);
         (image.rows[0] * r.x + image.rows[1] * r.y + image.rows[2] * r.z).as_vec4()
     };
-    let cells = FilmParts { rows: [row(0), row(1), row(2)], count: views.len() as u32, padding: [0; 3], boxes };
-    Some(Fitted { parts, places, cells, views, sides })
+    let boxes = FilmParts { rows: [row(0), row(1), row(2)], count: views.len() as u32, padding: [0; 3], boxes };
+    Some(Fitted { parts, places, boxes, views, sides })
 }
 
 /// Sides of maps with these shares of the texels of one. A part that no sample lies in may still be looked up by some pixel between them:
@@ -221,13 +221,13 @@ impl Technique for LightPlane {
         let scope = scope(f, reach);
         let made = self.kept.get(f, scope, |s| fitted(s, f, &p));
         // Where nothing is seen that the light reaches, any map will do.
-        let (mut views, sides, cells) = match made {
-            Some(made) => (made.views.clone(), made.sides.clone(), made.cells),
+        let (mut views, sides, boxes) = match made {
+            Some(made) => (made.views.clone(), made.sides.clone(), made.boxes),
             None => (vec![whole(&scope)?], vec![scope.resolution], FilmParts { count: 1, ..FilmParts::zeroed() }),
         };
         views.iter_mut().for_each(|view| view.reach = reach.metres);
         let count = views.len();
-        f.gpu.queue.write_buffer(&self.boxes, 0, bytemuck::bytes_of(&cells));
+        f.gpu.queue.write_buffer(&self.boxes, 0, bytemuck::bytes_of(&boxes));
         let all = self.fit.write(f, 0, &views);
         let fitted = self.fitted.clone();
         self.fit.run_parts(f, &all, count as u32, &self.boxes, &fitted);

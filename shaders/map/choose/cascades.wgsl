@@ -2,25 +2,13 @@
 //!include map/place/straight.wgsl
 //!include map/look_up.wgsl
 //!include map/tiles.wgsl
+//!include map/choose/whole_layers.wgsl
 // Choosing among cascades, and the maps that techniques with cascades show.
 
 fn choose(s: Surface) -> Chosen {
     let depth = cascade_depth(s.position, s.depth);
     let i = cascade_of(depth);
     return Chosen(i, i + 1u, blend_of(depth, i));
-}
-
-fn texture_layer(layer: u32) -> u32 {
-    return layer;
-}
-
-fn holds(layer: u32, texel: vec2f) -> bool {
-    return true;
-}
-
-// Nothing: it is lit.
-fn beside(r: Receiver, texel: vec2f) -> Beside {
-    return Beside(1.0, light_views[r.layer].far);
 }
 
 fn inside(v: LightView, p: vec3f) -> bool {

@@ -1,21 +1,9 @@
 //!include map/laid.wgsl
+//!include map/choose/whole_layers.wgsl
 // One layer for all surfaces.
 
 fn choose(s: Surface) -> Chosen {
     return Chosen(0u, 0u, 0.0);
-}
-
-fn texture_layer(layer: u32) -> u32 {
-    return layer;
-}
-
-fn holds(layer: u32, texel: vec2f) -> bool {
-    return true;
-}
-
-// Nothing: it is lit.
-fn beside(r: Receiver, texel: vec2f) -> Beside {
-    return Beside(1.0, light_views[r.layer].far);
 }
 
 // The map in the middle of the picture, as large as fits.

@@ -2,6 +2,7 @@
 //!include map/warp/logarithm.wgsl
 //!include map/warp/extents.wgsl
 //!include map/tiles.wgsl
+//!include map/choose/whole_layers.wgsl
 // A map for each side of the view's frustum, with a logarithm along it.
 
 struct Sides {
@@ -57,19 +58,6 @@ fn fit_sides(@builtin(global_invocation_id) id: vec3u) {
 
 fn choose(s: Surface) -> Chosen {
     return Chosen(layer_of(s.position), 0u, 0.0);
-}
-
-fn texture_layer(layer: u32) -> u32 {
-    return layer;
-}
-
-fn holds(layer: u32, texel: vec2f) -> bool {
-    return true;
-}
-
-// Nothing: it is lit.
-fn beside(r: Receiver, texel: vec2f) -> Beside {
-    return Beside(1.0, light_views[r.layer].far);
 }
 
 // The layer whose warp is shown: that of the probed surface, or the first that is in use.

@@ -1,5 +1,6 @@
 //! How far what is there reaches in a part of space: found in the BVH, without looking at most of it.
 
+use super::hull::halved;
 use super::{LightImage, Scope};
 use crate::light::Light;
 use crate::scene::bvh::Child;
@@ -136,23 +137,4 @@ fn planes(scope: &Scope) -> Vec<DVec4> {
 /// The part of a convex polygon on a plane's positive side.
 fn cut(polygon: &[DVec3], plane: DVec4) -> Vec<DVec3> {
     halved(polygon, |p| plane.dot(p.extend(1.0)))
-}
-
-/// The part of a convex polygon where an affine function is not negative.
-pub fn halved<P>(polygon: &[P], side: impl Fn(P) -> f64) -> Vec<P>
-where
-    P: Copy + std::ops::Add<Output = P> + std::ops::Sub<Output = P> + std::ops::Mul<f64, Output = P>,
-{
-    let mut kept = Vec::with_capacity(polygon.len() + 1);
-    for (i, p) in polygon.iter().enumerate() {
-        let q = polygon[(i + 1) % polygon.len()];
-        let (a, b) = (side(*p), side(q));
-        if a >= 0.0 {
-            kept.push(*p);
-        }
-        if (a < 0.0) != (b < 0.0) {
-            kept.push(*p + (q - *p) * (a / (a - b)));
-        }
-    }
-    kept
 }

@@ -4,7 +4,7 @@
 //! told by a coarse look at what the camera sees. Lengths in the picture are in picture heights, so that nothing depends on
 //! its pixels.
 
-use super::casting::halved;
+use super::hull::halved;
 use super::{LightImage, Scope, hull, warped};
 use crate::flatland::Metric;
 use crate::flatland::split::total;

@@ -198,6 +198,25 @@ pub fn least_rectangle(hull: &[DVec2]) -> Option<DVec2> {
     best.map(|(_, e)| e)
 }
 
+/// The part of a convex polygon where an affine function is not negative.
+pub fn halved<P>(polygon: &[P], side: impl Fn(P) -> f64) -> Vec<P>
+where
+    P: Copy + std::ops::Add<Output = P> + std::ops::Sub<Output = P> + std::ops::Mul<f64, Output = P>,
+{
+    let mut kept = Vec::with_capacity(polygon.len() + 1);
+    for (i, p) in polygon.iter().enumerate() {
+        let q = polygon[(i + 1) % polygon.len()];
+        let (a, b) = (side(*p), side(q));
+        if a >= 0.0 {
+            kept.push(*p);
+        }
+        if (a < 0.0) != (b < 0.0) {
+            kept.push(*p + (q - *p) * (a / (a - b)));
+        }
+    }
+    kept
+}
+
 /// Smallest and largest coordinates of points.
 pub fn extent(points: impl IntoIterator<Item = DVec2>) -> [DVec2; 2] {
     points.into_iter().fold([DVec2::INFINITY, DVec2::NEG_INFINITY], |[low, high], p| [low.min(p), high.max(p)])

@@ -3,6 +3,7 @@
 //! A point of the light's image is the ray of light through it; where that meets the plane of interest, the camera sees it. Both steps
 //! are linear in homogeneous coordinates, so that together they are a homography from the light's image to the camera's.
 
+use super::hull::halved;
 use super::{LightImage, Scope, warped};
 use crate::scene::geometry::Geometry;
 use glam::{DMat3, DVec2, DVec3, DVec4};
@@ -78,9 +79,7 @@ pub fn fit(scope: &Scope, image: &LightImage, plane: &Plane) -> Result<Lixel, &'
     let mut warp = onto(scope, image, plane, camera);
     let seen: Vec<DVec2> = corners.iter().map(|p| image.at(*p)).collect();
     // w is 1 at the nearest corner. What is seen lies before the camera, so that its sign is everywhere the same.
-    let ws = seen.iter().map(|p| warped(&warp, *p).1);
-    let least = ws.fold(f64::INFINITY, |least, w| if w.abs() < f64::abs(least) { w } else { least });
-    warp *= 1.0 / least;
+    warp *= 1.0 / nearest_w(&warp, &seen);
     // Where the plane is parallel to the picture and the light's image, but for rounding, no perspective is left.
     if warp.row(2).x.hypot(warp.row(2).y) * seen.iter().map(|p| p.length()).fold(0.0, f64::max) < 1e-12 {
         (warp.x_axis.z, warp.y_axis.z, warp.z_axis.z) = (0.0, 0.0, 1.0);
@@ -89,6 +88,12 @@ pub fn fit(scope: &Scope, image: &LightImage, plane: &Plane) -> Result<Lixel, &'
         return Err("The plane of interest is seen too nearly edge-on: all pixels look up the ordinary map.");
     }
     Ok(Lixel { warp, seen, deepest: scope.deepest(image, &corners) })
+}
+
+/// Of the w that points have after a homography the one nearest to zero; infinite if there are none.
+pub fn nearest_w(h: &DMat3, points: &[DVec2]) -> f64 {
+    let ws = points.iter().map(|p| warped(h, *p).1);
+    ws.fold(f64::INFINITY, |least, w| if w.abs() < f64::abs(least) { w } else { least })
 }
 
 /// The homography from the light's image by three rows over the points at which its rays meet a plane, homogeneous.
@@ -155,18 +160,7 @@ fn polygon(scope: &Scope, plane: &Plane) -> Vec<DVec3> {
         .into_iter()
         .flat_map(|axis| [axis.extend(-axis.dot(low - spare)), (-axis).extend(axis.dot(high + spare))]);
     for side in scope.eye().planes().into_iter().chain(scope.reach()).chain(sides) {
-        let inside = |p: DVec3| side.dot(p.extend(1.0));
-        let around = std::mem::take(&mut corners);
-        for (i, a) in around.iter().enumerate() {
-            let b = around[(i + 1) % around.len()];
-            let (x, y) = (inside(*a), inside(b));
-            if x >= 0.0 {
-                corners.push(*a);
-            }
-            if (x >= 0.0) != (y >= 0.0) {
-                corners.push(*a + (b - *a) * (x / (x - y)));
-            }
-        }
+        corners = halved(&corners, |p| side.dot(p.extend(1.0)));
     }
     if corners.len() < 3 { Vec::new() } else { corners }
 }
@@ -177,7 +171,7 @@ const COLUMNS: usize = 64;
 const TRIED: usize = 256;
 
 /// The plane that most of what the camera sees and the light falls on lies within `tolerance` of, metres: by a coarse grid of rays.
-/// Only opaque triangles count. None if there is no such thing.
+/// Masked triangles count as whole. None if there is no such thing.
 pub fn largest(scope: &Scope, geometry: &Geometry, tolerance: f64) -> Option<Plane> {
     struct Sample {
         at: DVec3,

@@ -5,8 +5,8 @@
 //! once, parted by the images of the edges between them. Of the two ends of a ray the one nearer to the eye needs the finer texels, so
 //! that light which travels with the gaze is parted by the faces that it enters, other light by those that it leaves.
 
-use super::lixel::{Plane, onto};
-use super::{LightImage, Scope, hull, warped};
+use super::lixel::{Plane, nearest_w, onto};
+use super::{LightImage, Scope, hull};
 use glam::{DMat3, DVec2, DVec3, DVec4};
 
 /// A face's part of the light's image.
@@ -83,29 +83,14 @@ fn part(whole: &[DVec2], image: &LightImage, scope: &Scope, sides: &mut [Side]) 
     let rows: Vec<DVec3> = sides.iter().map(|s| flat(s.row)).collect();
     for (i, side) in sides.iter_mut().enumerate() {
         let others = rows.iter().enumerate().filter(|(k, _)| *k != i);
-        side.points = others.fold(whole.to_vec(), |points, (_, other)| clipped(&points, rows[i] - *other));
-        let ws = side.points.iter().map(|p| warped(&side.warp, *p).1);
-        let least = ws.fold(f64::INFINITY, |least, w| if w.abs() < f64::abs(least) { w } else { least });
+        side.points = others.fold(whole.to_vec(), |points, (_, other)| {
+            hull::halved(&points, |p| (rows[i] - *other).dot(p.extend(1.0)))
+        });
+        let least = nearest_w(&side.warp, &side.points);
         if least.is_finite() && least != 0.0 {
             side.warp *= 1.0 / least;
         }
     }
-}
-
-/// What is left of a convex polygon where dot(line, (p, 1)) ≥ 0.
-fn clipped(points: &[DVec2], line: DVec3) -> Vec<DVec2> {
-    let mut kept = Vec::new();
-    for (i, a) in points.iter().enumerate() {
-        let b = points[(i + 1) % points.len()];
-        let [x, y] = [*a, b].map(|p| line.dot(p.extend(1.0)));
-        if x >= 0.0 {
-            kept.push(*a);
-        }
-        if (x >= 0.0) != (y >= 0.0) {
-            kept.push(*a + (b - *a) * (x / (x - y)));
-        }
-    }
-    kept
 }
 
 fn area(points: &[DVec2]) -> f64 {
