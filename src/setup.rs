@@ -13,7 +13,7 @@ use crate::contact;
 use crate::light::{KINDS, Light, MAX_RADIUS};
 use crate::params::{Kind, Value, Values};
 use crate::path::{self, OwnPath};
-use crate::scene::{Camera, Scene, builtin, gltf};
+use crate::scene::{Camera, NamedLight, Scene, builtin, gltf};
 use crate::techniques::{self, Info};
 use crate::truth::Samples;
 use crate::view::{self, View};
@@ -227,8 +227,11 @@ fn is_default<T: Default + PartialEq>(value: &T) -> bool {
 fn is_zero(origin: &DVec3) -> bool {
     *origin == DVec3::ZERO
 }
+/// The technique of a set-up that names none.
+pub const DEFAULT_TECHNIQUE: &str = "shadow-map";
+
 fn default_technique() -> String {
-    "shadow-map".into()
+    DEFAULT_TECHNIQUE.into()
 }
 fn default_view() -> String {
     "shaded".into()
@@ -298,6 +301,11 @@ impl Setup {
     /// # Errors
     /// One sentence that names the file, the key and what is allowed.
     pub fn open(what: &str) -> Result<(Setup, Scene)> {
+        Setup::open_for(what, &[])
+    }
+
+    /// As [`Setup::open`]; of a glTF file with a light that these techniques serve.
+    pub fn open_for(what: &str, techniques: &[&str]) -> Result<(Setup, Scene)> {
         let path = Path::new(what);
         let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
         match extension.as_str() {
@@ -310,8 +318,12 @@ impl Setup {
                 Setup::from_toml(&text, path).with_context(|| format!("the set-up inside {what} cannot be used"))
             }
             _ => {
-                let scene = load_scene(what)?;
-                Ok((Setup::new(what, &scene)?, scene))
+                let mut scene = load_scene(what)?;
+                let mut setup = Setup::new(what, &scene)?;
+                if let Some(light) = suited_light(what, &mut scene, techniques) {
+                    setup.light = light;
+                }
+                Ok((setup, scene))
             }
         }
     }
@@ -327,7 +339,11 @@ impl Setup {
             bail!("the key scene is missing; give a built-in scene's name or the path of a glTF file");
         };
         let name = beside(name, path.parent().unwrap_or(Path::new("")));
-        let scene = load_scene(&name)?;
+        let mut scene = load_scene(&name)?;
+        let suited = match (table.get("light"), table.get("technique")) {
+            (None, id) => suited_light(&name, &mut scene, &[id.and_then(|id| id.as_str()).unwrap_or(DEFAULT_TECHNIQUE)]),
+            _ => None,
+        };
         table.insert("scene".into(), name.into());
         place::take_off(&mut table, scene.origin);
         for key in ["camera", "shadow_camera"] {
@@ -340,7 +356,7 @@ impl Setup {
         }
         let light = match table.get("light") {
             Some(toml::Value::String(name)) => Some(scene_light(&scene, name)?),
-            None => Some(scene.lights[0].light),
+            None => Some(suited.unwrap_or(scene.lights[0].light)),
             Some(_) => None,
         };
         if let Some(light) = light {
@@ -756,6 +772,27 @@ pub fn load_scene(name: &str) -> Result<Scene> {
         builtin::NAMES.join(", ")
     );
     gltf::load(path)
+}
+
+/// The light of a glTF file to begin with where its first gives none, or where that is not served by all of these techniques: the
+/// next that does and is, or is at least by one. The scene's notes say so.
+fn suited_light(name: &str, scene: &mut Scene, techniques: &[&str]) -> Option<Light> {
+    if techniques.is_empty() || builtin::is_builtin(name) {
+        return None;
+    }
+    let infos: Vec<&Info> = techniques.iter().filter_map(|id| techniques::find(id)).collect();
+    let shines = |l: &&NamedLight| l.light.color() != Vec3::ZERO;
+    let by_all = |l: &&NamedLight| shines(l) && infos.iter().all(|info| info.refuses(&l.light).is_none());
+    let by_one = |l: &&NamedLight| shines(l) && infos.iter().any(|info| info.refuses(&l.light).is_none());
+    let first = scene.lights.first()?;
+    let found = scene.lights.iter().find(by_all).or_else(|| scene.lights.iter().find(by_one))?;
+    let light = found.light;
+    if found.name != first.name {
+        let refused = || infos.iter().find_map(|info| info.refuses(&first.light));
+        let why = if shines(&first) { refused().unwrap_or_default() } else { "it stays dark".into() };
+        scene.notes.push(format!("Light comes from {:?} instead of {:?} ({why}).", found.name, first.name));
+    }
+    Some(light)
 }
 
 /// A scene's name as a set-up in `folder` means it: a path counts from there if such a file exists.

@@ -23,6 +23,11 @@ pub struct Lamps {
 }
 
 impl Lamps {
+    /// Whether a light is named by its number.
+    pub fn chosen(&self) -> bool {
+        self.choose_light.is_some() || !self.lights_off.is_empty() || !self.lights_on.is_empty()
+    }
+
     /// Adds, switches and chooses, in this order.
     ///
     /// # Errors

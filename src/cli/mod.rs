@@ -304,7 +304,8 @@ pub fn run() -> Result<ExitCode> {
         Some(Command::Capture { wanted, output, view, technique, figure }) => {
             // What can be refused early is, before a scene is loaded and drawn.
             capture::check(view.as_deref().unwrap_or("truth"), &output)?;
-            let (mut setup, scene) = wanted.open()?;
+            let own = technique.clone().unwrap_or(setup::DEFAULT_TECHNIQUE.into());
+            let (mut setup, scene) = wanted.open(&[own])?;
             if let Some(technique) = &technique {
                 setup.select(technique)?;
             }
@@ -349,9 +350,14 @@ impl Wanted {
         Ok(axes)
     }
 
-    /// Opens the set-up and prints the scene's load report to standard error.
-    fn open(&self) -> Result<(Setup, Scene)> {
-        let (setup, scene) = Setup::open(&self.setup)?;
+    /// Opens the set-up, where it names no light with one for these techniques, and prints the scene's load report to standard
+    /// error. `all` techniques ask for no light of a kind.
+    fn open(&self, techniques: &[String]) -> Result<(Setup, Scene)> {
+        let named = self.light.is_some() || self.lamps.chosen();
+        let (setup, scene) = match named {
+            true => Setup::open(&self.setup)?,
+            false => Setup::open_for(&self.setup, &techniques.iter().map(String::as_str).collect::<Vec<_>>())?,
+        };
         eprint!("{}", scene.report());
         Ok((setup, scene))
     }

@@ -34,7 +34,7 @@ pub fn run(mut wanted: Wanted, ids: Vec<String>, output: Output, adapter: Option
     let json = is_json(&output.output)?;
     let shard = output.shard.as_deref().map(Shard::parse).transpose()?;
     let axes = wanted.axes()?;
-    let (mut setup, scene) = wanted.open()?;
+    let (mut setup, scene) = wanted.open(&ids)?;
     setup.view = "shaded".into();
     wanted.apply(&mut setup, &scene, &named(&ids))?;
     let (ids, mut refused) = chosen(&ids, &setup)?;

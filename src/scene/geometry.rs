@@ -24,11 +24,12 @@ pub struct Vertex {
     pub normal: u32,
     pub uv: Vec2,
     pub material: u32,
-    pub padding: u32,
+    /// What its colour takes off white: see [`taken_off`].
+    pub color: u32,
 }
 
 impl Vertex {
-    /// A caster's corner as `Corner` in `shaders/map/casters.wgsl`: position, texture coordinates, material.
+    /// A caster's corner as `Corner` in `shaders/map/casters.wgsl`: position, texture coordinates, material, colour.
     pub const LAYOUT: wgpu::VertexBufferLayout<'static> = wgpu::VertexBufferLayout {
         array_stride: size_of::<Vertex>() as u64,
         step_mode: wgpu::VertexStepMode::Vertex,
@@ -36,6 +37,7 @@ impl Vertex {
             attribute(0, offset_of!(Vertex, position), wgpu::VertexFormat::Float32x3),
             attribute(1, offset_of!(Vertex, uv), wgpu::VertexFormat::Float32x2),
             attribute(2, offset_of!(Vertex, material), wgpu::VertexFormat::Uint32),
+            attribute(3, offset_of!(Vertex, color), wgpu::VertexFormat::Unorm8x4),
         ],
     };
 }
@@ -66,6 +68,10 @@ pub struct GpuMaterial {
     pub cutoff: f32,
     pub double_sided: u32,
     pub wrap: u32,
+    pub texels: Vec2,
+    /// Bits as in the shaders.
+    pub nearest: u32,
+    pub padding: u32,
 }
 
 /// Triangles in scene space at one moment of the scene's clock.
@@ -272,15 +278,18 @@ fn number_surfaces(vertices: &[Vertex], triangles: &mut [[u32; 4]], opaque: usiz
     };
     let mut sorted: Vec<_> = triangles.par_iter().enumerate().map(|(i, t)| (key(t), i as u32)).collect();
     sorted.par_sort_unstable();
-    // The way round, and of a masked triangle the material and where its corners lie in the texture.
+    // The way round, and of a masked triangle the material, where its corners lie in the texture, and their alpha.
     let manner = |t: &[u32; 4], i: u32| {
         let mut corners = [0, 1, 2];
         corners.sort_by_key(|c| place(t[*c]));
         let turned = (corners[1] + 3 - corners[0]) % 3 == 2;
         let masked = i as usize >= opaque;
         let texture = masked.then(|| {
-            let uvs = corners.map(|c| vertices[t[c] as usize].uv.to_array().map(f32::to_bits));
-            (vertices[t[0] as usize].material, uvs)
+            let places = corners.map(|c| {
+                let v = &vertices[t[c] as usize];
+                (v.uv.to_array().map(f32::to_bits), v.color >> 24)
+            });
+            (vertices[t[0] as usize].material, places)
         });
         (turned, texture)
     };
@@ -345,13 +354,21 @@ fn transformed(scene: &Scene, placed: &[(usize, DMat4)]) -> Vec<Vertex> {
                         normal: octahedral(n.normalize_or(Vec3::Y)),
                         uv: mesh.uvs[i],
                         material: mesh.material,
-                        padding: 0,
+                        color: mesh.colors.get(i).map_or(0, |c| taken_off(*c)),
                     }
                 })
                 .collect()
         })
         .collect();
     parts.concat()
+}
+
+/// Packs what a linear colour and its alpha take off opaque white for `taken_off` of the shaders: 8 bits of the roots of red,
+/// green and blue, and of alpha.
+fn taken_off(color: Vec4) -> u32 {
+    let color = color.clamp(Vec4::ZERO, Vec4::ONE);
+    let [r, g, b] = [color.x, color.y, color.z].map(f32::sqrt);
+    u32::from_le_bytes([r, g, b, color.w].map(|x| 255 - (x * 255.0).round() as u8))
 }
 
 /// Packs a unit vector for `octahedral_decode` of the shaders.
@@ -475,18 +492,24 @@ impl SceneGpu {
         let welded = welded(scene);
         let indices = geometry.flat_indices(&welded);
         let wrap = |w: Wrap| w as u32;
+        let textures = super::textures::upload(gpu, scene)?;
+        let side = textures.texture().width();
         let materials: Vec<GpuMaterial> = scene
             .materials
             .iter()
-            .map(|m| GpuMaterial {
-                base_color: m.base_color,
-                texture: m.texture.map_or(0, |t| t + 1),
-                cutoff: m.alpha_cutoff.unwrap_or(-1.0),
-                double_sided: m.double_sided as u32,
-                wrap: m.texture.map_or(0, |t| {
-                    let w = scene.textures[t as usize].wrap;
-                    wrap(w[0]) | wrap(w[1]) << 2
-                }),
+            .map(|m| {
+                let texture = m.texture.map(|t| &scene.textures[t as usize]);
+                let texels = texture.map_or([1; 2], |t| super::textures::kept(t, side));
+                GpuMaterial {
+                    base_color: m.base_color,
+                    texture: m.texture.map_or(0, |t| t + 1),
+                    cutoff: m.alpha_cutoff.unwrap_or(-1.0),
+                    double_sided: m.double_sided as u32,
+                    wrap: texture.map_or(0, |t| wrap(t.wrap[0]) | wrap(t.wrap[1]) << 2),
+                    texels: Vec2::from(texels.map(|n| n as f32)),
+                    nearest: texture.map_or(0, |t| t.filter.bits()),
+                    padding: 0,
+                }
             })
             .collect();
         Ok(SceneGpu {
@@ -497,7 +520,7 @@ impl SceneGpu {
             materials: gpu.buffer("materials", bytemuck::cast_slice(&materials), storage),
             nodes: Table::new(gpu, "BVH nodes", bytemuck::cast_slice(&geometry.bvh.nodes)),
             corners: Table::new(gpu, "BVH triangles", bytemuck::cast_slice(&geometry.bvh_order(scene))),
-            textures: super::textures::upload(gpu, scene)?,
+            textures,
             sampler: gpu.device.create_sampler(&wgpu::SamplerDescriptor {
                 label: Some("textures"),
                 address_mode_u: wgpu::AddressMode::Repeat,

@@ -42,6 +42,8 @@ pub struct Mesh {
     pub normals: Vec<Vec3>,
     /// With any texture transform already applied; (0, 0) is the image's upper left corner.
     pub uvs: Vec<Vec2>,
+    /// Linear colours that multiply the material's; empty: white.
+    pub colors: Vec<Vec4>,
     pub indices: Vec<u32>,
     /// Index into [`Scene::materials`].
     pub material: u32,
@@ -103,6 +105,43 @@ pub struct Texture {
     pub height: u32,
     pub rgba: Vec<u8>,
     pub wrap: [Wrap; 2],
+    pub filter: Filter,
+}
+
+/// Where a texture's texels are taken as they are, not as a mean of neighbours.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Filter {
+    /// Where they are larger than pixels, and wherever their alpha decides whether there is a surface.
+    pub magnified_nearest: bool,
+    /// Where they are smaller.
+    pub minified: Minified,
+}
+
+/// What a pixel takes of a texture whose texels are smaller.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Minified {
+    /// A mean of neighbours, of the smaller images too.
+    #[default]
+    Mean,
+    /// The nearest texel of the image itself.
+    Nearest,
+    /// The nearest texel of that of the smaller images which suits best.
+    NearestLevel,
+    /// The nearest texels of the two that suit best, in shares.
+    MixedLevels,
+}
+
+impl Filter {
+    /// As `Material::nearest` of the shaders has it.
+    pub fn bits(self) -> u32 {
+        let minified = match self.minified {
+            Minified::Mean => 0,
+            Minified::Nearest => 2,
+            Minified::NearestLevel => 2 | 4,
+            Minified::MixedLevels => 2 | 8,
+        };
+        minified | self.magnified_nearest as u32
+    }
 }
 
 /// What lies beyond a texture's edge, per axis.

@@ -208,7 +208,8 @@ impl Open {
         self.loading += 1;
         self.restoring = false;
         let name = Path::new(&what).file_name().map_or(what.clone(), |n| n.to_string_lossy().into_owned());
-        self.desk.open(self.loading, what);
+        let technique = self.model.as_ref().map(|m| m.setup.technique.clone());
+        self.desk.open(self.loading, what, technique);
         self.say_loading(name);
     }
 

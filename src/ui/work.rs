@@ -190,8 +190,8 @@ impl Desk {
         std::thread::spawn(move || work(&post))
     }
 
-    /// Opens a scene, set-up, capture or world.
-    pub fn open(&self, job: u64, what: String) {
+    /// Opens a scene, set-up, capture or world; a scene with a light that the technique serves, or the default one.
+    pub fn open(&self, job: u64, what: String, technique: Option<String>) {
         self.start(move |post| {
             let ending = Path::new(&what).extension().map(|e| e.to_ascii_lowercase());
             let world = |text: &String| flatland::file::is_world(text);
@@ -203,7 +203,8 @@ impl Desk {
                 return post.send(Done::World(job, PathBuf::from(&what), world));
             }
             let bare = ending.is_none_or(|e| e != "toml" && e != "png");
-            let opened = Setup::open(&what).and_then(|(setup, scene)| prepared(setup, scene, bare));
+            let technique = technique.as_deref().unwrap_or(setup::DEFAULT_TECHNIQUE);
+            let opened = Setup::open_for(&what, &[technique]).and_then(|(setup, scene)| prepared(setup, scene, bare));
             post.send(Done::Loaded(job, opened));
         });
     }

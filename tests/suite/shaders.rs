@@ -237,9 +237,10 @@ fn shared_structs_agree() {
     same!("map/silhouettes.wgsl", "Edge", Edge, ends "ends", first "first", count "count");
     same!("diagram.wgsl", "Stroke", Stroke, from "start", to "end", value "value", padding "padding");
     same!("gbuffer.wgsl", "Vertex", Vertex,
-        position "position", normal "normal", uv "uv", material "material", padding "padding");
+        position "position", normal "normal", uv "uv", material "material", color "color");
     same!("gbuffer.wgsl", "Material", GpuMaterial,
-        base_color "base_color", texture "texture", cutoff "cutoff", double_sided "double_sided", wrap "wrap");
+        base_color "base_color", texture "texture", cutoff "cutoff", double_sided "double_sided", wrap "wrap",
+        texels "texels", nearest "nearest", padding "padding");
     same!("map/casters.wgsl", "LightView", LightView,
         row_x "row_x", row_y "row_y", row_z "row_z", row_w "row_w", axis "axis", near "near", far "far",
         perspective "perspective", texel "texel", resolution "resolution", margin "margin", reach "reach", ahead "ahead", layer "layer",

@@ -131,7 +131,7 @@ impl Builder {
                 rgba.extend(texel(x, y).map(|c| (c.clamp(0.0, 1.0) * 255.0).round() as u8));
             }
         }
-        self.scene.textures.push(Texture { width, height, rgba, wrap: [Wrap::Repeat; 2] });
+        self.scene.textures.push(Texture { width, height, rgba, wrap: [Wrap::Repeat; 2], ..Texture::default() });
         self.scene.textures.len() as u32 - 1
     }
 

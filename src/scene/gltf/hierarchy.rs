@@ -1,8 +1,8 @@
 //! The file's node hierarchy, checked to be trees.
 
-use super::{Transform, broken, get, name_of};
+use super::{Transform, broken, counted, get, name_of};
 use crate::scene::Local;
-use ::gltf::json::Root;
+use ::gltf::json::{Node, Root};
 use anyhow::Result;
 use glam::{DMat4, DQuat, DVec3};
 
@@ -12,8 +12,13 @@ pub struct Hierarchy {
     pub locals: Vec<Local>,
     /// To the file's coordinates, at the file's pose.
     pub world: Vec<DMat4>,
-    /// The nodes of the drawn scene, parents before their children.
+    /// The nodes of the scene, and those that these hang below, parents before their children.
     pub scene: Vec<usize>,
+    /// Whether what hangs on a node is there: the scene holds it, and neither it nor a node above is invisible
+    /// (KHR_node_visibility).
+    pub drawn: Vec<bool>,
+    /// What the scene lists other than as glTF has it, and what is invisible.
+    pub notes: Vec<String>,
 }
 
 impl Hierarchy {
@@ -50,7 +55,7 @@ impl Hierarchy {
             );
         }
         let mut world = vec![DMat4::IDENTITY; count];
-        for index in order {
+        for &index in &order {
             let parent = parents[index].map_or(DMat4::IDENTITY, |parent| world[parent]);
             world[index] = parent * locals[index].matrix();
             if !world[index].as_mat4().is_finite() {
@@ -78,18 +83,64 @@ impl Hierarchy {
             }
             _ => tops.collect::<Vec<_>>(),
         };
-        // A node that is listed as a root and hangs below another would be drawn twice.
-        let mut listed = vec![false; count];
-        for &top in &tops {
-            if std::mem::replace(&mut listed[top], true) || parents[top].is_some() {
-                return Err(broken(format!(
-                    "the scene lists {}, which is not a root or stands there twice",
-                    label(root, top)
-                )));
+        // Files list nodes that hang below others, and nodes twice: each is drawn once, where the hierarchy has it.
+        let mut scene = Vec::with_capacity(order.len());
+        let (mut placed, mut listed, mut drawn) = (vec![false; count], vec![false; count], vec![false; count]);
+        let mut odd = 0;
+        for top in tops {
+            odd += usize::from(std::mem::replace(&mut listed[top], true) || parents[top].is_some());
+            let mut above = Vec::new();
+            let mut parent = parents[top];
+            while let Some(index) = parent.filter(|&index| !placed[index]) {
+                above.push(index);
+                parent = parents[index];
+            }
+            let mut place = |index: usize| {
+                if !std::mem::replace(&mut placed[index], true) {
+                    scene.push(index);
+                }
+            };
+            above.into_iter().rev().for_each(&mut place);
+            let mut open = vec![top];
+            while let Some(index) = open.pop() {
+                if !std::mem::replace(&mut drawn[index], true) {
+                    place(index);
+                    open.extend(children(root, index).rev());
+                }
             }
         }
-        Ok(Self { scene: descend(root, tops), parents, locals, world })
+        let mut hidden = vec![false; count];
+        let mut invisible = 0;
+        for index in order {
+            let own = drawn[index] && !visible(&root.nodes[index]);
+            invisible += usize::from(own);
+            hidden[index] = own || parents[index].is_some_and(|parent| hidden[parent]);
+            drawn[index] &= !hidden[index];
+        }
+        let notes = [
+            counted(
+                odd,
+                "node that the scene lists hangs below another or stands there twice; it is drawn once.",
+                "nodes that the scene lists hang below others or stand there twice; each is drawn once.",
+            ),
+            counted(
+                invisible,
+                "node is invisible and not drawn, with all that hangs below it.",
+                "nodes are invisible and not drawn, with all that hangs below them.",
+            ),
+        ];
+        Ok(Self { scene, parents, locals, world, drawn, notes: notes.into_iter().flatten().collect() })
     }
+}
+
+/// What KHR_node_visibility says of a node itself.
+fn visible(node: &Node) -> bool {
+    let extension = node.extensions.as_ref().and_then(|e| e.others.get("KHR_node_visibility"));
+    extension.and_then(|e| e.get("visible")?.as_bool()).unwrap_or(true)
+}
+
+fn children(root: &Root, index: usize) -> impl DoubleEndedIterator<Item = usize> {
+    root.nodes[index].children.iter().flatten().map(|child| child.value())
 }
 
 /// `tops` and all below them, parents before children.
@@ -98,8 +149,7 @@ fn descend(root: &Root, mut tops: Vec<usize>) -> Vec<usize> {
     let mut order = Vec::new();
     while let Some(index) = tops.pop() {
         order.push(index);
-        let children = root.nodes[index].children.as_deref().unwrap_or_default();
-        tops.extend(children.iter().rev().map(|child| child.value()));
+        tops.extend(children(root, index).rev());
     }
     order
 }

@@ -9,7 +9,7 @@ use ::gltf::json::mesh::{Mode, MorphTarget, Primitive, Semantic};
 use ::gltf::json::validation::Checked;
 use ::gltf::json::{Index, Node, Root};
 use anyhow::Result;
-use glam::{Mat3, Mat4, Vec2, Vec3};
+use glam::{Mat3, Mat4, Vec2, Vec3, Vec4};
 use std::collections::HashMap;
 
 /// What was left out or changed on the way, for the notes.
@@ -22,7 +22,6 @@ pub struct Counts {
     pub mended_normals: usize,
     pub mended_uvs: usize,
     pub without_uvs: usize,
-    pub vertex_colors: usize,
     pub skinned: usize,
     pub morphed: usize,
 }
@@ -143,7 +142,13 @@ impl<'a> Meshes<'a> {
             mended = true;
         }
         self.counts.mended_uvs += usize::from(mended);
-        self.counts.vertex_colors += usize::from(attribute(Semantic::Colors(0)).is_some());
+        let mut colors = match attribute(Semantic::Colors(0)) {
+            Some(index) => {
+                let role = format!("COLOR_0 of {owner}");
+                same_length(self.accessors.colors(index, &role)?, count, &role)?
+            }
+            None => Vec::new(),
+        };
 
         if let Some(targets) = &primitive.targets {
             self.counts.morphed += 1;
@@ -186,11 +191,14 @@ impl<'a> Meshes<'a> {
                 // Flat shading: each corner its own vertex.
                 positions = indices.iter().map(|&i| positions[i as usize]).collect();
                 uvs = indices.iter().map(|&i| uvs[i as usize]).collect();
+                if !colors.is_empty() {
+                    colors = indices.iter().map(|&i| colors[i as usize]).collect::<Vec<Vec4>>();
+                }
                 indices = (0..indices.len() as u32).collect();
                 positions.chunks_exact(3).flat_map(|p| [flat_normal(p); 3]).collect()
             }
         };
-        Ok(Some(Mesh { positions, normals, uvs, indices, material }))
+        Ok(Some(Mesh { positions, normals, uvs, colors, indices, material }))
     }
 
     fn vectors(&self, index: Index<Accessor>, role: &str) -> Result<Vec<Vec3>> {

@@ -9,6 +9,7 @@ mod hierarchy;
 mod material;
 mod mesh;
 mod origin;
+mod packed;
 pub mod presets;
 mod punctual;
 mod uri;
@@ -29,12 +30,17 @@ use std::path::Path;
 const MAX_TRIANGLES: u64 = 30_000_000;
 
 /// What we understand beyond plain glTF, apart from the ignored KHR_materials_*.
-const SUPPORTED: [&str; 6] = [
+const SUPPORTED: [&str; 11] = [
+    "KHR_draco_mesh_compression",
     "KHR_lights_punctual",
     "KHR_materials_pbrSpecularGlossiness",
     "KHR_mesh_quantization",
+    "KHR_meshopt_compression",
+    "KHR_node_visibility",
+    "KHR_texture_basisu",
     "KHR_texture_transform",
     "EXT_mesh_gpu_instancing",
+    "EXT_meshopt_compression",
     "EXT_texture_webp",
 ];
 
@@ -70,8 +76,13 @@ fn read(path: &Path) -> Result<Scene> {
             parent: hierarchy.parents[index].and_then(|parent| scene_nodes[parent]),
             local: hierarchy.locals[index],
             meshes: Vec::new(),
-            instances: instances(node, &accessors, &owner)?.unwrap_or_default(),
+            instances: Vec::new(),
         };
+        if !hierarchy.drawn[index] {
+            scene.nodes.push(placed);
+            continue;
+        }
+        placed.instances = instances(node, &accessors, &owner)?.unwrap_or_default();
         let joints = joints(&root, &hierarchy, &accessors, node, &owner)?;
         let list = meshes.of_node(node, joints.as_ref().map(|(_, matrices)| &matrices[..]), &owner)?;
         match joints {
@@ -101,8 +112,9 @@ fn read(path: &Path) -> Result<Scene> {
         _ => {}
     }
 
-    let (textures, reduced) = meshes.materials.textures(&accessors, folder)?;
-    scene.textures = textures;
+    let reduced;
+    (scene.textures, reduced) = meshes.materials.textures(&accessors, folder);
+    scene.notes.extend(hierarchy.notes.iter().cloned());
     let (animations, skipped) = animation::read(&root, &accessors, &scene_nodes, &scene.nodes)?;
     scene.animations = animations;
     scene.notes.extend(notes(&root, &meshes, reduced, &skipped));
@@ -111,6 +123,12 @@ fn read(path: &Path) -> Result<Scene> {
     let Some(bounds) = origin::take_off(&mut scene) else {
         return Err(broken("its triangles leave the range of 32-bit floats".into()));
     };
+    if bounds.min == bounds.max {
+        bail!(
+            "its geometry has no extent: all its vertices fall on one point, as after a matrix or scale of zero; \
+             mend the transforms of its nodes and export it again"
+        );
+    }
     punctual::add(&root, &hierarchy, bounds, &mut scene)?;
     presets::add(&mut scene, bounds);
     Ok(scene)
@@ -169,6 +187,7 @@ struct Transform {
 fn parse(text: &[u8]) -> Result<(Root, Vec<Transform>)> {
     let invalid = |error| broken(format!("its JSON is not valid glTF ({error})"));
     let mut value: Value = json::deserialize::from_slice(text).map_err(invalid)?;
+    tidy(&mut value);
     let asset = &value["asset"];
     let version = asset["minVersion"].as_str().or(asset["version"].as_str()).unwrap_or_default();
     if !version.starts_with("2.") {
@@ -189,6 +208,25 @@ fn parse(text: &[u8]) -> Result<(Root, Vec<Transform>)> {
     });
     let transforms = Option::deserialize(&value["nodes"]).map_err(invalid)?.unwrap_or_default();
     Ok((json::deserialize::from_value(value).map_err(invalid)?, transforms))
+}
+
+/// Takes out `extras`, which may be any JSON, and makes whole numbers integers: exporters write them as 4.0 too.
+fn tidy(value: &mut Value) {
+    match value {
+        Value::Object(members) => {
+            members.remove("extras");
+            members.values_mut().for_each(tidy);
+        }
+        Value::Array(items) => items.iter_mut().for_each(tidy),
+        Value::Number(number) => {
+            // Up to 2^53 every whole number is a float of its own; zero keeps its sign.
+            let whole = |x: &f64| x.fract() == 0.0 && *x != 0.0 && x.abs() < 9e15 || x.to_bits() == 0;
+            if let Some(whole) = number.as_f64().filter(|_| number.is_f64()).filter(whole) {
+                *number = (whole as i64).into();
+            }
+        }
+        _ => {}
+    }
 }
 
 /// Refuses what cannot be drawn without an extension, and notes the extensions that are ignored.
@@ -328,11 +366,6 @@ fn notes(root: &Root, meshes: &Meshes, reduced: usize, skipped: &animation::Skip
             "textured primitives have no texture coordinates and show one texel.",
         ),
         counted(
-            counts.vertex_colors,
-            "primitive has vertex colours, which are not drawn.",
-            "primitives have vertex colours, which are not drawn.",
-        ),
-        counted(
             counts.skinned,
             "skinned primitive stands still at the file's pose.",
             "skinned primitives stand still at the file's pose.",
@@ -370,7 +403,19 @@ fn notes(root: &Root, meshes: &Meshes, reduced: usize, skipped: &animation::Skip
     ]
     .into_iter()
     .flatten()
+    .chain(few(meshes.materials.missing.clone(), "images"))
     .collect()
+}
+
+/// Notes of one kind, cut off where there are many; `rest` is what the others are called.
+fn few(mut notes: Vec<String>, rest: &str) -> Vec<String> {
+    const MOST: usize = 4;
+    let more = notes.len().saturating_sub(MOST);
+    if more > 0 {
+        notes.truncate(MOST);
+        notes.push(format!("So it is with {more} more {rest}."));
+    }
+    notes
 }
 
 /// A note that starts with how many there are, if there are any.
