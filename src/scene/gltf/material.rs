@@ -232,6 +232,7 @@ fn basis(bytes: &[u8]) -> Result<(image::RgbaImage, bool)> {
         basisu::Error::Unsupported { .. } | basisu::Error::UnsupportedFeature(_) => anyhow!("a kind of KTX2 not read"),
         _ => anyhow!("damaged KTX2 data, or none of Basis Universal"),
     };
+    check_levels(bytes)?;
     let texture = basisu::Transcoder::new(bytes).map_err(failed)?;
     for level in 0..texture.level_count().max(1) {
         let size = texture.image_level_info(level).map_err(failed)?;
@@ -244,6 +245,32 @@ fn basis(bytes: &[u8]) -> Result<(image::RgbaImage, bool)> {
         return Ok((image.ok_or_else(|| anyhow!("damaged KTX2 data"))?, level > 0));
     }
     Err(anyhow!("more than {MAX_SIDE} texels a side"))
+}
+
+/// Refuses a KTX2 file that is no flat image, or whose levels claim more bytes than they have texels (KTX 2.0, sections 3
+/// and 4): the decoder reserves what is claimed.
+fn check_levels(bytes: &[u8]) -> Result<()> {
+    let damaged = || anyhow!("damaged KTX2 data");
+    let word = |at: usize| Some(u32::from_le_bytes(*bytes.get(at..)?.first_chunk()?));
+    let long = |at: usize| Some(u64::from_le_bytes(*bytes.get(at..)?.first_chunk()?));
+    let header = |at: usize| word(at).ok_or_else(damaged);
+    let (size, levels) = ([header(20)?, header(24)?], header(40)?.clamp(1, 32));
+    if size.into_iter().max() > Some(2 * MAX_SIDE) {
+        return Err(anyhow!("more than {} texels a side", 2 * MAX_SIDE));
+    }
+    if header(28)? > 0 || header(32)? > 1 || header(36)? != 1 {
+        return Err(anyhow!("a KTX2 file of more than one flat image"));
+    }
+    for level in 0..levels {
+        let entry = 80 + 24 * level as usize;
+        let (stored, unpacked) = (long(entry + 8).ok_or_else(damaged)?, long(entry + 16).ok_or_else(damaged)?);
+        // Blocks of 4 × 4 texels take 16 bytes.
+        let [x, y] = size.map(|side| u64::from((side >> level).max(1)).div_ceil(4));
+        if stored > bytes.len() as u64 || unpacked > x * y * 16 {
+            return Err(damaged());
+        }
+    }
+    Ok(())
 }
 
 fn drawn_without(reason: &anyhow::Error) -> String {

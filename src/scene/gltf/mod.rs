@@ -29,7 +29,7 @@ use std::path::Path;
 /// more than any memory holds.
 const MAX_TRIANGLES: u64 = 30_000_000;
 
-/// What we understand beyond plain glTF, apart from the ignored KHR_materials_*.
+/// What we understand beyond plain glTF.
 const SUPPORTED: [&str; 11] = [
     "KHR_draco_mesh_compression",
     "KHR_lights_punctual",
@@ -42,6 +42,19 @@ const SUPPORTED: [&str; 11] = [
     "EXT_mesh_gpu_instancing",
     "EXT_meshopt_compression",
     "EXT_texture_webp",
+];
+
+/// Without these a scene is drawn all the same, though a file may require them; and without what belongs to materials or
+/// textures.
+const NOT_DRAWN: [&str; 8] = [
+    "EXT_instance_features",
+    "EXT_mesh_features",
+    "EXT_structural_metadata",
+    "KHR_animation_pointer",
+    "KHR_interactivity",
+    "KHR_node_hoverability",
+    "KHR_node_selectability",
+    "KHR_xmp_json_ld",
 ];
 
 /// Loads the default scene of a glTF file. Errors are one sentence that names the file.
@@ -232,25 +245,31 @@ fn tidy(value: &mut Value) {
 /// Refuses what cannot be drawn without an extension, and notes the extensions that are ignored.
 fn check_extensions(root: &Root) -> Result<Vec<String>> {
     let known = |name: &&String| SUPPORTED.contains(&name.as_str());
-    let shading = |name: &&String| name.starts_with("KHR_materials_");
-    let missing: Vec<_> = root.extensions_required.iter().filter(|name| !known(name) && !shading(name)).collect();
+    let material = |name: &&String| name.contains("_materials_");
+    let spared = |name: &&String| material(name) || name.contains("_texture_") || NOT_DRAWN.contains(&name.as_str());
+    let missing: Vec<_> = root.extensions_required.iter().filter(|name| !known(name) && !spared(name)).collect();
     if !missing.is_empty() {
-        bail!("it requires {}, which Shadowscope cannot read; export it without", list(&missing));
+        bail!("it requires {}, which Shadowscope cannot read; export it without", list(missing));
     }
-    let ignored: Vec<_> = root.extensions_used.iter().filter(|name| !known(name)).collect();
-    let (materials, others): (Vec<_>, Vec<_>) = ignored.into_iter().partition(shading);
-    let mut notes = Vec::new();
-    if !materials.is_empty() {
-        notes.push(format!("Of materials only the base colour is drawn; {} is ignored.", list(&materials)));
-    }
-    if !others.is_empty() {
-        notes.push(format!("The file is drawn without {}.", list(&others)));
-    }
-    Ok(notes)
+    let required = |name: &String| root.extensions_required.contains(name);
+    let used = root.extensions_used.iter().filter(|name| !required(name));
+    let ignored = root.extensions_required.iter().chain(used).filter(|name| !known(name));
+    let (materials, others): (Vec<_>, Vec<_>) = ignored.partition(material);
+    let told = |names: Vec<&String>, what: &str| {
+        let (required, used): (Vec<_>, Vec<_>) = names.into_iter().partition(|name| required(name));
+        let says = |names: Vec<_>, verb: &str| (!names.is_empty()).then(|| format!("{verb} {}", list(names)));
+        let says = [says(required, "requires"), says(used, "uses")].into_iter().flatten().collect::<Vec<_>>();
+        (!says.is_empty()).then(|| format!("The file {}, {what}.", says.join(" and ")))
+    };
+    let notes = [
+        told(materials, "of which only the base colour is drawn"),
+        told(others, "without which it is drawn"),
+    ];
+    Ok(notes.into_iter().flatten().collect())
 }
 
 /// The names, in quotes where they are odd, as one phrase.
-fn list(names: &[&String]) -> String {
+fn list(names: Vec<&String>) -> String {
     let mut text = names.iter().take(8).map(|name| shortened(name)).collect::<Vec<_>>().join(", ");
     if names.len() > 8 {
         text += &format!(" and {} more", names.len() - 8);

@@ -145,7 +145,7 @@ fn buffers_that_are_too_short() {
 }
 
 /// A file that uses most of what there is.
-fn rich() -> File {
+pub fn rich() -> File {
     let mut file = File::triangle();
     let uvs = file.floats("VEC2", &[0.0, 0.0, 1.0, 0.0, 0.0, 1.0]);
     let joints = file.accessor(&[0; 12], super::file::U8, "VEC4", 3);
@@ -260,7 +260,7 @@ fn every_json_value_replaced_never_panics() {
 }
 
 /// The JSON pointers of all values below `value`.
-fn collect(at: &str, value: &Value, places: &mut Vec<String>) {
+pub fn collect(at: &str, value: &Value, places: &mut Vec<String>) {
     let mut below = |key: String, value: &Value| {
         let place = format!("{at}/{key}");
         collect(&place, value, places);

@@ -66,13 +66,70 @@ fn trees_that_are_none_are_refused() {
         assert!(message.contains(place) && message.contains(reason), "{message}");
     }
     let mut file = File::triangle();
-    file.json["scenes"] = json!([{ "nodes": [0, 0] }]);
-    assert!(file.error().contains("node 0"));
     file.json["scenes"] = json!([{ "nodes": [4] }]);
     assert!(file.error().contains("node 4"));
     file.json["scenes"] = json!([{ "nodes": [0] }]);
     file.json["scene"] = json!(1);
     assert!(file.error().contains("default scene is scene 1, but the file has 1"));
+}
+
+/// Nodes that hang below others, listed or not, and nodes that are listed twice: drawn once, where the hierarchy has them.
+#[test]
+fn scenes_that_list_nodes_oddly() {
+    let mut file = File::triangle();
+    file.json["nodes"] = json!([
+        { "mesh": 0, "translation": [1, 0, 0] },
+        { "mesh": 0, "translation": [0, 1, 0] },
+        { "children": [0, 1], "translation": [0, 0, 1] },
+        { "mesh": 0, "children": [2], "translation": [10, 0, 0] },
+    ]);
+    let drawn = |scene: &Scene| -> Vec<Vec3> {
+        let places = (0..scene.nodes.len()).filter(|&node| !scene.nodes[node].meshes.is_empty());
+        places.map(|node| world(scene, node, Vec3::ZERO)).collect()
+    };
+    let (first, second, top) = (Vec3::new(11.0, 0.0, 1.0), Vec3::new(10.0, 1.0, 1.0), Vec3::new(10.0, 0.0, 0.0));
+    for (list, expected, odd) in [
+        (json!([0]), vec![first], Some("1 node that")),
+        (json!([0, 1]), vec![first, second], Some("2 nodes that")),
+        (json!([1, 3]), vec![top, second, first], Some("1 node that")),
+        (json!([3, 0, 3]), vec![top, first, second], Some("2 nodes that")),
+        (json!([3]), vec![top, first, second], None),
+    ] {
+        file.json["scenes"] = json!([{ "nodes": list }]);
+        let scene = file.load();
+        assert_eq!(drawn(&scene), expected, "{list}");
+        let note = scene.notes.iter().find(|note| note.contains("the scene lists"));
+        assert_eq!(note.is_some(), odd.is_some(), "{:?}", scene.notes);
+        assert!(odd.is_none_or(|odd| note.unwrap().starts_with(odd)), "{note:?}");
+    }
+}
+
+/// KHR_node_visibility: neither meshes nor cameras nor lights at or below an invisible node.
+#[test]
+fn invisible_nodes_are_not_drawn() {
+    let hidden = |rest: serde_json::Value, visible: bool| {
+        let mut node = rest;
+        node["extensions"] = json!({ "KHR_node_visibility": { "visible": visible },
+            "KHR_lights_punctual": { "light": 0 } });
+        node
+    };
+    let mut file = File::triangle();
+    file.json["extensionsRequired"] = json!(["KHR_node_visibility"]);
+    file.json["extensions"] = json!({ "KHR_lights_punctual": { "lights": [{ "type": "point" }] } });
+    file.push("cameras", json!({ "type": "perspective", "perspective": { "yfov": 1, "znear": 0.1 } }));
+    file.json["nodes"] = json!([
+        hidden(json!({ "mesh": 0, "name": "seen" }), true),
+        hidden(json!({ "mesh": 0, "children": [2], "name": "gone" }), false),
+        hidden(json!({ "mesh": 0, "camera": 0, "name": "below" }), true),
+    ]);
+    let scene = file.load();
+    assert_eq!(scene.triangles(), 1);
+    let lights: Vec<_> = scene.lights.iter().map(|light| light.name.as_str()).collect();
+    assert_eq!(lights, ["seen", "sun", "low-sun", "spot", "omni"]);
+    assert!(scene.cameras.iter().all(|camera| camera.name != "below"));
+    assert!(scene.notes.iter().any(|note| note.starts_with("1 node is invisible")), "{:?}", scene.notes);
+    file.json["nodes"][0] = hidden(json!({ "mesh": 0 }), false);
+    assert!(file.error().contains("no triangles"));
 }
 
 #[test]
