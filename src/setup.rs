@@ -341,7 +341,9 @@ impl Setup {
         let name = beside(name, path.parent().unwrap_or(Path::new("")));
         let mut scene = load_scene(&name)?;
         let suited = match (table.get("light"), table.get("technique")) {
-            (None, id) => suited_light(&name, &mut scene, &[id.and_then(|id| id.as_str()).unwrap_or(DEFAULT_TECHNIQUE)]),
+            (None, id) => {
+                suited_light(&name, &mut scene, &[id.and_then(|id| id.as_str()).unwrap_or(DEFAULT_TECHNIQUE)])
+            }
             _ => None,
         };
         table.insert("scene".into(), name.into());

@@ -26,19 +26,22 @@ impl Hierarchy {
     pub fn new(root: &Root, transforms: &[Transform]) -> Result<Self> {
         let count = root.nodes.len();
         let mut parents = vec![None; count];
+        let mut children = vec![Vec::new(); count];
+        let mut shared = 0;
         for (index, node) in root.nodes.iter().enumerate() {
             for child in node.children.iter().flatten() {
                 get(&root.nodes, *child, "node", &label(root, index))?;
-                if let Some(other) = parents[child.value()].replace(index) {
-                    return Err(broken(format!(
-                        "{} has two parents, nodes {other} and {index}",
-                        label(root, child.value())
-                    )));
+                match &mut parents[child.value()] {
+                    Some(_) => shared += 1,
+                    parent => {
+                        *parent = Some(index);
+                        children[index].push(child.value());
+                    }
                 }
             }
         }
         let tops = (0..count).filter(|&index| parents[index].is_none());
-        let order = descend(root, tops.clone().collect());
+        let order = descend(&children, tops.clone().collect());
         if order.len() < count {
             // With one parent each, what no root leads to hangs in a ring.
             let mut reached = vec![false; count];
@@ -105,7 +108,7 @@ impl Hierarchy {
             while let Some(index) = open.pop() {
                 if !std::mem::replace(&mut drawn[index], true) {
                     place(index);
-                    open.extend(children(root, index).rev());
+                    open.extend(children[index].iter().rev());
                 }
             }
         }
@@ -118,6 +121,11 @@ impl Hierarchy {
             drawn[index] &= !hidden[index];
         }
         let notes = [
+            counted(
+                shared,
+                "node is the child of two nodes or of one twice; it hangs below the first alone.",
+                "nodes are children of two nodes or of one twice; each hangs below the first alone.",
+            ),
             counted(
                 odd,
                 "node that the scene lists hangs below another or stands there twice; it is drawn once.",
@@ -139,17 +147,13 @@ fn visible(node: &Node) -> bool {
     extension.and_then(|e| e.get("visible")?.as_bool()).unwrap_or(true)
 }
 
-fn children(root: &Root, index: usize) -> impl DoubleEndedIterator<Item = usize> {
-    root.nodes[index].children.iter().flatten().map(|child| child.value())
-}
-
 /// `tops` and all below them, parents before children.
-fn descend(root: &Root, mut tops: Vec<usize>) -> Vec<usize> {
+fn descend(children: &[Vec<usize>], mut tops: Vec<usize>) -> Vec<usize> {
     tops.reverse();
     let mut order = Vec::new();
     while let Some(index) = tops.pop() {
         order.push(index);
-        tops.extend(children(root, index).rev());
+        tops.extend(children[index].iter().rev());
     }
     order
 }

@@ -261,10 +261,7 @@ fn check_extensions(root: &Root) -> Result<Vec<String>> {
         let says = [says(required, "requires"), says(used, "uses")].into_iter().flatten().collect::<Vec<_>>();
         (!says.is_empty()).then(|| format!("The file {}, {what}.", says.join(" and ")))
     };
-    let notes = [
-        told(materials, "of which only the base colour is drawn"),
-        told(others, "without which it is drawn"),
-    ];
+    let notes = [told(materials, "of which only the base colour is drawn"), told(others, "without which it is drawn")];
     Ok(notes.into_iter().flatten().collect())
 }
 

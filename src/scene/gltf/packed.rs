@@ -108,9 +108,9 @@ fn meshopt_of(view: &buffer::View) -> Option<&Value> {
 /// Whether a buffer stands only for what compressed buffer views unpack to, and need not be there.
 pub fn is_fallback(buffer: &buffer::Buffer) -> bool {
     let Some(extensions) = &buffer.extensions else { return false };
-    ["EXT_meshopt_compression", "KHR_meshopt_compression"].iter().any(|name| {
-        extensions.others.get(*name).and_then(|e| e.get("fallback")?.as_bool()).unwrap_or(false)
-    })
+    ["EXT_meshopt_compression", "KHR_meshopt_compression"]
+        .iter()
+        .any(|name| extensions.others.get(*name).and_then(|e| e.get("fallback")?.as_bool()).unwrap_or(false))
 }
 
 /// Unpacks all compressed buffer views, in parallel.

@@ -27,7 +27,11 @@ pub fn add(root: &Root, hierarchy: &Hierarchy, bounds: Bounds, scene: &mut Scene
             let file = get(&root.cameras, camera, "camera", &owner)?;
             let name = first_name([&file.name, &node.name], "camera", camera.value());
             match &file.perspective {
-                Some(perspective) => add_camera(scene, &name, convert_camera(perspective, world, bounds, &mut tell("camera", &name, &mut told))),
+                Some(perspective) => add_camera(
+                    scene,
+                    &name,
+                    convert_camera(perspective, world, bounds, &mut tell("camera", &name, &mut told)),
+                ),
                 None => orthographic += 1,
             }
         }
@@ -105,13 +109,7 @@ fn convert_camera(
     if fov != given {
         tell("yfov", file.yfov, format!("{fov}° are taken"));
     }
-    Camera {
-        position,
-        target: position + forward * distance,
-        fov,
-        near,
-        far,
-    }
+    Camera { position, target: position + forward * distance, fov, near, far }
 }
 
 /// `tell`: as in [`convert_camera`].
@@ -127,7 +125,9 @@ fn convert_light(
     let all = distance + 2.0 * bounds.radius();
     let usable = |range: &f32| *range > 0.0 && range.is_finite();
     let range = file.range.filter(usable).unwrap_or(all).clamp(1e-3, 1e9);
-    if let Some(given) = file.range.filter(|given| *given != range && file.type_ != Checked::Valid(khr::Type::Directional)) {
+    if let Some(given) =
+        file.range.filter(|given| *given != range && file.type_ != Checked::Valid(khr::Type::Directional))
+    {
         tell("range", given, format!("{range} m is taken"));
     }
     let color = Vec3::from(file.color).max(Vec3::ZERO);
@@ -148,7 +148,11 @@ fn convert_light(
             let angle = given.filter(cone).map_or(45.0, f32::to_degrees);
             let outer_angle = angle.clamp(0.5, 88.5);
             if let Some(given) = given.filter(|given| given.to_degrees() != outer_angle) {
-                tell("outerConeAngle", given, format!("{outer_angle}° are taken, of 0.5° to 88.5° that a spot may have"));
+                tell(
+                    "outerConeAngle",
+                    given,
+                    format!("{outer_angle}° are taken, of 0.5° to 88.5° that a spot may have"),
+                );
             }
             Light::Spot { position, direction: -backward, outer_angle, range, radius: 0.0, color: near_color }
         }

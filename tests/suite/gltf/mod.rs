@@ -90,8 +90,7 @@ fn uris_that_lead_out_of_the_folder_are_refused() {
 #[test]
 fn required_extensions_that_are_not_known_are_refused_by_name() {
     let mut file = File::triangle();
-    file.json["extensionsRequired"] =
-        json!(["KHR_mesh_quantization", "KHR_gaussian_splatting", "MPEG_media"]);
+    file.json["extensionsRequired"] = json!(["KHR_mesh_quantization", "KHR_gaussian_splatting", "MPEG_media"]);
     let message = file.error();
     assert!(message.contains("requires KHR_gaussian_splatting, MPEG_media"), "{message}");
     assert!(!message.contains("quantization"), "{message}");
@@ -124,7 +123,10 @@ fn extras_of_any_kind_are_passed_over() {
         let mut file = File::triangle();
         let uvs = file.floats("VEC2", &[0.0; 6]);
         file.primitive()["attributes"]["TEXCOORD_0"] = uvs.into();
-        file.texture(json!({ "uri": format!("data:;base64,{}", base64(&picture(image::ImageFormat::Png))) }), json!({}));
+        file.texture(
+            json!({ "uri": format!("data:;base64,{}", base64(&picture(image::ImageFormat::Png))) }),
+            json!({}),
+        );
         file.json["buffers"] = json!([{ "byteLength": file.bin.len() }]);
         file.json["scenes"] = json!([{ "nodes": [0] }]);
         let mut places = vec![String::new()];

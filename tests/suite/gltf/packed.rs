@@ -122,8 +122,7 @@ fn meshopt_view(file: &mut File, data: &[u8], count: usize, stride: usize, mode:
 }
 
 fn accessor(file: &mut File, view: usize, component: u32, kind: &str, count: usize, normalized: bool) -> Value {
-    let accessor =
-        json!({ "bufferView": view, "componentType": component, "type": kind, "count": count, "normalized": normalized });
+    let accessor = json!({ "bufferView": view, "componentType": component, "type": kind, "count": count, "normalized": normalized });
     file.push("accessors", accessor).into()
 }
 
@@ -134,7 +133,8 @@ fn grid(sequence: bool) -> File {
     let indices: Vec<u32> = (0..72).filter(|i| i % 9 < 8).flat_map(corners).collect();
     let mut file = File::new();
     let positions: Vec<[f32; 3]> = places.iter().map(|[x, z]| [*x, 0.25, *z]).collect();
-    let data = encode_vertex_buffer(&encode_filter_exp::<3>(&positions, 15, meshopt::EncodeExpMode::SharedVector)).unwrap();
+    let data =
+        encode_vertex_buffer(&encode_filter_exp::<3>(&positions, 15, meshopt::EncodeExpMode::SharedVector)).unwrap();
     let view = meshopt_view(&mut file, &data, 81, 12, "ATTRIBUTES", "EXPONENTIAL");
     let positions = accessor(&mut file, view, F32, "VEC3", 81, false);
     let normals: Vec<[f32; 4]> =
@@ -297,11 +297,16 @@ fn broken_basis_textures_are_left_out() {
             let scene = tiled(&bytes).load();
             assert_eq!(scene.textures.is_empty(), scene.notes.iter().any(|note| note.contains("without its texture")));
         }
-        for (at, value) in [(20, u32::MAX), (24, u32::MAX), (36, 6), (40, 200), (80 + 8, u32::MAX), (80 + 20, 1 << 20)] {
+        for (at, value) in [(20, u32::MAX), (24, u32::MAX), (36, 6), (40, 200), (80 + 8, u32::MAX), (80 + 20, 1 << 20)]
+        {
             let mut bytes = good.clone();
             bytes[at..at + 4].copy_from_slice(&value.to_le_bytes());
             let scene = tiled(&bytes).load();
-            assert!(scene.notes.iter().any(|note| note.contains("image 0 cannot be decoded")), "{name} {at}: {:?}", scene.notes);
+            assert!(
+                scene.notes.iter().any(|note| note.contains("image 0 cannot be decoded")),
+                "{name} {at}: {:?}",
+                scene.notes
+            );
         }
     }
 }

@@ -131,8 +131,16 @@ fn odd_values_of_lights_are_told() {
         (json!({ "type": "spot", "spot": { "outerConeAngle": 3 } }), "outerConeAngle 3; 45°", 45.0),
         (json!({ "type": "spot", "spot": { "outerConeAngle": 0.5 }, "range": -2 }), "range -2; ", 0.5f32.to_degrees()),
         (json!({ "type": "spot", "spot": { "outerConeAngle": 0.5 }, "range": 0 }), "range 0; ", 0.5f32.to_degrees()),
-        (json!({ "type": "spot", "spot": { "outerConeAngle": 0.5 }, "range": 1e39 }), "range inf; ", 0.5f32.to_degrees()),
-        (json!({ "type": "spot", "spot": { "outerConeAngle": 0.5 }, "range": 1e30 }), "1000000000 m", 0.5f32.to_degrees()),
+        (
+            json!({ "type": "spot", "spot": { "outerConeAngle": 0.5 }, "range": 1e39 }),
+            "range inf; ",
+            0.5f32.to_degrees(),
+        ),
+        (
+            json!({ "type": "spot", "spot": { "outerConeAngle": 0.5 }, "range": 1e30 }),
+            "1000000000 m",
+            0.5f32.to_degrees(),
+        ),
     ];
     file.json["nodes"] = json!([{ "mesh": 0 },
         { "translation": [0, 0, 3], "extensions": { "KHR_lights_punctual": { "light": 0 } } }]);
