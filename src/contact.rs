@@ -196,6 +196,8 @@ fn place_of(camera: &Camera, light: &Light, size: [u32; 2]) -> (DVec2, f64) {
 pub struct Contact {
     march: Pass,
     sweep: Pass,
+    /// Where the sweep has no meaning.
+    pass_by: Pass,
     /// The technique's visibility without them.
     before: Slot,
     held: Option<(Sweep, Buffer)>,
@@ -204,7 +206,7 @@ pub struct Contact {
 impl Contact {
     pub fn new(gpu: &Gpu) -> Result<Contact> {
         let pass = |entry| Pass::compute(gpu, PASS, "contact.wgsl", entry, &[ContactParams::GROUP]);
-        Ok(Contact { march: pass("march")?, sweep: pass("sweep")?, before: Slot::default(), held: None })
+        Ok(Contact { march: pass("march")?, sweep: pass("sweep")?, pass_by: pass("pass_by")?, before: Slot::default(), held: None })
     }
 
     /// The technique's visibility without them.
@@ -226,6 +228,15 @@ impl Contact {
         drawn?;
         if ContactParams::read(f.values).contact == "march" {
             f.run(&self.march).of_picture().bind("visibility_before", &before).per_pixel();
+            return Ok(());
+        }
+        if f.eye.height.is_some() {
+            f.tell_note(
+                "contact = sweep follows lines through the light's place in the picture, and an orthographic picture has none for the \
+                 sun: it darkens nothing there; contact = march does."
+                    .into(),
+            );
+            f.run(&self.pass_by).of_picture().bind("visibility_before", &before).per_pixel();
             return Ok(());
         }
         let (sweep, [bands, lines]) = Sweep::new(&f.eye, &f.light, f.size);

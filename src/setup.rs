@@ -681,8 +681,15 @@ fn check_light(key: &str, light: &Light) -> Result<()> {
     Ok(())
 }
 
+/// What gives a camera's picture its shape.
+pub(crate) fn check_shape(key: &str, up: Vec3, fov: f32, height: Option<f32>) -> Result<()> {
+    check_direction(&format!("{key}.up"), up)?;
+    in_range(&format!("{key}.fov"), fov, 1.0, 170.0, "°")?;
+    height.map_or(Ok(()), |height| in_range(&format!("{key}.height"), height, 1e-6, 1e9, " m"))
+}
+
 fn check_camera(key: &str, c: &Camera) -> Result<()> {
-    in_range(&format!("{key}.fov"), c.fov, 1.0, 170.0, "°")?;
+    check_shape(key, c.up, c.fov, c.height)?;
     in_range(&format!("{key}.near"), c.near, 1e-6, 1e9, " m")?;
     check_place(&format!("{key}.position"), c.position)?;
     check_place(&format!("{key}.target"), c.target)?;
@@ -787,19 +794,31 @@ pub fn scene_light(scene: &Scene, name: &str) -> Result<Light> {
 }
 
 /// Reads `--camera` and its like: a name, or `px,py,pz:tx,ty,tz:fov` in the scene's own coordinates (near and far then follow the scene's
-/// first camera).
+/// first camera), with `height=` metres instead of a field of view for an orthographic camera, and a fourth part for what is up.
 pub fn parse_camera(scene: &Scene, text: &str) -> Result<Camera> {
     let parts: Vec<&str> = text.split(':').collect();
-    if parts.len() != 3 || scene.cameras.iter().any(|c| c.name == text) {
+    if !matches!(parts.len(), 3 | 4) || scene.cameras.iter().any(|c| c.name == text) {
         return scene_camera(scene, text);
     }
-    let form = || format!("the camera {text} cannot be read: write it as NAME or px,py,pz:tx,ty,tz:fov");
+    let form = || {
+        format!(
+            "the camera {text} cannot be read: write it as NAME, px,py,pz:tx,ty,tz:fov or px,py,pz:tx,ty,tz:height=metres, and behind it \
+             :ux,uy,uz for what is up"
+        )
+    };
     let first = scene.cameras[0].camera;
     let place = |text| anyhow::Ok((parse_vec3(text)? - scene.origin).as_vec3());
+    let (fov, height) = match parts[2].strip_prefix("height=") {
+        Some(height) => (first.fov, Some(height.parse().with_context(form)?)),
+        None => (parts[2].parse().with_context(form)?, None),
+    };
+    let up = parts.get(3).map(|up| parse_vec3(up)).transpose().with_context(form)?;
     Ok(Camera {
         position: place(parts[0]).with_context(form)?,
         target: place(parts[1]).with_context(form)?,
-        fov: parts[2].parse().with_context(form)?,
+        up: up.map_or(Vec3::Y, |up| up.as_vec3()),
+        fov,
+        height,
         ..first
     })
 }

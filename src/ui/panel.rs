@@ -7,6 +7,7 @@ use super::style::TEXT;
 use super::{compare, freeze, needs, pictures, results, views};
 use crate::legend::{Key as Legend, letter, picture_height, strip_height};
 use crate::params::Spec;
+use crate::scene::Camera;
 use crate::scene::builtin;
 use crate::scene::builtin::cases;
 use crate::setup::place;
@@ -459,7 +460,7 @@ fn place_of_camera(ui: &mut Ui, m: &mut Model) {
     freeze::outlines(ui, m);
     let o = m.scene.origin;
     let c = &mut m.setup.camera;
-    slide(ui, "field of view", "Vertical angle that the picture covers.", &mut c.fov, 5.0..=120.0, false, "°");
+    projection(ui, c);
     let far = c.far;
     let tip = "Nothing nearer than this is drawn. Techniques that divide depth logarithmically depend on it.";
     slide(ui, "near", tip, &mut c.near, 1e-3..=(far * 0.5).max(2e-3), true, "m");
@@ -471,6 +472,42 @@ fn place_of_camera(ui: &mut Ui, m: &mut Model) {
     vector(ui, "target", tip, &mut c.target, o, 0.05);
     if c.position == c.target {
         c.target.z -= 0.01;
+    }
+}
+
+/// Perspective or orthographic, how much the picture covers, and how it is turned.
+fn projection(ui: &mut Ui, c: &mut Camera) {
+    let kinds = ["perspective", "orthographic"];
+    let mut kind = c.height.is_some() as usize;
+    let tip = "Perspective: rays meet in the camera. Orthographic: they run side by side, and all depths are shown at one size.";
+    row(ui, "projection", tip, |ui, label| {
+        let combo = ComboBox::from_id_salt("projection").width(ui.available_width());
+        combo.show_index(ui, &mut kind, 2, |i| kinds[i]).labelled_by(label.id);
+    });
+    if (kind == 1) != c.height.is_some() {
+        // What lies at the target keeps its size.
+        let height = c.height_at(c.reach());
+        if let Some(height) = c.height.take() {
+            let back = -c.forward() * 0.5 * height / (0.5 * c.fov.to_radians()).tan();
+            c.position = c.target + back;
+        } else {
+            c.height = Some(height);
+        }
+    }
+    match &mut c.height {
+        Some(height) => {
+            slide(ui, "height", "How much the picture covers from its lower to its upper edge.", height, 1e-3..=1e5, true, "m");
+        }
+        None => {
+            let tip = "Vertical angle that the picture covers.";
+            slide(ui, "field of view", tip, &mut c.fov, 5.0..=120.0, false, "°");
+        }
+    }
+    let mut roll = c.roll().to_degrees();
+    let before = roll;
+    slide(ui, "roll", "How far the picture is turned clockwise from upright.", &mut roll, -180.0..=180.0, false, "°");
+    if roll != before {
+        c.set_roll(roll.to_radians());
     }
 }
 

@@ -14,7 +14,6 @@ use glam::{Mat4, Vec3};
 
 /// Adds the cameras and lights of the scene's nodes, where they are at the file's pose.
 pub fn add(root: &Root, hierarchy: &Hierarchy, bounds: Bounds, scene: &mut Scene) -> Result<()> {
-    let mut orthographic = 0;
     let mut lights = 0;
     let worlds = world_matrices(scene, None, 0.0);
     for (&index, world) in hierarchy.scene.iter().zip(worlds) {
@@ -24,10 +23,7 @@ pub fn add(root: &Root, hierarchy: &Hierarchy, bounds: Bounds, scene: &mut Scene
         if let Some(camera) = node.camera {
             let file = get(&root.cameras, camera, "camera", &owner)?;
             let name = first_name([&file.name, &node.name], "camera", camera.value());
-            match &file.perspective {
-                Some(perspective) => add_camera(scene, &name, convert_camera(perspective, world, bounds)),
-                None => orthographic += 1,
-            }
+            add_camera(scene, &name, convert_camera(file, world, bounds));
         }
         let extension = node.extensions.as_ref().and_then(|e| e.khr_lights_punctual.as_ref());
         if let Some(extension) = extension {
@@ -39,7 +35,6 @@ pub fn add(root: &Root, hierarchy: &Hierarchy, bounds: Bounds, scene: &mut Scene
             lights += 1;
         }
     }
-    scene.notes.extend(counted(orthographic, "orthographic camera is left out.", "orthographic cameras are left out."));
     scene.notes.extend(counted(
         lights,
         "light has a brightness that suits the scene, not its photometric intensity.",
@@ -53,27 +48,35 @@ fn first_name(names: [&Option<String>; 2], kind: &str, index: usize) -> String {
     given.map_or_else(|| format!("{kind} {index}"), str::to_owned)
 }
 
-fn convert_camera(file: &::gltf::json::camera::Perspective, world: Mat4, bounds: Bounds) -> Camera {
+fn convert_camera(file: &::gltf::json::Camera, world: Mat4, bounds: Bounds) -> Camera {
     let position = world.w_axis.truncate();
     let diagonal = 2.0 * bounds.radius();
-    let mut forward = (-world.z_axis.truncate()).normalize_or(Vec3::NEG_Z);
-    if forward.y.abs() > 0.9999 {
-        // Our cameras have their top towards +y: keep the picture's direction by not looking
-        // straight along it.
-        forward = (forward + 0.02 * world.y_axis.truncate().normalize_or(Vec3::Z)).normalize();
-    }
+    let forward = (-world.z_axis.truncate()).normalize_or(Vec3::NEG_Z);
+    let up = world.y_axis.truncate().normalize_or(Vec3::Y);
     let to_center = (bounds.center() - position).dot(forward);
     let distance = if to_center > 0.05 * bounds.radius() { to_center } else { bounds.radius() };
-    let near = if file.znear > 0.0 && file.znear.is_finite() { file.znear } else { 1e-3 * diagonal };
-    let far = file.zfar.filter(|far| far.is_finite() && *far > near).unwrap_or(10.0 * diagonal);
-    let fov = file.yfov.to_degrees();
-    Camera {
-        position,
-        target: position + forward * distance,
-        fov: if fov.is_finite() { fov.clamp(1.0, 170.0) } else { 45.0 },
-        near,
-        far: far.max(2.0 * near),
-    }
+    let positive = |x: f32| x > 0.0 && x.is_finite();
+    let (fov, height, znear, zfar) = match (&file.perspective, &file.orthographic) {
+        (Some(p), _) => (p.yfov.to_degrees(), None, p.znear, p.zfar),
+        // Half the height of what is seen.
+        (None, Some(o)) => (45.0, Some(2.0 * o.ymag.abs()), o.znear, Some(o.zfar)),
+        (None, None) => (45.0, None, 0.0, None),
+    };
+    let near = if positive(znear) { znear } else { 1e-3 * diagonal };
+    let far = zfar.filter(|far| far.is_finite() && *far > near).unwrap_or(10.0 * diagonal);
+    let camera = Camera {
+        height: height.filter(|h| positive(*h)),
+        ..Camera::new(
+            position,
+            position + forward * distance,
+            if fov.is_finite() { fov.clamp(1.0, 170.0) } else { 45.0 },
+            near,
+            far.max(2.0 * near),
+        )
+    };
+    // One that stands upright but for rounding does so.
+    let upright = camera.axes().1.distance(up) < 1e-4;
+    if upright { camera } else { Camera { up, ..camera } }
 }
 
 fn convert_light(file: &khr::Light, world: Mat4, bounds: Bounds) -> Option<Light> {
