@@ -36,6 +36,7 @@ mod moments;
 mod node_grids;
 mod notw;
 mod origin;
+mod orthographic;
 mod panel;
 mod paths;
 mod prefiltered_soft;
