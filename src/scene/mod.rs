@@ -22,6 +22,8 @@ pub struct Scene {
     pub name: String,
     /// Scene space's zero in the file's coordinates; zero for scenes that no file holds.
     pub origin: DVec3,
+    /// Diagonal of the box around a file's scene at the clock's start, metres; 0 of scenes that no file holds.
+    pub diagonal: f32,
     pub meshes: Vec<Mesh>,
     pub nodes: Vec<Node>,
     pub materials: Vec<Material>,
@@ -162,6 +164,17 @@ pub struct NamedLight {
 }
 
 impl Scene {
+    /// What stands for a metre where a parameter is a length that was not chosen, as a bias: a metre in scenes from 2 m to 2 km
+    /// across, and as much more or less as others are larger or smaller.
+    pub fn unit(&self) -> f64 {
+        let diagonal = f64::from(self.diagonal);
+        match diagonal {
+            0.0 => 1.0,
+            d if d < 2.0 => d / 2.0,
+            d => (d / 2000.0).max(1.0),
+        }
+    }
+
     /// Triangles, instances counted each time they are drawn.
     pub fn triangles(&self) -> usize {
         let drawn = |n: &Node| {

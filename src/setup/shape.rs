@@ -110,7 +110,7 @@ const LIGHT: &[Rule] = &[
     ("half_u", three, "three numbers, metres"),
     ("half_v", three, "three numbers, metres"),
     ("outer_angle", number, "a number from 0.1 to 89°"),
-    ("range", number, "a number from 0.001 to 1000000000 m"),
+    ("range", number, "a number from 0.000001 to 1000000000 m"),
     ("radius", number, "a number from 0 to 10 m"),
     ("angular_radius", number, "a number from 0 to 10°"),
     ("color", three, "three numbers from 0 up"),

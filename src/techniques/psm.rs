@@ -25,7 +25,7 @@ crate::params! {
             /// How far the eye is slid back. Large: the map becomes a plain shadow map.
             slide_back: float(0.0, 0.0..=100.0, "m") if slide = "fixed",
             /// The smallest near distance of the eye once it is slid back. Small: nearly all texels lie close to the camera.
-            min_near: float(1.0, 0.01..=10.0, "m"),
+            min_near: float(1.0, 0.00001..=1000.0, "m", 0.5 of view),
             /// Push the near plane forward to the first receiver, so that no texels are spent on the empty space before it.
             push_near: flag(true),
         }

@@ -201,8 +201,9 @@ pub fn light_views(
             let half = DVec2::new(widened(size.x, 0.0), widened(size.y, 0.0)) / 2.0;
             ((low + high).truncate() / 2.0, half, [low.z, high.z])
         };
-        let half = half.max(DVec2::splat(1e-4));
-        let range = (depth[1] - depth[0]).max(1e-3);
+        let least = 1e-6 * seen.whole.far as f64;
+        let half = half.max(DVec2::splat(least));
+        let range = (depth[1] - depth[0]).max(10.0 * least);
         let row = |v: DVec3, offset: f64, scale: f64| (v * scale).extend(offset * scale).as_vec4();
         views.push(LightView {
             row_x: row(right, -center.x, 1.0 / half.x),

@@ -161,7 +161,7 @@ fn disc(ui: &mut Ui, rect: Rect, camera: &Camera, position: Vec3, radius: &mut f
     ring(ui, rect, camera, position, [right * *radius, up * *radius]);
     let mut end = position + right * *radius;
     if handle(ui, rect, camera, &mut end, "light's radius", 5.0, "Drag to change the light's radius.") {
-        *radius = (end - position).dot(right).clamp(0.01, MAX_RADIUS);
+        *radius = (end - position).dot(right).clamp(0.01 * *radius, MAX_RADIUS);
     }
 }
 
@@ -188,7 +188,7 @@ fn rectangle(ui: &mut Ui, rect: Rect, camera: &Camera, center: &mut Vec3, [half_
             // As far along the side as its handle is seen to have moved.
             let seen = way - camera.forward() * way.dot(camera.forward());
             let further = (end - *center - *half).dot(seen) / seen.length_squared().max(0.01);
-            *half = way * (half.length() + further).max(0.01);
+            *half = way * (half.length() + further).max(0.01 * half.length());
         }
     }
     place(ui, rect, camera, center, "light");

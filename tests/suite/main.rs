@@ -43,6 +43,7 @@ mod prefiltered_soft;
 mod reference;
 mod repeats;
 mod rtw;
+mod scale;
 mod setup;
 mod shaders;
 mod silhouettes;
