@@ -149,7 +149,7 @@ impl Light {
             }
         };
         let far = camera.far.max((center - position).length() + radius);
-        Camera { position, target, fov, near: camera.near, far }
+        Camera::new(position, target, fov, camera.near, far)
     }
 
     /// Its colour, to be changed.

@@ -108,6 +108,9 @@ pub struct Setup {
     /// A path of one's own, along which stability and cost are measured.
     #[serde(default, skip_serializing_if = "Option::is_none", with = "path::shared")]
     pub path: Option<Arc<OwnPath>>,
+    /// What stands for a metre in parameters that nobody chose, metres: the scene's.
+    #[serde(skip, default = "metre")]
+    pub unit: f64,
 }
 
 /// What lies under marked errors: the picture in dark greys, or in light ones for print and projectors.
@@ -172,15 +175,14 @@ impl Side {
         techniques::find(&self.technique)
     }
 
-    /// The truth, or a technique with its defaults.
+    /// The truth, or a technique, of which nothing is chosen.
     ///
     /// # Errors
     /// No technique of that name.
     pub fn new(technique: &str) -> Result<Side> {
-        let mut side = Side { technique: technique.into(), params: Values::new() };
+        let side = Side { technique: technique.into(), params: Values::new() };
         if !side.is_truth() {
             techniques::find_or_say(technique)?;
-            side.complete();
         }
         Ok(side)
     }
@@ -200,10 +202,10 @@ impl Side {
         Ok(side)
     }
 
-    /// Fills in defaults.
-    fn complete(&mut self) {
+    /// Fills in defaults where so many metres stand for one.
+    fn complete(&mut self, unit: f64) {
         for spec in self.info().into_iter().flat_map(|i| i.specs()) {
-            self.params.entry(spec.name.into()).or_insert_with(|| spec.default());
+            self.params.entry(spec.name.into()).or_insert_with(|| spec.default_in(unit));
         }
     }
 }
@@ -223,6 +225,9 @@ pub struct Overlay {
 
 fn is_default<T: Default + PartialEq>(value: &T) -> bool {
     *value == T::default()
+}
+fn metre() -> f64 {
+    1.0
 }
 fn is_zero(origin: &DVec3) -> bool {
     *origin == DVec3::ZERO
@@ -291,6 +296,7 @@ impl Setup {
             overlay: None,
             against: Vec::new(),
             path: None,
+            unit: scene.unit(),
         };
         setup.complete();
         Ok(setup)
@@ -371,6 +377,7 @@ impl Setup {
             }
         }
         let mut setup = Setup::deserialize(toml::Value::Table(table)).map_err(|e| one_line(&e.to_string()))?;
+        setup.unit = scene.unit();
         setup.complete();
         setup.check()?;
         setup.widen();
@@ -404,10 +411,27 @@ impl Setup {
         if let Some(info) = techniques::find(&self.technique) {
             let values = self.params.entry(self.technique.clone()).or_default();
             for spec in info.specs() {
-                values.entry(spec.name.into()).or_insert_with(|| spec.default());
+                values.entry(spec.name.into()).or_insert_with(|| spec.default_in(self.unit));
             }
         }
-        self.against.iter_mut().for_each(Side::complete);
+        self.against.iter_mut().for_each(|side| side.complete(self.unit));
+    }
+
+    /// Takes another scene's unit over. Lengths that stand at their defaults take those of the new one.
+    pub fn take_unit(&mut self, unit: f64) {
+        let before = std::mem::replace(&mut self.unit, unit);
+        if before == unit {
+            return;
+        }
+        let chosen = |technique: &str, values: &mut Values| {
+            let specs = techniques::find(technique).into_iter().flat_map(|i| i.specs());
+            for spec in specs.filter(|s| s.default_in(before) != s.default_in(unit)) {
+                values.retain(|name, value| name != spec.name || *value != spec.default_in(before));
+            }
+        };
+        self.params.iter_mut().for_each(|(technique, values)| chosen(technique, values));
+        self.against.iter_mut().for_each(|side| chosen(&side.technique, &mut side.params));
+        self.complete();
     }
 
     /// The set-up of one technique alone, with nothing over it: what is measured.
@@ -446,7 +470,8 @@ impl Setup {
     /// No technique of that name.
     pub fn kept(&self, technique: &str) -> Result<Side> {
         let mut side = Side::new(technique)?;
-        side.params.extend(self.params.get(technique).cloned().unwrap_or_default());
+        side.params = self.params.get(technique).cloned().unwrap_or_default();
+        side.complete(self.unit);
         Ok(side)
     }
 
@@ -694,13 +719,20 @@ fn check_light(key: &str, light: &Light) -> Result<()> {
     };
     check_place(&format!("{key}.position"), position)?;
     check_direction(&format!("{key}.direction"), direction)?;
-    limits("range", range, [1e-3, 1e9], " m")?;
+    limits("range", range, [1e-6, 1e9], " m")?;
     ensure!(color.is_finite() && color.min_element() >= 0.0, "{key}.color = {color} must be three numbers from 0 up");
     Ok(())
 }
 
+/// What gives a camera's picture its shape.
+pub(crate) fn check_shape(key: &str, up: Vec3, fov: f32, height: Option<f32>) -> Result<()> {
+    check_direction(&format!("{key}.up"), up)?;
+    in_range(&format!("{key}.fov"), fov, 1.0, 170.0, "°")?;
+    height.map_or(Ok(()), |height| in_range(&format!("{key}.height"), height, 1e-6, 1e9, " m"))
+}
+
 fn check_camera(key: &str, c: &Camera) -> Result<()> {
-    in_range(&format!("{key}.fov"), c.fov, 1.0, 170.0, "°")?;
+    check_shape(key, c.up, c.fov, c.height)?;
     in_range(&format!("{key}.near"), c.near, 1e-6, 1e9, " m")?;
     check_place(&format!("{key}.position"), c.position)?;
     check_place(&format!("{key}.target"), c.target)?;
@@ -826,19 +858,31 @@ pub fn scene_light(scene: &Scene, name: &str) -> Result<Light> {
 }
 
 /// Reads `--camera` and its like: a name, or `px,py,pz:tx,ty,tz:fov` in the scene's own coordinates (near and far then follow the scene's
-/// first camera).
+/// first camera), with `height=` metres instead of a field of view for an orthographic camera, and a fourth part for what is up.
 pub fn parse_camera(scene: &Scene, text: &str) -> Result<Camera> {
     let parts: Vec<&str> = text.split(':').collect();
-    if parts.len() != 3 || scene.cameras.iter().any(|c| c.name == text) {
+    if !matches!(parts.len(), 3 | 4) || scene.cameras.iter().any(|c| c.name == text) {
         return scene_camera(scene, text);
     }
-    let form = || format!("the camera {text} cannot be read: write it as NAME or px,py,pz:tx,ty,tz:fov");
+    let form = || {
+        format!(
+            "the camera {text} cannot be read: write it as NAME, px,py,pz:tx,ty,tz:fov or px,py,pz:tx,ty,tz:height=metres, and behind it \
+             :ux,uy,uz for what is up"
+        )
+    };
     let first = scene.cameras[0].camera;
     let place = |text| anyhow::Ok((parse_vec3(text)? - scene.origin).as_vec3());
+    let (fov, height) = match parts[2].strip_prefix("height=") {
+        Some(height) => (first.fov, Some(height.parse().with_context(form)?)),
+        None => (parts[2].parse().with_context(form)?, None),
+    };
+    let up = parts.get(3).map(|up| parse_vec3(up)).transpose().with_context(form)?;
     Ok(Camera {
         position: place(parts[0]).with_context(form)?,
         target: place(parts[1]).with_context(form)?,
-        fov: parts[2].parse().with_context(form)?,
+        up: up.map_or(Vec3::Y, |up| up.as_vec3()),
+        fov,
+        height,
         ..first
     })
 }

@@ -260,7 +260,7 @@ struct Wanted {
     /// Width and height in pixels, such as 1920x1080.
     #[arg(long)]
     size: Option<String>,
-    /// A camera of the scene, or px,py,pz:tx,ty,tz:fov.
+    /// A camera of the scene, px,py,pz:tx,ty,tz:fov, or orthographic px,py,pz:tx,ty,tz:height=METRES; behind either :ux,uy,uz for what is up.
     #[arg(long, allow_hyphen_values = true)]
     camera: Option<String>,
     /// A light of the scene, NAME:key=value;… for one changed, or KIND:key=value;… with the keys of a set-up's [light] table. Of several it changes the one at

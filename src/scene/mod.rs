@@ -2,6 +2,7 @@
 
 pub mod builtin;
 pub mod bvh;
+pub mod camera;
 pub mod edges;
 pub mod geometry;
 pub mod gltf;
@@ -9,8 +10,8 @@ pub mod shadow_tree;
 mod textures;
 
 use crate::light::Light;
+pub use camera::Camera;
 use glam::{DMat4, DQuat, DVec3, Mat4, Vec2, Vec3, Vec4};
-use serde::{Deserialize, Serialize};
 
 /// Meshes placed by a node hierarchy. Right-handed, y up, metres.
 ///
@@ -21,6 +22,8 @@ pub struct Scene {
     pub name: String,
     /// Scene space's zero in the file's coordinates; zero for scenes that no file holds.
     pub origin: DVec3,
+    /// Diagonal of the box around a file's scene at the clock's start, metres; 0 of scenes that no file holds.
+    pub diagonal: f32,
     pub meshes: Vec<Mesh>,
     pub nodes: Vec<Node>,
     pub materials: Vec<Material>,
@@ -187,19 +190,6 @@ pub enum Interpolation {
     CubicSpline,
 }
 
-/// A pinhole camera in scene space, up = +y. Metres and degrees.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Camera {
-    pub position: Vec3,
-    /// The point that is looked at; also what the orbit camera turns around.
-    pub target: Vec3,
-    /// Vertical field of view, degrees.
-    pub fov: f32,
-    pub near: f32,
-    pub far: f32,
-}
-
 #[derive(Clone, Debug)]
 pub struct NamedCamera {
     pub name: String,
@@ -212,45 +202,18 @@ pub struct NamedLight {
     pub light: Light,
 }
 
-impl Camera {
-    /// Unit vector along which the camera looks.
-    pub fn forward(&self) -> Vec3 {
-        (self.target - self.position).normalize_or(Vec3::NEG_Z)
-    }
-
-    /// Scene to view space (x right, y up, looking along -z).
-    pub fn view(&self) -> Mat4 {
-        let forward = self.forward();
-        let up = if forward.y.abs() > 0.9999 { Vec3::NEG_Z } else { Vec3::Y };
-        glam::camera::rh::view::look_to_mat4(self.position, forward, up)
-    }
-
-    /// View space to clip space with reversed depth: 1 at `near`, 0 at `far`.
-    pub fn projection(&self, aspect: f32) -> Mat4 {
-        glam::camera::rh::proj::directx::perspective(self.fov.to_radians(), aspect, self.far, self.near)
-    }
-
-    /// The same without a far plane: depth is `near` over that along the camera's axis, and points at infinity (w = 0) have depth 0.
-    /// Positions in the picture are the same bit for bit.
-    pub fn unbounded_projection(&self, aspect: f32) -> Mat4 {
-        let mut projection = self.projection(aspect);
-        (projection.z_axis.z, projection.w_axis.z) = (0.0, self.near);
-        projection
-    }
-
-    /// The rays of a picture of `size` pixels, each 1 long along the camera's axis: how they change from a pixel to the next
-    /// on the right and to the next below, and the ray through the upper left corner.
-    pub fn rays(&self, size: [u32; 2]) -> [DVec3; 3] {
-        let forward = (self.target.as_dvec3() - self.position.as_dvec3()).normalize_or(DVec3::NEG_Z);
-        let up = if self.forward().y.abs() > 0.9999 { DVec3::NEG_Z } else { DVec3::Y };
-        let right = forward.cross(up).normalize();
-        let pixel = 2.0 * ((self.fov as f64).to_radians() / 2.0).tan() / size[1] as f64;
-        let (x, y) = (right * pixel, forward.cross(right) * pixel);
-        [x, y, forward - x * (size[0] as f64 / 2.0) - y * (size[1] as f64 / 2.0)]
-    }
-}
-
 impl Scene {
+    /// What stands for a metre where a parameter is a length that was not chosen, as a bias: a metre in scenes from 2 m to 2 km
+    /// across, and as much more or less as others are larger or smaller.
+    pub fn unit(&self) -> f64 {
+        let diagonal = f64::from(self.diagonal);
+        match diagonal {
+            0.0 => 1.0,
+            d if d < 2.0 => d / 2.0,
+            d => (d / 2000.0).max(1.0),
+        }
+    }
+
     /// Triangles, instances counted each time they are drawn.
     pub fn triangles(&self) -> usize {
         let drawn = |n: &Node| {

@@ -160,14 +160,15 @@ fn changes(before: &Setup, after: &Setup) -> String {
         before.against.iter().zip(&after.against).enumerate().filter(|(_, (a, b))| a.technique == b.technique)
     {
         for spec in a.info().into_iter().flat_map(|i| i.specs()) {
-            let value = |s: &Side| shown_value(s.params.get(spec.name).unwrap_or(&spec.default()));
+            let value = |s: &Side| shown_value(s.params.get(spec.name).unwrap_or(&spec.default_in(after.unit)));
             differ(&format!("{} {}", letter(i + 1), shown_name(spec)), value(a), value(b));
         }
     }
     for info in techniques::ALL {
         for spec in info.specs() {
-            let value =
-                |s: &Setup| s.params.get(info.id).and_then(|v| v.get(spec.name)).cloned().unwrap_or(spec.default());
+            let value = |s: &Setup| {
+                s.params.get(info.id).and_then(|v| v.get(spec.name)).cloned().unwrap_or(spec.default_in(s.unit))
+            };
             let own = info.id == after.technique;
             let title = if own { shown_name(spec) } else { format!("{} {}", info.id, shown_name(spec)) };
             differ(&title, shown_value(&value(before)), shown_value(&value(after)));

@@ -139,7 +139,8 @@ fn aim(ui: &mut Ui, direction: &mut Vec3) {
 
 fn reach(ui: &mut Ui, range: &mut f32, far: f32) {
     let tip = "Distance beyond which the light no longer reaches.";
-    slide(ui, "range", tip, range, 0.1..=far.max(*range).max(1.0), true, "m");
+    let least = 0.1f32.min(1e-3 * far);
+    slide(ui, "range", tip, range, least..=far.max(*range), true, "m");
 }
 
 fn size(ui: &mut Ui, radius: &mut f32) {
@@ -184,7 +185,7 @@ pub fn from_angles(azimuth: f32, elevation: f32) -> Vec3 {
 /// A light of another kind that lights the scene from about where the old one does, as brightly, and is as large from there.
 pub fn converted(light: &Light, kind: usize, bounds: [Vec3; 2]) -> Light {
     let middle = (bounds[0] + bounds[1]) / 2.0;
-    let radius = ((bounds[1] - bounds[0]).length() / 2.0).max(1e-3);
+    let radius = ((bounds[1] - bounds[0]).length() / 2.0).max(1e-9);
     let sun = matches!(light, Light::Directional { .. });
     let direction = light.axis();
     let position = if sun { middle - direction * radius } else { light.position() };

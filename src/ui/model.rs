@@ -566,6 +566,8 @@ impl Model {
         let own = setup.values().clone();
         setup.params = self.setup.params.clone();
         setup.params.insert(setup.technique.clone(), own);
+        let unit = std::mem::replace(&mut setup.unit, self.setup.unit);
+        setup.take_unit(unit);
         setup.complete();
         setup.fit_path();
         self.camera_chosen = true;
@@ -698,7 +700,7 @@ impl Model {
 
     /// The scene's extent from corner to corner, metres.
     pub fn diagonal(&self) -> f32 {
-        (self.bounds[1] - self.bounds[0]).length().max(1e-3)
+        (self.bounds[1] - self.bounds[0]).length().max(1e-9)
     }
 
     /// Length of the chosen animation, seconds.

@@ -180,7 +180,7 @@ pub fn yard() -> Vec<[Vec3; 3]> {
 }
 
 pub fn camera(position: Vec3, target: Vec3) -> Camera {
-    Camera { position, target, fov: 50.0, near: 0.1, far: 200.0 }
+    Camera::new(position, target, 50.0, 0.1, 200.0)
 }
 
 /// A renderer of the scene and the set-up that it starts with, at a size.

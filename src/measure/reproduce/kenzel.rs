@@ -195,8 +195,7 @@ pub fn stairs(b: &mut Bench) -> Result<String> {
 }
 
 /// A wall with a corner, boxes and plates on the floor of `st-contact`.
-pub const CORNER: Camera =
-    Camera { position: Vec3::new(0.1, 0.9, 1.7), target: Vec3::new(0.3, 0.0, 0.3), fov: 46.0, near: 0.05, far: 20.0 };
+pub const CORNER: Camera = Camera::new(Vec3::new(0.1, 0.9, 1.7), Vec3::new(0.3, 0.0, 0.3), 46.0, 0.05, 20.0);
 
 /// Figure 5.5: one comparison, the hardware's four, a wide filter of them and the distance from edges, in ever finer maps.
 pub fn coarse(b: &mut Bench) -> Result<String> {

@@ -21,13 +21,7 @@ const KERNELS: [(usize, &str, &[&str]); 4] = [
 ];
 
 /// The shadow in the corner of the wall of `st-contact`.
-const DETAIL: Camera = Camera {
-    position: Vec3::new(0.95, 0.5, 1.1),
-    target: Vec3::new(0.72, 0.0, 0.42),
-    fov: 40.0,
-    near: 0.05,
-    far: 20.0,
-};
+const DETAIL: Camera = Camera::new(Vec3::new(0.95, 0.5, 1.1), Vec3::new(0.72, 0.0, 0.42), 40.0, 0.05, 20.0);
 
 /// Figures 2.17 and 2.12: ever more single comparisons.
 pub fn samples(b: &mut Bench) -> Result<String> {

@@ -208,7 +208,7 @@ impl Builder {
 
 /// A camera with a name; metres and degrees.
 pub fn camera(name: &str, position: Vec3, target: Vec3, fov: f32, near: f32, far: f32) -> NamedCamera {
-    NamedCamera { name: name.into(), camera: Camera { position, target, fov, near, far } }
+    NamedCamera { name: name.into(), camera: Camera::new(position, target, fov, near, far) }
 }
 
 /// A light with a name.

@@ -20,6 +20,7 @@ pub fn take_off(scene: &mut Scene) -> Option<Bounds> {
         return None;
     }
     scene.origin = origin([low, high]);
+    scene.diagonal = size as f32;
     notes(scene, size);
     Some(Bounds { min: (low - scene.origin).as_vec3(), max: (high - scene.origin).as_vec3() })
 }

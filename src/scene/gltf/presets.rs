@@ -195,5 +195,5 @@ fn detail(scene: &Scene) -> Option<Bounds> {
 fn camera(position: Vec3, target: Vec3, fov: f32, seen: Bounds, far: f32) -> Camera {
     // Within what a set-up takes, also for things a hair wide.
     let near = (0.002 * seen.radius()).max(1e-6);
-    Camera { position, target, fov, near, far: far.max(10.0 * near) }
+    Camera::new(position, target, fov, near, far.max(10.0 * near))
 }

@@ -14,7 +14,6 @@ use glam::{Mat4, Vec3};
 
 /// Adds the cameras and lights of the scene's nodes, where they are at the file's pose.
 pub fn add(root: &Root, hierarchy: &Hierarchy, bounds: Bounds, scene: &mut Scene) -> Result<()> {
-    let mut orthographic = 0;
     let (mut lights, mut dark) = (0, 0);
     let mut told = Vec::new();
     let worlds = world_matrices(scene, None, 0.0);
@@ -26,14 +25,7 @@ pub fn add(root: &Root, hierarchy: &Hierarchy, bounds: Bounds, scene: &mut Scene
         if let Some(camera) = node.camera {
             let file = get(&root.cameras, camera, "camera", &owner)?;
             let name = first_name([&file.name, &node.name], "camera", camera.value());
-            match &file.perspective {
-                Some(perspective) => add_camera(
-                    scene,
-                    &name,
-                    convert_camera(perspective, world, bounds, &mut tell("camera", &name, &mut told)),
-                ),
-                None => orthographic += 1,
-            }
+            add_camera(scene, &name, convert_camera(file, world, bounds, &mut tell("camera", &name, &mut told)));
         }
         let extension = node.extensions.as_ref().and_then(|e| e.khr_lights_punctual.as_ref());
         if let Some(extension) = extension {
@@ -46,7 +38,6 @@ pub fn add(root: &Root, hierarchy: &Hierarchy, bounds: Bounds, scene: &mut Scene
             lights += 1;
         }
     }
-    scene.notes.extend(counted(orthographic, "orthographic camera is left out.", "orthographic cameras are left out."));
     scene.notes.extend(counted(
         lights,
         "light has a brightness that suits the scene, not its photometric intensity.",
@@ -79,37 +70,51 @@ fn first_name(names: [&Option<String>; 2], kind: &str, index: usize) -> String {
 
 /// `tell`: called with the key and value of what is not taken as it is, and with what is.
 fn convert_camera(
-    file: &::gltf::json::camera::Perspective,
+    file: &::gltf::json::Camera,
     world: Mat4,
     bounds: Bounds,
     tell: &mut impl FnMut(&str, f32, String),
 ) -> Camera {
     let position = world.w_axis.truncate();
     let diagonal = 2.0 * bounds.radius();
-    let mut forward = (-world.z_axis.truncate()).normalize_or(Vec3::NEG_Z);
-    if forward.y.abs() > 0.9999 {
-        // Our cameras have their top towards +y: keep the picture's direction by not looking
-        // straight along it.
-        forward = (forward + 0.02 * world.y_axis.truncate().normalize_or(Vec3::Z)).normalize();
-    }
+    let forward = (-world.z_axis.truncate()).normalize_or(Vec3::NEG_Z);
+    let up = world.y_axis.truncate().normalize_or(Vec3::Y);
     let to_center = (bounds.center() - position).dot(forward);
     let distance = if to_center > 0.05 * bounds.radius() { to_center } else { bounds.radius() };
-    let usable = file.znear > 0.0 && file.znear.is_finite();
-    let near = if usable { file.znear } else { 1e-3 * diagonal }.clamp(1e-6, 1e8);
-    if near != file.znear {
-        tell("znear", file.znear, format!("{near} m is taken"));
+    let positive = |x: f32| x > 0.0 && x.is_finite();
+    let (fov, height, znear, zfar) = match (&file.perspective, &file.orthographic) {
+        (Some(p), _) => {
+            let given = p.yfov.to_degrees();
+            // Half a turn and more is no picture.
+            let fov = if given > 0.0 && given < 180.0 { given.clamp(1.0, 170.0) } else { 45.0 };
+            if fov != given {
+                tell("yfov", p.yfov, format!("{fov}° are taken"));
+            }
+            (fov, None, Some(p.znear), p.zfar)
+        }
+        (None, Some(o)) => {
+            // Half the height of what is seen.
+            let height = Some(2.0 * o.ymag.abs()).filter(|h| positive(*h)).map(|h| h.clamp(1e-6, 1e9));
+            if height.is_none() {
+                tell("ymag", o.ymag, "a perspective of 45° is taken".into());
+            }
+            // Its near plane may lie in the camera.
+            (45.0, height, Some(o.znear).filter(|near| *near != 0.0), Some(o.zfar))
+        }
+        (None, None) => (45.0, None, None, None),
+    };
+    let near = znear.filter(|near| positive(*near)).unwrap_or(1e-3 * diagonal).clamp(1e-6, 1e8);
+    if let Some(given) = znear.filter(|given| *given != near) {
+        tell("znear", given, format!("{near} m is taken"));
     }
-    let far = file.zfar.filter(|far| far.is_finite() && *far > near).unwrap_or(10.0 * diagonal).max(2.0 * near);
-    if let Some(given) = file.zfar.filter(|given| *given <= near || given.is_nan()) {
+    let far = zfar.filter(|far| far.is_finite() && *far > near).unwrap_or(10.0 * diagonal).max(2.0 * near);
+    if let Some(given) = zfar.filter(|given| *given <= near || given.is_nan()) {
         tell("zfar", given, format!("{far} m is taken, as it must lie beyond znear"));
     }
-    let given = file.yfov.to_degrees();
-    // Half a turn and more is no picture.
-    let fov = if given > 0.0 && given < 180.0 { given.clamp(1.0, 170.0) } else { 45.0 };
-    if fov != given {
-        tell("yfov", file.yfov, format!("{fov}° are taken"));
-    }
-    Camera { position, target: position + forward * distance, fov, near, far }
+    let camera = Camera { height, ..Camera::new(position, position + forward * distance, fov, near, far) };
+    // One that stands upright but for rounding does so.
+    let upright = camera.axes().1.distance(up) < 1e-4;
+    if upright { camera } else { Camera { up, ..camera } }
 }
 
 /// `tell`: as in [`convert_camera`].
@@ -124,7 +129,7 @@ fn convert_light(
     let distance = position.distance(bounds.center());
     let all = distance + 2.0 * bounds.radius();
     let usable = |range: &f32| *range > 0.0 && range.is_finite();
-    let range = file.range.filter(usable).unwrap_or(all).clamp(1e-3, 1e9);
+    let range = file.range.filter(usable).unwrap_or(all).clamp(1e-6, 1e9);
     if let Some(given) =
         file.range.filter(|given| *given != range && file.type_ != Checked::Valid(khr::Type::Directional))
     {

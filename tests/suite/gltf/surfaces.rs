@@ -16,7 +16,7 @@ fn check(file: &str, lights: &[Light], lit: impl Fn(Vec2, Vec3) -> Option<bool>,
     let scene = load(&Path::new("tests/data/gltf").join(file)).unwrap();
     let origin = scene.origin.as_vec3();
     let (mut r, mut s) = start(scene, [160, 120]);
-    s.camera = Camera { position: Vec3::new(2.5, 6.0, 4.0) - origin, target: -origin, fov: 40.0, near: 0.1, far: 50.0 };
+    s.camera = Camera::new(Vec3::new(2.5, 6.0, 4.0) - origin, -origin, 40.0, 0.1, 50.0);
     for light in lights {
         s.light = *light;
         let to_light = match s.light {
@@ -104,7 +104,7 @@ fn floor_seen_from(height: f32, texture: Texture, colors: [glam::Vec4; 4]) -> (R
     let mut ground = mesh(&floor(Vec2::splat(-1.0), Vec2::splat(1.0), 0.0), 0);
     ground.uvs = ground.positions.iter().map(|p| (Vec2::new(p.x, p.z) + 1.0) / 2.0).collect();
     ground.colors = ground.positions.iter().map(|p| colors[(p.x > 0.0) as usize + 2 * (p.z > 0.0) as usize]).collect();
-    let view = Camera { position: Vec3::Y * height, target: Vec3::ZERO, fov: 60.0, near: 0.01, far: 1e4 };
+    let view = Camera::new(Vec3::Y * height, Vec3::ZERO, 60.0, 0.01, 1e4);
     let plain = Material { texture: Some(0), ..crate::common::material(Vec3::ONE) };
     let mut scene: Scene = scene(vec![ground], vec![plain], view, sun(Vec3::Y));
     scene.textures = vec![texture];

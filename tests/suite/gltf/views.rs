@@ -185,6 +185,12 @@ fn odd_values_of_cameras_are_told() {
         assert!((1.0..=170.0).contains(&camera.fov) && camera.near > 0.0 && camera.far > camera.near);
         shadowscope::setup::Setup::new("test", &scene).unwrap().check().unwrap();
     }
+    // Without an extent there is nothing to see; a near plane in the camera is allowed.
+    file.json["cameras"] = json!([{ "type": "orthographic",
+        "orthographic": { "xmag": 0, "ymag": 0, "znear": 0, "zfar": 40 } }]);
+    let scene = file.load();
+    assert_eq!(scene.notes, ["The camera \"camera 0\" has ymag 0; a perspective of 45° is taken."]);
+    assert_eq!(camera(&scene, "camera 0").height, None);
 }
 
 /// A file opens with its first light that shines and that the technique serves; which, a note says.
@@ -242,7 +248,7 @@ fn cameras_of_the_file_come_first_and_where_they_are() {
     file.json["cameras"] = json!([
         { "type": "perspective", "name": "overview", "perspective": { "yfov": FRAC_PI_4, "znear": 0.5, "zfar": 50 } },
         { "type": "perspective", "perspective": { "yfov": 1, "znear": 0.1 } },
-        { "type": "orthographic", "orthographic": { "xmag": 1, "ymag": 1, "znear": 0, "zfar": 1 } },
+        { "type": "orthographic", "orthographic": { "xmag": 2, "ymag": 1.5, "znear": 0, "zfar": 40 } },
     ]);
     file.json["nodes"] = json!([
         { "mesh": 0 },
@@ -253,17 +259,25 @@ fn cameras_of_the_file_come_first_and_where_they_are() {
     ]);
     let scene = file.load();
     let names: Vec<_> = scene.cameras.iter().map(|camera| camera.name.as_str()).collect();
-    assert_eq!(names, ["overview", "plan", "overview 2", "low"]);
+    assert_eq!(names, ["overview", "plan", "camera 2", "overview 2", "low"]);
     let first = camera(&scene, "overview");
     assert_eq!((first.position, first.target), (Vec3::new(0.5, 0.5, 8.0), Vec3::new(0.5, 0.5, 0.0)));
     assert!((first.fov - 45.0).abs() < 1e-3);
     assert_eq!((first.near, first.far), (0.5, 50.0));
     let plan = camera(&scene, "plan");
     assert!((plan.far - 10.0 * 2f32.sqrt()).abs() < 1e-4);
-    let view = glam::camera::rh::view::look_at_mat4(plan.position, plan.target, Vec3::Y);
-    assert!(view.is_finite());
-    assert!(view.transform_vector3(Vec3::NEG_Z).y > 0.99);
-    assert_eq!(scene.notes, ["1 orthographic camera is left out."]);
+    assert!(plan.view().transform_vector3(Vec3::NEG_Z).y > 0.9999);
+    let even = camera(&scene, "camera 2");
+    assert_eq!((even.height, even.far), (Some(3.0), 40.0));
+    // From the file's zero to what is higher than 0.
+    assert!((even.forward() - Vec3::NEG_Z).length() < 1e-6 && even.near > 0.0);
+    assert!(scene.notes.is_empty(), "{:?}", scene.notes);
+
+    // A picture that is turned by 30° stays so.
+    let (sin, cos) = (FRAC_PI_2 / 6.0).sin_cos();
+    file.json["nodes"][1]["rotation"] = json!([0, 0, sin, cos]);
+    let rolled = camera(&file.load(), "overview");
+    assert!((rolled.axes().1 - Vec3::new(-0.5, 0.75f32.sqrt(), 0.0)).length() < 1e-5);
 
     file.json["nodes"][1]["camera"] = 9.into();
     assert!(file.error().contains("camera 9"));
