@@ -5,6 +5,7 @@ pub mod bvh;
 pub mod edges;
 pub mod geometry;
 pub mod gltf;
+pub mod pose;
 pub mod shadow_tree;
 mod textures;
 
@@ -23,6 +24,7 @@ pub struct Scene {
     pub origin: DVec3,
     pub meshes: Vec<Mesh>,
     pub nodes: Vec<Node>,
+    pub skins: Vec<Skin>,
     pub materials: Vec<Material>,
     pub textures: Vec<Texture>,
     pub animations: Vec<Animation>,
@@ -35,7 +37,7 @@ pub struct Scene {
 }
 
 /// Triangles of one material. `normals` and `uvs` are as long as `positions`; three `indices` a
-/// triangle, counter-clockwise seen from the front.
+/// triangle, counter-clockwise seen from the front. All as it is before morph targets and a skin move it: the bind pose.
 #[derive(Clone, Debug, Default)]
 pub struct Mesh {
     pub positions: Vec<Vec3>,
@@ -45,10 +47,56 @@ pub struct Mesh {
     pub indices: Vec<u32>,
     /// Index into [`Scene::materials`].
     pub material: u32,
+    /// Each three vertices are a triangle, whose normal is theirs in every pose.
+    pub flat: bool,
+    /// Morph targets, whose weights the node has: of each the vertices that it moves.
+    pub targets: Vec<Vec<Offset>>,
+    /// Which joints move the vertices where the node has a skin.
+    pub skinning: Option<Skinning>,
+}
+
+/// What a morph target of weight 1 adds to a vertex.
+#[derive(Clone, Copy, Debug)]
+pub struct Offset {
+    pub vertex: u32,
+    pub position: Vec3,
+    pub normal: Vec3,
+}
+
+/// Of each vertex the joints, as indices into [`Skin::joints`], with their weights; at least one.
+#[derive(Clone, Debug, Default)]
+pub struct Skinning {
+    /// Where each vertex's joints end in `joints`.
+    pub ends: Vec<u32>,
+    pub joints: Vec<(u32, f32)>,
+}
+
+impl Skinning {
+    /// A vertex's joints and weights, whose sum may be any but zero.
+    pub fn of(&self, vertex: usize) -> &[(u32, f32)] {
+        let start = vertex.checked_sub(1).map_or(0, |before| self.ends[before]);
+        &self.joints[start as usize..self.ends[vertex] as usize]
+    }
+}
+
+impl Mesh {
+    /// Whether vertices can move against each other.
+    pub fn deforms(&self) -> bool {
+        self.skinning.is_some() || self.targets.iter().any(|target| !target.is_empty())
+    }
+}
+
+/// Nodes that move the vertices of meshes.
+#[derive(Clone, Debug, Default)]
+pub struct Skin {
+    /// Indices into [`Scene::nodes`].
+    pub joints: Vec<u32>,
+    /// Of each joint the matrix from the bind pose to its own space.
+    pub inverse_bind: Vec<Mat4>,
 }
 
 /// A place in the hierarchy. Parents come before their children.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Node {
     pub parent: Option<u32>,
     pub local: Local,
@@ -56,6 +104,16 @@ pub struct Node {
     pub meshes: Vec<u32>,
     /// Extra transforms, in the node's space, one an instance (EXT_mesh_gpu_instancing); empty: drawn once.
     pub instances: Vec<Mat4>,
+    /// Of the meshes' morph targets, where no animation gives them.
+    pub weights: Vec<f32>,
+    /// Index into [`Scene::skins`]: its joints place the meshes then, not the node.
+    pub skin: Option<u32>,
+}
+
+impl Default for Local {
+    fn default() -> Self {
+        Local::Trs { translation: DVec3::ZERO, rotation: DQuat::IDENTITY, scale: DVec3::ONE }
+    }
 }
 
 /// A node's transform relative to its parent, with the digits that the file gives it.
@@ -124,13 +182,13 @@ pub struct Animation {
 /// One animated property of one node.
 #[derive(Clone, Debug)]
 pub struct Channel {
-    /// Index into [`Scene::nodes`]; its `local` is a `Trs`.
+    /// Index into [`Scene::nodes`]; its `local` is a `Trs`, unless a weight is animated.
     pub node: u32,
     pub property: Property,
     pub interpolation: Interpolation,
     /// Ascending, at least one.
     pub times: Vec<f32>,
-    /// One a time (xyz, or xyzw for a rotation); cubic splines: in-tangent, value, out-tangent a time.
+    /// One a time (xyz, xyzw for a rotation, x for a weight); cubic splines: in-tangent, value, out-tangent a time.
     pub values: Vec<Vec4>,
 }
 
@@ -139,6 +197,17 @@ pub enum Property {
     Translation,
     Rotation,
     Scale,
+    /// Of one of the morph targets of the node's meshes.
+    Weight(u32),
+}
+
+/// A moment of a scene's animation.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Clock {
+    /// Index into [`Scene::animations`].
+    pub animation: u32,
+    /// Seconds.
+    pub time: f32,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -81,7 +81,7 @@ pub fn scene(meshes: Vec<Mesh>, materials: Vec<Material>, camera: Camera, light:
         parent: None,
         local: Local::Matrix(DMat4::IDENTITY),
         meshes: (0..meshes.len() as u32).collect(),
-        instances: vec![],
+        ..Node::default()
     }];
     Scene {
         name: "test".into(),

@@ -429,7 +429,7 @@ fn geometry_and_bvh_follow_the_clock() {
     let mut moving = scene(vec![ground, block], vec![material(Vec3::ONE)], view, sun(Vec3::new(0.2, 1.0, 0.0)));
     moving.nodes[0].meshes = vec![0];
     let identity = Local::Trs { translation: DVec3::ZERO, rotation: DQuat::IDENTITY, scale: DVec3::ONE };
-    moving.nodes.push(Node { parent: Some(0), local: identity, meshes: vec![1], instances: vec![] });
+    moving.nodes.push(Node { parent: Some(0), local: identity, meshes: vec![1], ..Node::default() });
     moving.animations.push(Animation {
         name: "slide".into(),
         channels: vec![Channel {
@@ -492,7 +492,7 @@ fn moving(parts: Vec<[Vec3; 3]>, from: (Vec3, f32), to: (Vec3, f32)) -> Scene {
     scene.nodes[0].meshes = vec![0];
     let (translation, scale) = (from.0.as_dvec3(), DVec3::splat(from.1 as f64));
     let local = Local::Trs { translation, rotation: DQuat::IDENTITY, scale };
-    scene.nodes.push(Node { parent: None, local, meshes: vec![1], instances: vec![] });
+    scene.nodes.push(Node { parent: None, local, meshes: vec![1], ..Node::default() });
     let channel = |property, from: Vec3, to: Vec3| Channel {
         node: 1,
         property,

@@ -198,7 +198,7 @@ impl Builder {
             parent: None,
             local: Local::Matrix(DMat4::IDENTITY),
             meshes: (0..scene.meshes.len() as u32).collect(),
-            instances: Vec::new(),
+            ..Node::default()
         }];
         scene.cameras = cameras;
         scene.lights = lights;

@@ -1,7 +1,7 @@
 //! Cameras and lights that suit a scene's extent, all in scene space.
 
 use crate::light::Light;
-use crate::scene::geometry::{placements, world_matrices};
+use crate::scene::pose::placements;
 use crate::scene::{Camera, NamedCamera, NamedLight, Scene};
 use glam::{DVec3, Vec3};
 
@@ -25,10 +25,8 @@ impl Bounds {
 
 /// Calls `visit` with every vertex as often as it is drawn at the clock's start, in scene space.
 pub fn for_each_vertex(scene: &Scene, mut visit: impl FnMut(DVec3)) {
-    for (mesh, world) in placements(scene, &world_matrices(scene, Some(0), 0.0)) {
-        for position in &scene.meshes[mesh].positions {
-            visit(world.transform_point3(position.as_dvec3()));
-        }
+    for placed in placements(scene, 0, 0.0) {
+        (0..placed.mesh.positions.len()).for_each(|i| visit(placed.position(i)));
     }
 }
 
@@ -142,10 +140,9 @@ fn low(scene: &Scene, detail: Bounds, far: f32) -> Camera {
 /// The height at which most of the level surface lies, within `band` metres; None if nothing is level.
 fn floor_height(scene: &Scene, band: f32) -> Option<f32> {
     let mut level = Vec::new();
-    for (mesh, world) in placements(scene, &world_matrices(scene, Some(0), 0.0)) {
-        let mesh = &scene.meshes[mesh];
-        for t in mesh.indices.chunks_exact(3) {
-            let corner = |i: u32| world.transform_point3(mesh.positions[i as usize].as_dvec3()).as_vec3();
+    for placed in placements(scene, 0, 0.0) {
+        for t in placed.mesh.indices.chunks_exact(3) {
+            let corner = |i: u32| placed.position(i as usize).as_vec3();
             let [a, b, c] = [t[0], t[1], t[2]].map(corner);
             let area = (b - a).cross(c - a);
             if area.y.abs() > 0.9 * area.length() {

@@ -4,7 +4,7 @@ use super::hierarchy::{Hierarchy, label};
 use super::presets::{Bounds, add_camera, add_light};
 use super::{broken, counted, get};
 use crate::light::Light;
-use crate::scene::geometry::world_matrices;
+use crate::scene::pose::world_matrices;
 use crate::scene::{Camera, Scene};
 use ::gltf::json::Root;
 use ::gltf::json::extensions::scene::khr_lights_punctual as khr;
