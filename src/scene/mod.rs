@@ -11,6 +11,7 @@ mod textures;
 
 use crate::light::Light;
 use glam::{DMat4, DQuat, DVec3, Mat4, Vec2, Vec3, Vec4};
+use pose::world_matrix;
 use serde::{Deserialize, Serialize};
 
 /// Meshes placed by a node hierarchy. Right-handed, y up, metres.
@@ -233,19 +234,67 @@ pub struct Camera {
 #[derive(Clone, Debug)]
 pub struct NamedCamera {
     pub name: String,
+    /// As it stands at the clock's start.
     pub camera: Camera,
+    /// The node that an animation moves it by; index into [`Scene::nodes`].
+    pub node: Option<u32>,
 }
 
 #[derive(Clone, Debug)]
 pub struct NamedLight {
     pub name: String,
+    /// As it stands at the clock's start.
     pub light: Light,
+    /// As a camera's.
+    pub node: Option<u32>,
+}
+
+/// The place nearest to one in scene space that 64 bits hold in the scene's own coordinates, as [`crate::setup::place`] has
+/// them: a moving preset is known by its place, which must not change on its way through a file.
+pub fn settled(place: Vec3, origin: DVec3) -> Vec3 {
+    (origin + place.as_dvec3() - origin).as_vec3()
+}
+
+impl NamedCamera {
+    /// As it stands at a moment.
+    pub fn at(&self, scene: &Scene, clock: Clock) -> Camera {
+        match self.node {
+            Some(node) if clock != Clock::default() => {
+                self.camera.placed(world_matrix(scene, node, clock).as_mat4()).settled(scene.origin)
+            }
+            _ => self.camera,
+        }
+    }
+}
+
+impl NamedLight {
+    /// As it stands at a moment.
+    pub fn at(&self, scene: &Scene, clock: Clock) -> Light {
+        match self.node {
+            Some(node) if clock != Clock::default() => {
+                self.light.placed(world_matrix(scene, node, clock).as_mat4()).settled(scene.origin)
+            }
+            _ => self.light,
+        }
+    }
 }
 
 impl Camera {
     /// Unit vector along which the camera looks.
     pub fn forward(&self) -> Vec3 {
         (self.target - self.position).normalize_or(Vec3::NEG_Z)
+    }
+
+    /// The same camera at a node's place, looking along its -z; the target stays as far off.
+    fn placed(self, node: Mat4) -> Camera {
+        let position = node.w_axis.truncate();
+        let forward = (-node.z_axis.truncate()).normalize_or(Vec3::NEG_Z);
+        Camera { position, target: position + forward * self.target.distance(self.position), ..self }
+    }
+
+    /// At places that the file of a set-up can hold, whose scene's origin is given.
+    pub fn settled(self, origin: DVec3) -> Camera {
+        Camera { position: settled(self.position, origin), target: settled(self.target, origin), ..self }
     }
 
     /// Scene to view space (x right, y up, looking along -z).
@@ -288,6 +337,18 @@ impl Scene {
             meshes.sum::<usize>() * n.instances.len().max(1)
         };
         self.nodes.iter().map(drawn).sum()
+    }
+
+    /// A camera at a moment that it had at another: one of the scene's that an animation moves follows the clock, any other stays.
+    pub fn follow_camera(&self, camera: Camera, [from, to]: [Clock; 2]) -> Camera {
+        let moving = self.cameras.iter().find(|c| c.node.is_some() && c.at(self, from) == camera);
+        moving.map_or(camera, |c| c.at(self, to))
+    }
+
+    /// The same for a light.
+    pub fn follow_light(&self, light: Light, [from, to]: [Clock; 2]) -> Light {
+        let moving = self.lights.iter().find(|l| l.node.is_some() && l.at(self, from) == light);
+        moving.map_or(light, |l| l.at(self, to))
     }
 
     /// What was loaded and what was left out, a line each.

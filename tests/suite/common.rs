@@ -88,8 +88,8 @@ pub fn scene(meshes: Vec<Mesh>, materials: Vec<Material>, camera: Camera, light:
         meshes,
         nodes,
         materials,
-        cameras: vec![NamedCamera { name: "camera".into(), camera }],
-        lights: vec![NamedLight { name: "light".into(), light }],
+        cameras: vec![NamedCamera { name: "camera".into(), camera, node: None }],
+        lights: vec![NamedLight { name: "light".into(), light, node: None }],
         ..Scene::default()
     }
 }

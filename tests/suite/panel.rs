@@ -7,6 +7,7 @@ use shadowscope::light::Light;
 use shadowscope::measure::advise::{Advice, Budget, FIGURES, Figure};
 use shadowscope::measure::{self, Record, params_text, stability};
 use shadowscope::params::{Kind, Value};
+use shadowscope::scene::Clock;
 use shadowscope::scene::builtin::cases;
 use shadowscope::scene::geometry::Geometry;
 use shadowscope::setup::{self, Arrange, Setup};
@@ -1073,7 +1074,7 @@ fn places_are_shown_in_the_files_coordinates() {
         open(&mut harness, section);
     }
     let m = &mut harness.state_mut().model;
-    m.setup.camera = setup::parse_camera(&m.scene, "100002,4,100004.25:100000,0,100000:50").unwrap();
+    m.setup.camera = setup::parse_camera(&m.scene, "100002,4,100004.25:100000,0,100000:50", Clock::default()).unwrap();
     harness.run_steps(3);
     for shown in [100002.0, 4.0, 100004.25, 100000.0] {
         let fields = harness.get_all_by_role(egui::accesskit::Role::SpinButton).filter_map(|n| n.value());
@@ -1548,7 +1549,7 @@ fn another_scene_keeps_technique_parameters_view_and_size() {
     assert_eq!((&back.values()["kernel"], &back.values()["bias"]), (&Value::Int(7), &Value::Float(0.002)));
     // A light that the technique does not serve.
     let (mut lit, scene) = Setup::open("cubes").unwrap();
-    lit.light = setup::scene_light(&scene, "omni").unwrap();
+    lit.light = setup::scene_light(&scene, "omni", Clock::default()).unwrap();
     m.carry(&mut lit);
     lit.check().unwrap();
     assert_eq!((lit.technique.as_str(), lit.view.as_str()), ("cube", "texels"));

@@ -9,7 +9,7 @@ use shadowscope::measure::Step;
 use shadowscope::measure::metrics::{Errors, FACING};
 use shadowscope::params::{Condition, Kind, Spec, Test, Value, Values};
 use shadowscope::scene::{
-    Animation, Camera, Channel, Interpolation, Local, Material, Node, Property, Scene, Texture, builtin,
+    Animation, Camera, Channel, Clock, Interpolation, Local, Material, Node, Property, Scene, Texture, builtin,
 };
 use shadowscope::setup::{Base, Setup, scene_camera};
 use shadowscope::techniques::{self, Info};
@@ -18,7 +18,7 @@ use std::collections::{BTreeMap, BTreeSet};
 /// A built-in scene at a size.
 fn built_in(name: &str, camera: &str, size: [u32; 2]) -> (Renderer, Setup) {
     let scene = builtin::build(name).unwrap();
-    let camera = scene_camera(&scene, camera).unwrap();
+    let camera = scene_camera(&scene, camera, Clock::default()).unwrap();
     let (renderer, mut setup) = start(scene, size);
     setup.camera = camera;
     (renderer, setup)

@@ -208,12 +208,12 @@ impl Builder {
 
 /// A camera with a name; metres and degrees.
 pub fn camera(name: &str, position: Vec3, target: Vec3, fov: f32, near: f32, far: f32) -> NamedCamera {
-    NamedCamera { name: name.into(), camera: Camera { position, target, fov, near, far } }
+    NamedCamera { name: name.into(), camera: Camera { position, target, fov, near, far }, node: None }
 }
 
 /// A light with a name.
 pub fn light(name: &str, light: Light) -> NamedLight {
-    NamedLight { name: name.into(), light }
+    NamedLight { name: name.into(), light, node: None }
 }
 
 /// Points from a flat list of coordinate pairs.

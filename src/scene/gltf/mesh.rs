@@ -76,7 +76,8 @@ impl<'a> Meshes<'a> {
         let mut targets = 0;
         for mesh in list.iter().map(|mesh| &self.list[*mesh as usize]) {
             targets = targets.max(mesh.targets.len());
-            let most = mesh.skinning.iter().flat_map(|skinning| &skinning.joints).map(|(joint, _)| *joint as usize).max();
+            let most =
+                mesh.skinning.iter().flat_map(|skinning| &skinning.joints).map(|(joint, _)| *joint as usize).max();
             if let (Some(joint), Some(joints)) = (most, joints)
                 && joint >= joints
             {
@@ -231,7 +232,9 @@ impl<'a> Meshes<'a> {
         let (positions, normals) = (read(target.positions)?, read(target.normals)?);
         let at = |list: &Option<Vec<Vec3>>, i: usize| list.as_ref().map_or(Vec3::ZERO, |list| list[i]);
         let all = (0..count).map(|i| (i, at(&positions, i), at(&normals, i)));
-        if let Some((vertex, ..)) = all.clone().find(|(_, position, normal)| !(position.is_finite() && normal.is_finite())) {
+        if let Some((vertex, ..)) =
+            all.clone().find(|(_, position, normal)| !(position.is_finite() && normal.is_finite()))
+        {
             return Err(broken(format!("the {role} moves vertex {vertex} by what is not finite")));
         }
         let moved = all.filter(|(_, position, normal)| (*position, *normal) != (Vec3::ZERO, Vec3::ZERO));
@@ -331,10 +334,12 @@ fn of_corners(target: &[Offset], count: usize, indices: &[u32]) -> Vec<Offset> {
 /// Gives a morph target without normals the offsets by which the means of the faces around each vertex turn. Vertices that
 /// only texture coordinates part have the same faces around them.
 fn turn_normals(target: &mut Vec<Offset>, positions: &[Vec3], normals: &[Vec3], indices: &[u32]) {
-    let mut moved = positions.to_vec();
-    target.iter().for_each(|offset| moved[offset.vertex as usize] += offset.position);
+    let mut offsets = vec![Vec3::ZERO; positions.len()];
+    target.iter().for_each(|offset| offsets[offset.vertex as usize] = offset.position);
+    let moved: Vec<Vec3> = positions.iter().zip(&offsets).map(|(position, offset)| *position + *offset).collect();
     let mut places = HashMap::new();
-    let place = |vertex: usize| (positions[vertex].to_array().map(f32::to_bits), normals[vertex].to_array().map(f32::to_bits));
+    let place =
+        |vertex: usize| (positions[vertex].to_array().map(f32::to_bits), normals[vertex].to_array().map(f32::to_bits));
     let first: Vec<u32> = (0..positions.len()).map(|i| *places.entry(place(i)).or_insert(i as u32)).collect();
     // What the faces around a vertex span before and after.
     let mut sums = vec![[DVec3::ZERO; 2]; positions.len()];
@@ -345,9 +350,9 @@ fn turn_normals(target: &mut Vec<Offset>, positions: &[Vec3], normals: &[Vec3], 
             triangle.iter().for_each(|index| sums[first[*index as usize] as usize][side] += face);
         }
     }
-    let all = (0..).zip(positions.iter().zip(&moved).zip(&first)).filter_map(|(vertex, ((from, to), first))| {
+    let all = (0..).zip(offsets.into_iter().zip(&first)).filter_map(|(vertex, (position, first))| {
         let [before, after] = sums[*first as usize].map(DVec3::normalize_or_zero);
-        let (position, normal) = (*to - *from, (after - before).as_vec3());
+        let normal = (after - before).as_vec3();
         ((position, normal) != (Vec3::ZERO, Vec3::ZERO)).then_some(Offset { vertex, position, normal })
     });
     *target = all.collect();

@@ -34,12 +34,12 @@ pub fn for_each_vertex(scene: &Scene, mut visit: impl FnMut(DVec3)) {
 pub fn add(scene: &mut Scene, bounds: Bounds) {
     let detail = detail(scene).unwrap_or(bounds);
     let far = 20.0 * bounds.radius();
-    add_camera(scene, "overview", overview(bounds, far));
+    add_camera(scene, "overview", overview(bounds, far), None);
     if detail.radius() < 0.3 * bounds.radius() {
-        add_camera(scene, "detail", overview(detail, far));
+        add_camera(scene, "detail", overview(detail, far), None);
     }
     let low = low(scene, detail, far);
-    add_camera(scene, "low", low);
+    add_camera(scene, "low", low, None);
 
     let center = bounds.center();
     let radius = bounds.radius();
@@ -48,12 +48,10 @@ pub fn add(scene: &mut Scene, bounds: Bounds) {
         // From the left of the overview camera: shadows fall across the picture.
         Vec3::new(-12.0 / 13.0 * cos, sin, 5.0 / 13.0 * cos)
     };
-    add_light(scene, "sun", Light::Directional { to_light: towards_sun(45.0), angular_radius: 0.0, color: Vec3::ONE });
-    add_light(
-        scene,
-        "low-sun",
-        Light::Directional { to_light: towards_sun(12.0), angular_radius: 0.0, color: Vec3::ONE },
-    );
+    for (name, elevation) in [("sun", 45.0), ("low-sun", 12.0)] {
+        let to_light = towards_sun(elevation);
+        add_light(scene, name, Light::Directional { to_light, angular_radius: 0.0, color: Vec3::ONE }, None);
+    }
     // The colours make the irradiance one at the scene's centre.
     let offset = 2.0 * radius * Vec3::new(-0.35, 0.8, 0.5).normalize();
     let spot = Light::Spot {
@@ -65,22 +63,24 @@ pub fn add(scene: &mut Scene, bounds: Bounds) {
         radius: 0.0,
         color: Vec3::splat(offset.length_squared()),
     };
-    add_light(scene, "spot", spot);
+    add_light(scene, "spot", spot, None);
     let position = Vec3::new(center.x, bounds.max.y + 0.35 * radius, center.z);
     let color = Vec3::splat(position.distance_squared(center));
-    add_light(scene, "omni", Light::Omni { position, range: 4.0 * radius, radius: 0.0, color });
+    add_light(scene, "omni", Light::Omni { position, range: 4.0 * radius, radius: 0.0, color }, None);
 }
 
-/// Adds a camera under a name that no other has.
-pub fn add_camera(scene: &mut Scene, name: &str, camera: Camera) {
+/// Adds a camera under a name that no other has; `node`: what moves it.
+pub fn add_camera(scene: &mut Scene, name: &str, camera: Camera, node: Option<u32>) {
     let name = unique(name, |name| scene.cameras.iter().any(|other| other.name == name));
-    scene.cameras.push(NamedCamera { name, camera });
+    let camera = if node.is_some() { camera.settled(scene.origin) } else { camera };
+    scene.cameras.push(NamedCamera { name, camera, node });
 }
 
-/// Adds a light under a name that no other has.
-pub fn add_light(scene: &mut Scene, name: &str, light: Light) {
+/// Adds a light under a name that no other has; `node`: what moves it.
+pub fn add_light(scene: &mut Scene, name: &str, light: Light, node: Option<u32>) {
     let name = unique(name, |name| scene.lights.iter().any(|other| other.name == name));
-    scene.lights.push(NamedLight { name, light });
+    let light = if node.is_some() { light.settled(scene.origin) } else { light };
+    scene.lights.push(NamedLight { name, light, node });
 }
 
 fn unique(name: &str, taken: impl Fn(&str) -> bool) -> String {

@@ -4,7 +4,7 @@ use super::hierarchy::{Hierarchy, label};
 use super::presets::{Bounds, add_camera, add_light};
 use super::{broken, counted, get};
 use crate::light::Light;
-use crate::scene::pose::world_matrices;
+use crate::scene::pose::{moves, world_matrices};
 use crate::scene::{Camera, Scene};
 use ::gltf::json::Root;
 use ::gltf::json::extensions::scene::khr_lights_punctual as khr;
@@ -12,20 +12,21 @@ use ::gltf::json::validation::Checked;
 use anyhow::Result;
 use glam::{Mat4, Vec3};
 
-/// Adds the cameras and lights of the scene's nodes, where they are at the file's pose.
+/// Adds the cameras and lights of the scene's nodes, where they are at the clock's start.
 pub fn add(root: &Root, hierarchy: &Hierarchy, bounds: Bounds, scene: &mut Scene) -> Result<()> {
     let mut orthographic = 0;
     let mut lights = 0;
-    let worlds = world_matrices(scene, None, 0.0);
-    for (&index, world) in hierarchy.scene.iter().zip(worlds) {
+    let worlds = world_matrices(scene, Some(0), 0.0);
+    for (place, (&index, world)) in (0..).zip(hierarchy.scene.iter().zip(worlds)) {
         let node = &root.nodes[index];
         let world = world.as_mat4();
         let owner = label(root, index);
+        let moved = moves(scene, place).then_some(place);
         if let Some(camera) = node.camera {
             let file = get(&root.cameras, camera, "camera", &owner)?;
             let name = first_name([&file.name, &node.name], "camera", camera.value());
             match &file.perspective {
-                Some(perspective) => add_camera(scene, &name, convert_camera(perspective, world, bounds)),
+                Some(perspective) => add_camera(scene, &name, convert_camera(perspective, world, bounds), moved),
                 None => orthographic += 1,
             }
         }
@@ -35,7 +36,7 @@ pub fn add(root: &Root, hierarchy: &Hierarchy, bounds: Bounds, scene: &mut Scene
             let name = first_name([&file.name, &node.name], "light", extension.light.value());
             let light = convert_light(file, world, bounds)
                 .ok_or_else(|| broken(format!("light {} has an unknown type", extension.light)))?;
-            add_light(scene, &name, light);
+            add_light(scene, &name, light, moved);
             lights += 1;
         }
     }
