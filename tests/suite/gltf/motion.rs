@@ -292,7 +292,7 @@ fn same_as_baked(file: &File, times: &[f32]) {
     let scene = file.load();
     let mut setup = Setup::new("moving", &scene).unwrap();
     setup.size = [120, 90];
-    setup.light = parse_light(&scene, "directional:to_light=0.3,1,0.2", Clock::default()).unwrap();
+    setup.light = parse_light(&scene, "directional:to_light=0.3,0.7,0.9", Clock::default()).unwrap();
     let mut moving = Renderer::new(gpu(), Arc::new(scene.clone())).unwrap();
     let mut dark = Vec::new();
     for time in times {
