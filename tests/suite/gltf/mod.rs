@@ -5,7 +5,7 @@ mod file;
 mod geometry;
 mod malformed;
 mod material;
-mod motion;
+pub mod motion;
 mod nodes;
 mod origin;
 mod views;

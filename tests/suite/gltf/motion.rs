@@ -356,7 +356,7 @@ fn a_morphs_shadow_is_that_of_its_pose() {
 }
 
 /// A camera and two lights on a turntable that turns a right angle about y in a second, and a camera that stands.
-fn turntable() -> File {
+pub fn turntable() -> File {
     let mut file = File::triangle();
     file.json["cameras"] = json!([
         { "type": "perspective", "name": "rider", "perspective": { "yfov": 1, "znear": 0.1 } },
