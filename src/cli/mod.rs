@@ -272,6 +272,9 @@ struct Wanted {
     /// Seconds on the scene's clock. A camera or light of the scene that its animation moves goes along.
     #[arg(long)]
     time: Option<f32>,
+    /// Which of the file's animations plays: its name, or its number from 0.
+    #[arg(long, value_name = "NAME")]
+    animation: Option<String>,
     /// Samples a pixel of the truth: auto, 1, 4, 16, 64, 256, 1024 or 4096.
     #[arg(long, value_name = "N")]
     truth_samples: Option<Samples>,
@@ -353,9 +356,10 @@ impl Wanted {
     fn open(&self) -> Result<(Setup, Scene)> {
         let (mut setup, scene) = Setup::open(&self.setup)?;
         eprint!("{}", scene.report());
-        if let Some(time) = self.time {
-            setup.set_clock(&scene, Clock { time, ..setup.clock() });
-        }
+        let animation = self.animation.as_ref().map(|name| scene.animation(name)).transpose()?;
+        let now = setup.clock();
+        let clock = Clock { time: self.time.unwrap_or(now.time), animation: animation.unwrap_or(now.animation) };
+        setup.set_clock(&scene, clock);
         Ok((setup, scene))
     }
 

@@ -10,6 +10,7 @@ pub mod shadow_tree;
 mod textures;
 
 use crate::light::Light;
+use anyhow::{Context, Result};
 use glam::{DMat4, DQuat, DVec3, Mat4, Vec2, Vec3, Vec4};
 use pose::world_matrix;
 use serde::{Deserialize, Serialize};
@@ -111,12 +112,6 @@ pub struct Node {
     pub skin: Option<u32>,
 }
 
-impl Default for Local {
-    fn default() -> Self {
-        Local::Trs { translation: DVec3::ZERO, rotation: DQuat::IDENTITY, scale: DVec3::ONE }
-    }
-}
-
 /// A node's transform relative to its parent, with the digits that the file gives it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Local {
@@ -127,6 +122,12 @@ pub enum Local {
         rotation: DQuat,
         scale: DVec3,
     },
+}
+
+impl Default for Local {
+    fn default() -> Self {
+        Local::Trs { translation: DVec3::ZERO, rotation: DQuat::IDENTITY, scale: DVec3::ONE }
+    }
 }
 
 impl Local {
@@ -337,6 +338,21 @@ impl Scene {
             meshes.sum::<usize>() * n.instances.len().max(1)
         };
         self.nodes.iter().map(drawn).sum()
+    }
+
+    /// The index of an animation, of which a name or that index is given.
+    ///
+    /// # Errors
+    /// No such animation.
+    pub fn animation(&self, name: &str) -> Result<u32> {
+        let number = || name.parse().ok().filter(|i| *i < self.animations.len());
+        let found = self.animations.iter().position(|a| a.name == name).or_else(number);
+        found.map(|i| i as u32).with_context(|| {
+            let names: Vec<&str> = self.animations.iter().map(|a| a.name.as_str()).collect();
+            let there =
+                if names.is_empty() { "there are none".into() } else { format!("there are {}", names.join(", ")) };
+            format!("{} has no animation {name}; {there}", self.name)
+        })
     }
 
     /// A camera at a moment that it had at another: one of the scene's that an animation moves follows the clock, any other stays.

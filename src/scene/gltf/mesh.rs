@@ -180,23 +180,26 @@ impl<'a> Meshes<'a> {
             }
             None => {
                 // Flat shading: each corner its own vertex.
-                targets = targets.iter().map(|target| of_corners(target, count, &indices)).collect();
-                self.deforming += targets.iter().map(|target| target.len() as u64).sum::<u64>();
-                skinning = skinning.map(|skinning| {
-                    let mut corners = Skinning::default();
-                    for &corner in &indices {
-                        corners.joints.extend(skinning.of(corner as usize));
-                        corners.ends.push(corners.joints.len() as u32);
+                for target in &mut targets {
+                    *target = of_corners(target, count, &indices);
+                    self.deforms(target.len())?;
+                }
+                if let Some(shared) = &skinning {
+                    let of = |&corner: &u32| shared.of(corner as usize);
+                    self.deforms(indices.iter().map(|corner| of(corner).len()).sum())?;
+                    let mut own = Skinning::default();
+                    for corner in &indices {
+                        own.joints.extend(of(corner));
+                        own.ends.push(own.joints.len() as u32);
                     }
-                    corners
-                });
+                    skinning = Some(own);
+                }
                 positions = indices.iter().map(|&i| positions[i as usize]).collect();
                 uvs = indices.iter().map(|&i| uvs[i as usize]).collect();
                 indices = (0..indices.len() as u32).collect();
                 positions.chunks_exact(3).flat_map(|p| [flat_normal(p); 3]).collect()
             }
         };
-        self.check_deforming()?;
         Ok(Some(Mesh { positions, normals, uvs, indices, material, flat, targets, skinning }))
     }
 
@@ -240,8 +243,7 @@ impl<'a> Meshes<'a> {
         let moved = all.filter(|(_, position, normal)| (*position, *normal) != (Vec3::ZERO, Vec3::ZERO));
         let offsets: Vec<Offset> =
             moved.map(|(i, position, normal)| Offset { vertex: i as u32, position, normal }).collect();
-        self.deforming += offsets.len() as u64;
-        self.check_deforming()?;
+        self.deforms(offsets.len())?;
         Ok(offsets)
     }
 
@@ -261,8 +263,7 @@ impl<'a> Meshes<'a> {
             if weights.iter().flatten().any(|weight| !weight.is_finite()) {
                 return Err(broken(format!("{role} has weights that are not finite")));
             }
-            self.deforming += count as u64;
-            self.check_deforming()?;
+            self.deforms(count)?;
             sets.push((indices, weights));
         }
         let mut skinning = Skinning::default();
@@ -280,7 +281,9 @@ impl<'a> Meshes<'a> {
         Ok(skinning)
     }
 
-    fn check_deforming(&self) -> Result<()> {
+    /// Counts what morph targets and skins hold, and refuses too much of it.
+    fn deforms(&mut self, more: usize) -> Result<()> {
+        self.deforming += more as u64;
         if self.deforming <= MAX_TRIANGLES {
             return Ok(());
         }
