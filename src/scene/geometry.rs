@@ -91,7 +91,7 @@ impl Geometry {
     /// Flattens the scene as it stands at `time` seconds of animation `clip`, and builds its BVH.
     ///
     /// # Errors
-    /// No triangles.
+    /// No triangles, or positions that are not finite.
     pub fn new(scene: &Scene, clip: usize, time: f32) -> Result<Geometry> {
         let placed = placements(scene, clip, time);
         let mut triangles = Vec::new();
@@ -101,10 +101,8 @@ impl Geometry {
             for placed in &placed {
                 let mesh = placed.mesh;
                 if scene.materials[mesh.material as usize].alpha_cutoff.is_some() == masked {
-                    let all = placed.rigid().map(|world| world.determinant() < 0.0);
                     triangles.extend(mesh.indices.chunks_exact(3).map(|t| {
-                        let flip = all.unwrap_or_else(|| placed.mirrors(t[0] as usize));
-                        let (b, c) = if flip { (t[2], t[1]) } else { (t[1], t[2]) };
+                        let (b, c) = if placed.mirrors(t[0] as usize) { (t[2], t[1]) } else { (t[1], t[2]) };
                         [first + t[0], first + b, first + c, 0]
                     }));
                 }
@@ -116,6 +114,11 @@ impl Geometry {
         }
         ensure!(!triangles.is_empty(), "{} holds no triangles to draw", scene.name);
         let vertices = transformed(&placed);
+        ensure!(
+            scene.animations.is_empty() || vertices.par_iter().all(|v| v.position.is_finite()),
+            "at {time} s of its animation {} leaves the range of 32-bit floats; choose another moment or mend the file",
+            scene.name
+        );
         let distinct = number_surfaces(&vertices, &mut triangles, opaque);
         let corner = |i: u32, c: usize| vertices[triangles[i as usize][c] as usize].position.into();
         let tris: Vec<_> =

@@ -101,10 +101,10 @@ pub struct Placement<'a> {
     /// Index into [`Scene::meshes`].
     pub index: usize,
     pub mesh: &'a Mesh,
-    /// The node's matrix to scene space, which a skin leaves out.
-    world: DMat4,
-    /// The matrices of the skin's joints, from the bind pose to scene space.
-    joints: Option<Arc<[DMat4]>>,
+    /// The node's matrix to scene space, which a skin leaves out, and whether it mirrors.
+    world: (DMat4, bool),
+    /// The matrices of the skin's joints, from the bind pose to scene space, and whether they mirror.
+    joints: Option<Arc<[(DMat4, bool)]>>,
     /// Positions and normals with the morph targets' offsets, where one has a weight.
     morphed: Option<Arc<Morphed>>,
 }
@@ -123,10 +123,11 @@ pub fn placements(scene: &Scene, clip: usize, time: f32) -> Vec<Placement<'_>> {
             }
         }
     }
-    let skins: Vec<Arc<[DMat4]>> = (scene.skins.iter())
+    let signed = |matrix: DMat4| (matrix, matrix.determinant() < 0.0);
+    let skins: Vec<Arc<[(DMat4, bool)]>> = (scene.skins.iter())
         .map(|skin| {
             let joints = skin.joints.iter().zip(&skin.inverse_bind);
-            joints.map(|(node, inverse_bind)| worlds[*node as usize] * inverse_bind.as_dmat4()).collect()
+            joints.map(|(node, inverse_bind)| signed(worlds[*node as usize] * inverse_bind.as_dmat4())).collect()
         })
         .collect();
     let mut placed = Vec::new();
@@ -138,7 +139,7 @@ pub fn placements(scene: &Scene, clip: usize, time: f32) -> Vec<Placement<'_>> {
             let place = |world: DMat4| Placement {
                 index: *index as usize,
                 mesh,
-                world,
+                world: signed(world),
                 joints: node.skin.map(|skin| skins[skin as usize].clone()),
                 morphed: morphed.clone(),
             };
@@ -173,52 +174,59 @@ impl Placement<'_> {
             (Some(joints), Some(skinning)) => {
                 let (mut sum, mut total) = (DMat4::ZERO, 0.0);
                 for (joint, weight) in skinning.of(vertex) {
-                    sum += joints[*joint as usize] * f64::from(*weight);
+                    sum += joints[*joint as usize].0 * f64::from(*weight);
                     total += f64::from(*weight);
                 }
                 sum * (1.0 / total)
             }
-            _ => self.world,
+            _ => self.world.0,
         }
+    }
+
+    /// A vertex before skin and node move it.
+    fn rest(&self, vertex: usize) -> DVec3 {
+        self.morphed.as_ref().map_or_else(|| self.mesh.positions[vertex].as_dvec3(), |m| m.0[vertex])
     }
 
     /// A vertex in scene space.
     pub fn position(&self, vertex: usize) -> DVec3 {
-        let at = self.morphed.as_ref().map_or_else(|| self.mesh.positions[vertex].as_dvec3(), |m| m.0[vertex]);
-        self.matrix(vertex).transform_point3(at)
+        self.matrix(vertex).transform_point3(self.rest(vertex))
     }
 
     /// The node's matrix alone, where that is all that places the vertices.
     pub fn rigid(&self) -> Option<DMat4> {
-        (self.joints.is_none() && self.morphed.is_none()).then_some(self.world)
+        (self.joints.is_none() && self.morphed.is_none()).then_some(self.world.0)
     }
 
-    /// Whether triangles at a vertex are turned inside out.
+    /// Whether the front of triangles at a vertex is what was their back: the node mirrors them, or the vertex's first joint.
     pub fn mirrors(&self, vertex: usize) -> bool {
-        self.matrix(vertex).determinant() < 0.0
+        match (&self.joints, &self.mesh.skinning) {
+            (Some(joints), Some(skinning)) => joints[skinning.of(vertex)[0].0 as usize].1,
+            _ => self.world.1,
+        }
     }
 
     /// All vertices' positions in scene space, and their normals, of any length.
     pub fn posed(&self) -> (Vec<DVec3>, Vec<DVec3>) {
         let vertices = (0..self.mesh.positions.len()).into_par_iter();
-        let positions: Vec<DVec3> = vertices.clone().map(|i| self.position(i)).collect();
         if self.mesh.flat {
-            let corners = positions.par_chunks_exact(3).enumerate();
-            let normals = corners.flat_map_iter(|(i, p)| {
+            let positions: Vec<DVec3> = vertices.map(|i| self.position(i)).collect();
+            let triangles = positions.par_chunks_exact(3).enumerate();
+            let normals = triangles.flat_map_iter(|(i, p)| {
                 let front = (p[1] - p[0]).cross(p[2] - p[0]);
                 [if self.mirrors(3 * i) { -front } else { front }; 3]
             });
             let normals = normals.collect();
             return (positions, normals);
         }
-        let rest = self.morphed.as_ref().map_or(&self.mesh.normals, |m| &m.1);
-        let normals = vertices.map(|i| {
+        let normals = self.morphed.as_ref().map_or(&self.mesh.normals, |m| &m.1);
+        let posed = vertices.map(|i| {
+            let matrix = self.matrix(i);
             // The cofactors: the inverse transpose up to a factor, and finite where a bone is flattened.
-            let DMat3 { x_axis: x, y_axis: y, z_axis: z } = DMat3::from_mat4(self.matrix(i));
-            let normal = DMat3::from_cols(y.cross(z), z.cross(x), x.cross(y)) * rest[i].as_dvec3();
-            if self.mirrors(i) { -normal } else { normal }
+            let DMat3 { x_axis: x, y_axis: y, z_axis: z } = DMat3::from_mat4(matrix);
+            let normal = DMat3::from_cols(y.cross(z), z.cross(x), x.cross(y)) * normals[i].as_dvec3();
+            (matrix.transform_point3(self.rest(i)), if self.mirrors(i) { -normal } else { normal })
         });
-        let normals = normals.collect();
-        (positions, normals)
+        posed.unzip()
     }
 }

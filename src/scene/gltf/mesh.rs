@@ -172,7 +172,7 @@ impl<'a> Meshes<'a> {
             Some(mut normals) => {
                 self.counts.mended_normals += usize::from(mend_normals(&positions, &indices, &mut normals));
                 for (target, file) in targets.iter_mut().zip(primitive.targets.iter().flatten()) {
-                    if file.normals.is_none() {
+                    if file.normals.is_none() && !target.is_empty() {
                         turn_normals(target, &positions, &normals, &indices);
                     }
                 }
