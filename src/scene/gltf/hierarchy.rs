@@ -10,8 +10,6 @@ use glam::{DMat4, DQuat, DVec3};
 pub struct Hierarchy {
     pub parents: Vec<Option<usize>>,
     pub locals: Vec<Local>,
-    /// To the file's coordinates, at the file's pose.
-    pub world: Vec<DMat4>,
     /// The nodes of the drawn scene, parents before their children.
     pub scene: Vec<usize>,
 }
@@ -88,7 +86,7 @@ impl Hierarchy {
                 )));
             }
         }
-        Ok(Self { scene: descend(root, tops), parents, locals, world })
+        Ok(Self { scene: descend(root, tops), parents, locals })
     }
 }
 

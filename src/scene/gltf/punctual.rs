@@ -4,7 +4,7 @@ use super::hierarchy::{Hierarchy, label};
 use super::presets::{Bounds, add_camera, add_light};
 use super::{broken, counted, get};
 use crate::light::Light;
-use crate::scene::geometry::world_matrices;
+use crate::scene::pose::{moves, world_matrices};
 use crate::scene::{Camera, Scene};
 use ::gltf::json::Root;
 use ::gltf::json::extensions::scene::khr_lights_punctual as khr;
@@ -12,18 +12,19 @@ use ::gltf::json::validation::Checked;
 use anyhow::Result;
 use glam::{Mat4, Vec3};
 
-/// Adds the cameras and lights of the scene's nodes, where they are at the file's pose.
+/// Adds the cameras and lights of the scene's nodes, where they are at the clock's start.
 pub fn add(root: &Root, hierarchy: &Hierarchy, bounds: Bounds, scene: &mut Scene) -> Result<()> {
     let mut lights = 0;
-    let worlds = world_matrices(scene, None, 0.0);
-    for (&index, world) in hierarchy.scene.iter().zip(worlds) {
+    let worlds = world_matrices(scene, Some(0), 0.0);
+    for (place, (&index, world)) in (0..).zip(hierarchy.scene.iter().zip(worlds)) {
         let node = &root.nodes[index];
         let world = world.as_mat4();
         let owner = label(root, index);
+        let moved = moves(scene, place).then_some(place);
         if let Some(camera) = node.camera {
             let file = get(&root.cameras, camera, "camera", &owner)?;
             let name = first_name([&file.name, &node.name], "camera", camera.value());
-            add_camera(scene, &name, convert_camera(file, world, bounds));
+            add_camera(scene, &name, convert_camera(file, world, bounds), moved);
         }
         let extension = node.extensions.as_ref().and_then(|e| e.khr_lights_punctual.as_ref());
         if let Some(extension) = extension {
@@ -31,7 +32,7 @@ pub fn add(root: &Root, hierarchy: &Hierarchy, bounds: Bounds, scene: &mut Scene
             let name = first_name([&file.name, &node.name], "light", extension.light.value());
             let light = convert_light(file, world, bounds)
                 .ok_or_else(|| broken(format!("light {} has an unknown type", extension.light)))?;
-            add_light(scene, &name, light);
+            add_light(scene, &name, light, moved);
             lights += 1;
         }
     }
@@ -49,11 +50,9 @@ fn first_name(names: [&Option<String>; 2], kind: &str, index: usize) -> String {
 }
 
 fn convert_camera(file: &::gltf::json::Camera, world: Mat4, bounds: Bounds) -> Camera {
-    let position = world.w_axis.truncate();
     let diagonal = 2.0 * bounds.radius();
-    let forward = (-world.z_axis.truncate()).normalize_or(Vec3::NEG_Z);
-    let up = world.y_axis.truncate().normalize_or(Vec3::Y);
-    let to_center = (bounds.center() - position).dot(forward);
+    let position = world.w_axis.truncate();
+    let to_center = (bounds.center() - position).dot((-world.z_axis.truncate()).normalize_or(Vec3::NEG_Z));
     let distance = if to_center > 0.05 * bounds.radius() { to_center } else { bounds.radius() };
     let positive = |x: f32| x > 0.0 && x.is_finite();
     let (fov, height, znear, zfar) = match (&file.perspective, &file.orthographic) {
@@ -64,19 +63,9 @@ fn convert_camera(file: &::gltf::json::Camera, world: Mat4, bounds: Bounds) -> C
     };
     let near = if positive(znear) { znear } else { 1e-3 * diagonal };
     let far = zfar.filter(|far| far.is_finite() && *far > near).unwrap_or(10.0 * diagonal);
-    let camera = Camera {
-        height: height.filter(|h| positive(*h)),
-        ..Camera::new(
-            position,
-            position + forward * distance,
-            if fov.is_finite() { fov.clamp(1.0, 170.0) } else { 45.0 },
-            near,
-            far.max(2.0 * near),
-        )
-    };
-    // One that stands upright but for rounding does so.
-    let upright = camera.axes().1.distance(up) < 1e-4;
-    if upright { camera } else { Camera { up, ..camera } }
+    let fov = if fov.is_finite() { fov.clamp(1.0, 170.0) } else { 45.0 };
+    let camera = Camera::new(Vec3::ZERO, distance * Vec3::NEG_Z, fov, near, far.max(2.0 * near));
+    Camera { height: height.filter(|h| positive(*h)), ..camera }.placed(world)
 }
 
 fn convert_light(file: &khr::Light, world: Mat4, bounds: Bounds) -> Option<Light> {
