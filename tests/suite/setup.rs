@@ -132,7 +132,7 @@ fn errors_name_the_key_the_value_and_the_range() {
         ),
         (
             with("[light]\nkind = \"omni\"\nposition = [0,1,0]\nrange = 1e38\n"),
-            vec!["light.range = 1e38", "0.001 to 1e9 m"],
+            vec!["light.range = 1e38", "1e-6 to 1e9 m"],
         ),
         (with("[light]\nkind = \"directional\"\nto_light = [0,0,0]\n"), vec!["light", "zero"]),
         (with("[light]\nkind = \"laser\"\n"), vec!["laser", "directional"]),
