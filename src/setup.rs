@@ -13,7 +13,7 @@ use crate::contact;
 use crate::light::{KINDS, Light, MAX_RADIUS};
 use crate::params::{Kind, Value, Values};
 use crate::path::{self, OwnPath};
-use crate::scene::{Camera, NamedLight, Scene, builtin, gltf};
+use crate::scene::{Camera, Clock, NamedLight, Scene, builtin, gltf};
 use crate::techniques::{self, Info};
 use crate::truth::Samples;
 use crate::view::{self, View};
@@ -326,8 +326,8 @@ impl Setup {
             _ => {
                 let mut scene = load_scene(what)?;
                 let mut setup = Setup::new(what, &scene)?;
-                if let Some(light) = suited_light(what, &mut scene, techniques) {
-                    setup.light = light;
+                if let Some(place) = suited_light(what, &mut scene, techniques) {
+                    setup.light = scene.lights[place].light;
                 }
                 Ok((setup, scene))
             }
@@ -354,17 +354,20 @@ impl Setup {
         };
         table.insert("scene".into(), name.into());
         place::take_off(&mut table, scene.origin);
+        let number = |key: &str| table.get(key).and_then(|v| v.as_float().or(v.as_integer().map(|i| i as f64)));
+        let (animation, time) = (number("animation").unwrap_or_default(), number("time").unwrap_or_default());
+        let clock = Clock { animation: animation as u32, time: time as f32 };
         for key in ["camera", "shadow_camera"] {
             let camera = match table.get(key) {
-                Some(toml::Value::String(name)) => scene_camera(&scene, name)?,
-                None if key == "camera" => scene.cameras[0].camera,
+                Some(toml::Value::String(name)) => scene_camera(&scene, name, clock)?,
+                None if key == "camera" => scene.cameras[0].at(&scene, clock),
                 _ => continue,
             };
             table.insert(key.into(), toml::Value::try_from(camera)?);
         }
         let light = match table.get("light") {
-            Some(toml::Value::String(name)) => Some(scene_light(&scene, name)?),
-            None => Some(suited.unwrap_or(scene.lights[0].light)),
+            Some(toml::Value::String(name)) => Some(scene_light(&scene, name, clock)?),
+            None => Some(scene.lights[suited.unwrap_or(0)].at(&scene, clock)),
             Some(_) => None,
         };
         if let Some(light) = light {
@@ -372,7 +375,7 @@ impl Setup {
         }
         for lamp in table.get_mut("more_lights").and_then(toml::Value::as_array_mut).into_iter().flatten() {
             if let toml::Value::String(name) = lamp {
-                let light = scene_light(&scene, name)?;
+                let light = scene_light(&scene, name, clock)?;
                 *lamp = toml::Value::try_from(Lamp { on: true, light })?;
             }
         }
@@ -593,6 +596,21 @@ impl Setup {
         Ok(())
     }
 
+    /// The moment of the scene's animation.
+    pub fn clock(&self) -> Clock {
+        Clock { animation: self.animation, time: self.time }
+    }
+
+    /// Sets the scene's clock. Camera and lights that are the scene's own follow its animation; others stay, and so does the
+    /// shadow camera, which is left behind.
+    pub fn set_clock(&mut self, scene: &Scene, to: Clock) {
+        let way = [self.clock(), to];
+        (self.animation, self.time) = (to.animation, to.time);
+        self.camera = scene.follow_camera(self.camera, way);
+        let lights = self.more_lights.iter_mut().map(|lamp| &mut lamp.light).chain([&mut self.light]);
+        lights.for_each(|light| *light = scene.follow_light(*light, way));
+    }
+
     /// The camera that maps are fitted to, where it is not the one that looks.
     pub fn frozen(&self) -> Option<Camera> {
         self.shadow_camera.filter(|c| *c != self.camera)
@@ -808,25 +826,26 @@ pub fn load_scene(name: &str) -> Result<Scene> {
     gltf::load(path)
 }
 
-/// The light of a glTF file to begin with where its first gives none, or where that is not served by all of these techniques: the
+/// The place of a glTF file's light to begin with where its first gives none, or where that is not served by all of these techniques: the
 /// next that does and is, or is at least by one. The scene's notes say so.
-fn suited_light(name: &str, scene: &mut Scene, techniques: &[&str]) -> Option<Light> {
+fn suited_light(name: &str, scene: &mut Scene, techniques: &[&str]) -> Option<usize> {
     if techniques.is_empty() || builtin::is_builtin(name) {
         return None;
     }
     let infos: Vec<&Info> = techniques.iter().filter_map(|id| techniques::find(id)).collect();
-    let shines = |l: &&NamedLight| l.light.color() != Vec3::ZERO;
-    let by_all = |l: &&NamedLight| shines(l) && infos.iter().all(|info| info.refuses(&l.light).is_none());
-    let by_one = |l: &&NamedLight| shines(l) && infos.iter().any(|info| info.refuses(&l.light).is_none());
+    let shines = |l: &NamedLight| l.light.color() != Vec3::ZERO;
+    let by_all = |l: &NamedLight| shines(l) && infos.iter().all(|info| info.refuses(&l.light).is_none());
+    let by_one = |l: &NamedLight| shines(l) && infos.iter().any(|info| info.refuses(&l.light).is_none());
     let first = scene.lights.first()?;
-    let found = scene.lights.iter().find(by_all).or_else(|| scene.lights.iter().find(by_one))?;
-    let light = found.light;
-    if found.name != first.name {
+    let found = scene.lights.iter().position(by_all).or_else(|| scene.lights.iter().position(by_one))?;
+    if found > 0 {
         let refused = || infos.iter().find_map(|info| info.refuses(&first.light));
-        let why = if shines(&first) { refused().unwrap_or_default() } else { "it stays dark".into() };
-        scene.notes.push(format!("Light comes from {:?} instead of {:?} ({why}).", found.name, first.name));
+        let why = if shines(first) { refused().unwrap_or_default() } else { "it stays dark".into() };
+        let name = &scene.lights[found].name;
+        let note = format!("Light comes from {name:?} instead of {:?} ({why}).", first.name);
+        scene.notes.push(note);
     }
-    Some(light)
+    Some(found)
 }
 
 /// A scene's name as a set-up in `folder` means it: a path counts from there if such a file exists.
@@ -835,10 +854,10 @@ fn beside(name: &str, folder: &Path) -> String {
     if !builtin::is_builtin(name) && path.exists() { path.to_string_lossy().into_owned() } else { name.into() }
 }
 
-/// One of the scene's cameras by name.
-pub fn scene_camera(scene: &Scene, name: &str) -> Result<Camera> {
+/// One of the scene's cameras by name, as it stands at a moment.
+pub fn scene_camera(scene: &Scene, name: &str, clock: Clock) -> Result<Camera> {
     match scene.cameras.iter().find(|c| c.name == name) {
-        Some(c) => Ok(c.camera),
+        Some(c) => Ok(c.at(scene, clock)),
         None => {
             let names: Vec<&str> = scene.cameras.iter().map(|c| c.name.as_str()).collect();
             bail!("{} has no camera named {name}; there are {}", scene.name, names.join(", "))
@@ -846,10 +865,10 @@ pub fn scene_camera(scene: &Scene, name: &str) -> Result<Camera> {
     }
 }
 
-/// One of the scene's lights by name.
-pub fn scene_light(scene: &Scene, name: &str) -> Result<Light> {
+/// One of the scene's lights by name, as it stands at a moment.
+pub fn scene_light(scene: &Scene, name: &str, clock: Clock) -> Result<Light> {
     match scene.lights.iter().find(|l| l.name == name) {
-        Some(l) => Ok(l.light),
+        Some(l) => Ok(l.at(scene, clock)),
         None => {
             let names: Vec<&str> = scene.lights.iter().map(|l| l.name.as_str()).collect();
             bail!("{} has no light named {name}; there are {}", scene.name, names.join(", "))
@@ -857,12 +876,12 @@ pub fn scene_light(scene: &Scene, name: &str) -> Result<Light> {
     }
 }
 
-/// Reads `--camera` and its like: a name, or `px,py,pz:tx,ty,tz:fov` in the scene's own coordinates (near and far then follow the scene's
+/// Reads `--camera` and its like: a name, for that camera at a moment, or `px,py,pz:tx,ty,tz:fov` in the scene's own coordinates (near and far then follow the scene's
 /// first camera), with `height=` metres instead of a field of view for an orthographic camera, and a fourth part for what is up.
-pub fn parse_camera(scene: &Scene, text: &str) -> Result<Camera> {
+pub fn parse_camera(scene: &Scene, text: &str, clock: Clock) -> Result<Camera> {
     let parts: Vec<&str> = text.split(':').collect();
     if !matches!(parts.len(), 3 | 4) || scene.cameras.iter().any(|c| c.name == text) {
-        return scene_camera(scene, text);
+        return scene_camera(scene, text, clock);
     }
     let form = || {
         format!(
@@ -888,13 +907,14 @@ pub fn parse_camera(scene: &Scene, text: &str) -> Result<Camera> {
 }
 
 /// Reads `--light` and `--add-light`: a name, `NAME:key=value;…` for that light changed, or `KIND:key=value;…` with the keys of the set-up's `[light]` table.
-pub fn parse_light(scene: &Scene, text: &str) -> Result<Light> {
+pub fn parse_light(scene: &Scene, text: &str, clock: Clock) -> Result<Light> {
     let named = scene.lights.iter().any(|l| l.name == text);
     let Some((kind, rest)) = text.split_once(':').filter(|_| !named) else {
-        return scene_light(scene, text);
+        return scene_light(scene, text, clock);
     };
     // A light of the scene by name, of which some values are others; a kind's name means the kind.
-    let held = scene.lights.iter().filter(|_| !KINDS.contains(&kind)).find(|l| l.name == kind).map(|l| l.light);
+    let held =
+        scene.lights.iter().filter(|_| !KINDS.contains(&kind)).find(|l| l.name == kind).map(|l| l.at(scene, clock));
     let mut table = toml::Table::new();
     table.insert("kind".into(), held.map_or(kind, |l| l.kind()).into());
     for pair in rest.split(';').filter(|p| !p.is_empty()) {

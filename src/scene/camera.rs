@@ -1,5 +1,6 @@
 //! The camera: a pinhole's perspective, or an orthographic view.
 
+use super::settled;
 use glam::{DVec3, Mat4, Vec3};
 use serde::{Deserialize, Serialize};
 
@@ -34,6 +35,22 @@ impl Camera {
     /// A perspective camera that stands upright.
     pub const fn new(position: Vec3, target: Vec3, fov: f32, near: f32, far: f32) -> Camera {
         Camera { position, target, up: Vec3::Y, fov, height: None, near, far }
+    }
+
+    /// The same camera at a node's place, looking along its -z, with its +y up; the target stays as far off. One that stands
+    /// upright but for rounding does so.
+    pub fn placed(self, node: Mat4) -> Camera {
+        let position = node.w_axis.truncate();
+        let forward = (-node.z_axis.truncate()).normalize_or(Vec3::NEG_Z);
+        let up = node.y_axis.truncate().normalize_or(Vec3::Y);
+        let upright =
+            Camera { position, target: position + forward * self.target.distance(self.position), up: Vec3::Y, ..self };
+        if upright.axes().1.distance(up) < 1e-4 { upright } else { Camera { up, ..upright } }
+    }
+
+    /// At places that the file of a set-up can hold, whose scene's origin is given.
+    pub fn settled(self, origin: DVec3) -> Camera {
+        Camera { position: settled(self.position, origin), target: settled(self.target, origin), ..self }
     }
 
     /// Unit vector along which the camera looks.

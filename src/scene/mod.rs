@@ -6,12 +6,15 @@ pub mod camera;
 pub mod edges;
 pub mod geometry;
 pub mod gltf;
+pub mod pose;
 pub mod shadow_tree;
 mod textures;
 
 use crate::light::Light;
+use anyhow::{Context, Result};
 pub use camera::Camera;
 use glam::{DMat4, DQuat, DVec3, Mat4, Vec2, Vec3, Vec4};
+use pose::world_matrix;
 
 /// Meshes placed by a node hierarchy. Right-handed, y up, metres.
 ///
@@ -26,6 +29,7 @@ pub struct Scene {
     pub diagonal: f32,
     pub meshes: Vec<Mesh>,
     pub nodes: Vec<Node>,
+    pub skins: Vec<Skin>,
     pub materials: Vec<Material>,
     pub textures: Vec<Texture>,
     pub animations: Vec<Animation>,
@@ -38,7 +42,7 @@ pub struct Scene {
 }
 
 /// Triangles of one material. `normals` and `uvs` are as long as `positions`; three `indices` a
-/// triangle, counter-clockwise seen from the front.
+/// triangle, counter-clockwise seen from the front. All as it is before morph targets and a skin move it: the bind pose.
 #[derive(Clone, Debug, Default)]
 pub struct Mesh {
     pub positions: Vec<Vec3>,
@@ -50,10 +54,56 @@ pub struct Mesh {
     pub indices: Vec<u32>,
     /// Index into [`Scene::materials`].
     pub material: u32,
+    /// Each three vertices are a triangle, whose normal is theirs in every pose.
+    pub flat: bool,
+    /// Morph targets, whose weights the node has: of each the vertices that it moves.
+    pub targets: Vec<Vec<Offset>>,
+    /// Which joints move the vertices where the node has a skin.
+    pub skinning: Option<Skinning>,
+}
+
+/// What a morph target of weight 1 adds to a vertex.
+#[derive(Clone, Copy, Debug)]
+pub struct Offset {
+    pub vertex: u32,
+    pub position: Vec3,
+    pub normal: Vec3,
+}
+
+/// Of each vertex the joints, as indices into [`Skin::joints`], with their weights; at least one.
+#[derive(Clone, Debug, Default)]
+pub struct Skinning {
+    /// Where each vertex's joints end in `joints`.
+    pub ends: Vec<u32>,
+    pub joints: Vec<(u32, f32)>,
+}
+
+impl Skinning {
+    /// A vertex's joints and weights, whose sum may be any but zero.
+    pub fn of(&self, vertex: usize) -> &[(u32, f32)] {
+        let start = vertex.checked_sub(1).map_or(0, |before| self.ends[before]);
+        &self.joints[start as usize..self.ends[vertex] as usize]
+    }
+}
+
+impl Mesh {
+    /// Whether vertices can move against each other.
+    pub fn deforms(&self) -> bool {
+        self.skinning.is_some() || self.targets.iter().any(|target| !target.is_empty())
+    }
+}
+
+/// Nodes that move the vertices of meshes.
+#[derive(Clone, Debug, Default)]
+pub struct Skin {
+    /// Indices into [`Scene::nodes`].
+    pub joints: Vec<u32>,
+    /// Of each joint the matrix from the bind pose to its own space.
+    pub inverse_bind: Vec<Mat4>,
 }
 
 /// A place in the hierarchy. Parents come before their children.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Node {
     pub parent: Option<u32>,
     pub local: Local,
@@ -61,6 +111,10 @@ pub struct Node {
     pub meshes: Vec<u32>,
     /// Extra transforms, in the node's space, one an instance (EXT_mesh_gpu_instancing); empty: drawn once.
     pub instances: Vec<Mat4>,
+    /// Of the meshes' morph targets, where no animation gives them.
+    pub weights: Vec<f32>,
+    /// Index into [`Scene::skins`]: its joints place the meshes then, not the node.
+    pub skin: Option<u32>,
 }
 
 /// A node's transform relative to its parent, with the digits that the file gives it.
@@ -73,6 +127,12 @@ pub enum Local {
         rotation: DQuat,
         scale: DVec3,
     },
+}
+
+impl Default for Local {
+    fn default() -> Self {
+        Local::Trs { translation: DVec3::ZERO, rotation: DQuat::IDENTITY, scale: DVec3::ONE }
+    }
 }
 
 impl Local {
@@ -166,13 +226,13 @@ pub struct Animation {
 /// One animated property of one node.
 #[derive(Clone, Debug)]
 pub struct Channel {
-    /// Index into [`Scene::nodes`]; its `local` is a `Trs`.
+    /// Index into [`Scene::nodes`]; its `local` is a `Trs`, unless a weight is animated.
     pub node: u32,
     pub property: Property,
     pub interpolation: Interpolation,
     /// Ascending, at least one.
     pub times: Vec<f32>,
-    /// One a time (xyz, or xyzw for a rotation); cubic splines: in-tangent, value, out-tangent a time.
+    /// One a time (xyz, xyzw for a rotation, x for a weight); cubic splines: in-tangent, value, out-tangent a time.
     pub values: Vec<Vec4>,
 }
 
@@ -181,6 +241,17 @@ pub enum Property {
     Translation,
     Rotation,
     Scale,
+    /// Of one of the morph targets of the node's meshes.
+    Weight(u32),
+}
+
+/// A moment of a scene's animation.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Clock {
+    /// Index into [`Scene::animations`].
+    pub animation: u32,
+    /// Seconds.
+    pub time: f32,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -193,13 +264,49 @@ pub enum Interpolation {
 #[derive(Clone, Debug)]
 pub struct NamedCamera {
     pub name: String,
+    /// As it stands at the clock's start.
     pub camera: Camera,
+    /// The node that an animation moves it by; index into [`Scene::nodes`].
+    pub node: Option<u32>,
 }
 
 #[derive(Clone, Debug)]
 pub struct NamedLight {
     pub name: String,
+    /// As it stands at the clock's start.
     pub light: Light,
+    /// As a camera's.
+    pub node: Option<u32>,
+}
+
+/// The place nearest to one in scene space that 64 bits hold in the scene's own coordinates, as [`crate::setup::place`] has
+/// them: a moving preset is known by its place, which must not change on its way through a file.
+pub fn settled(place: Vec3, origin: DVec3) -> Vec3 {
+    (origin + place.as_dvec3() - origin).as_vec3()
+}
+
+impl NamedCamera {
+    /// As it stands at a moment.
+    pub fn at(&self, scene: &Scene, clock: Clock) -> Camera {
+        match self.node {
+            Some(node) if clock != Clock::default() => {
+                self.camera.placed(world_matrix(scene, node, clock).as_mat4()).settled(scene.origin)
+            }
+            _ => self.camera,
+        }
+    }
+}
+
+impl NamedLight {
+    /// As it stands at a moment.
+    pub fn at(&self, scene: &Scene, clock: Clock) -> Light {
+        match self.node {
+            Some(node) if clock != Clock::default() => {
+                self.light.placed(world_matrix(scene, node, clock).as_mat4()).settled(scene.origin)
+            }
+            _ => self.light,
+        }
+    }
 }
 
 impl Scene {
@@ -221,6 +328,33 @@ impl Scene {
             meshes.sum::<usize>() * n.instances.len().max(1)
         };
         self.nodes.iter().map(drawn).sum()
+    }
+
+    /// The index of an animation, of which a name or that index is given.
+    ///
+    /// # Errors
+    /// No such animation.
+    pub fn animation(&self, name: &str) -> Result<u32> {
+        let number = || name.parse().ok().filter(|i| *i < self.animations.len());
+        let found = self.animations.iter().position(|a| a.name == name).or_else(number);
+        found.map(|i| i as u32).with_context(|| {
+            let names: Vec<&str> = self.animations.iter().map(|a| a.name.as_str()).collect();
+            let there =
+                if names.is_empty() { "there are none".into() } else { format!("there are {}", names.join(", ")) };
+            format!("{} has no animation {name}; {there}", self.name)
+        })
+    }
+
+    /// A camera at a moment that it had at another: one of the scene's that an animation moves follows the clock, any other stays.
+    pub fn follow_camera(&self, camera: Camera, [from, to]: [Clock; 2]) -> Camera {
+        let moving = self.cameras.iter().find(|c| c.node.is_some() && c.at(self, from) == camera);
+        moving.map_or(camera, |c| c.at(self, to))
+    }
+
+    /// The same for a light.
+    pub fn follow_light(&self, light: Light, [from, to]: [Clock; 2]) -> Light {
+        let moving = self.lights.iter().find(|l| l.node.is_some() && l.at(self, from) == light);
+        moving.map_or(light, |l| l.at(self, to))
     }
 
     /// What was loaded and what was left out, a line each.

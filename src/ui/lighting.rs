@@ -3,7 +3,7 @@
 use super::controls::{Tip, field, room, row, slide};
 use super::lamps;
 use super::model::Model;
-use super::panel::{choice, vector};
+use super::panel::{choice, preset_name, vector};
 use crate::light::{KINDS, Light, MAX_RADIUS};
 use crate::techniques;
 use egui::{ComboBox, DragValue, Response, Ui};
@@ -32,18 +32,23 @@ pub fn show(ui: &mut Ui, m: &mut Model) {
 
 fn presets(ui: &mut Ui, m: &mut Model, label: &Response) {
     let scene = m.scene.clone();
-    let now = scene.lights.iter().find(|l| l.light == m.setup.light);
-    let text = now.map_or_else(|| format!("own {}", m.setup.light.kind()), |l| l.name.clone());
+    let clock = m.setup.clock();
+    let now = scene.lights.iter().find(|l| l.at(&scene, clock) == m.setup.light);
+    let text = now.map_or_else(|| format!("own {}", m.setup.light.kind()), |l| preset_name(&l.name, l.node));
     let width = ui.available_width();
     let shown = ComboBox::from_id_salt("light").selected_text(text).width(width).truncate().show_ui(ui, |ui| {
         for preset in &scene.lights {
             let doc = DOCS[preset.light.index()];
-            if ui.selectable_label(preset.light == m.setup.light, &preset.name).tip(doc).clicked() {
-                m.setup.light = preset.light;
+            let light = preset.at(&scene, clock);
+            if ui.selectable_label(light == m.setup.light, preset_name(&preset.name, preset.node)).tip(doc).clicked() {
+                m.setup.light = light;
             }
         }
     });
-    shown.response.labelled_by(label.id).tip("The lights of the scene. Own: changed by you.");
+    shown
+        .response
+        .labelled_by(label.id)
+        .tip("The lights of the scene. Animated ones move with the clock, until you move them. Own: changed by you.");
 }
 
 fn details(ui: &mut Ui, m: &mut Model) {

@@ -17,7 +17,7 @@ use crate::measure::Record;
 use crate::measure::advise::Budget;
 use crate::measure::stability::Run;
 use crate::params::Values;
-use crate::scene::{Camera, Scene};
+use crate::scene::{Camera, Clock, Scene};
 use crate::setup::{Arrange, Setup, Side};
 use crate::techniques::{self, Info, lixel_per_pixel};
 use crate::truth::Progress;
@@ -600,10 +600,18 @@ impl Model {
     pub fn advance(&mut self, seconds: f32) {
         if self.playing {
             let duration = self.duration();
-            self.setup.time = if duration > 0.0 { (self.setup.time + seconds) % duration } else { 0.0 };
+            let time = if duration > 0.0 { (self.setup.time + seconds) % duration } else { 0.0 };
+            self.set_clock(Clock { time, ..self.setup.clock() });
         }
         self.play_on(seconds);
         self.take_sample();
+    }
+
+    /// Sets the scene's clock, and what follows it: no step that can be undone, but for a change of the animation.
+    pub fn set_clock(&mut self, to: Clock) {
+        self.home = self.scene.follow_camera(self.home, [self.setup.clock(), to]);
+        self.setup.set_clock(&self.scene, to);
+        self.history.pass(&self.scene, to.time);
     }
 
     /// Says something for a few seconds.
@@ -712,7 +720,7 @@ impl Model {
     /// Undoes a step; the action loads the scene, where that differs.
     pub fn undo(&mut self) -> Option<Action> {
         self.history.commit(&self.setup, true);
-        let (before, told) = self.history.undo(&self.setup)?;
+        let (before, told) = self.history.undo(&self.scene, &self.setup)?;
         self.say_step(format!("Undid: {told}"));
         self.take(before)
     }
@@ -720,7 +728,7 @@ impl Model {
     /// Does an undone step again.
     pub fn redo(&mut self) -> Option<Action> {
         self.history.commit(&self.setup, true);
-        let (after, told) = self.history.redo(&self.setup)?;
+        let (after, told) = self.history.redo(&self.scene, &self.setup)?;
         self.say_step(format!("Redid: {told}"));
         self.take(after)
     }

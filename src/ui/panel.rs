@@ -7,9 +7,9 @@ use super::style::TEXT;
 use super::{compare, freeze, needs, pictures, results, views};
 use crate::legend::{Key as Legend, letter, picture_height, strip_height};
 use crate::params::Spec;
-use crate::scene::Camera;
 use crate::scene::builtin;
 use crate::scene::builtin::cases;
+use crate::scene::{Camera, Clock};
 use crate::setup::place;
 use crate::techniques::{self, Info, lixel_per_pixel};
 use egui::collapsing_header::{CollapsingState, paint_default_icon};
@@ -439,12 +439,16 @@ fn camera(ui: &mut Ui, m: &mut Model) {
                 }
                 freeze::button(ui, m);
                 let scene = m.scene.clone();
-                let now = scene.cameras.iter().find(|c| c.camera == m.setup.camera).map_or("free", |c| c.name.as_str());
+                let clock = m.setup.clock();
+                let now = scene.cameras.iter().find(|c| c.at(&scene, clock) == m.setup.camera);
+                let now = now.map_or_else(|| "free".into(), |c| preset_name(&c.name, c.node));
                 let combo = ComboBox::from_id_salt("camera").selected_text(now).width(ui.available_width()).truncate();
                 let shown = combo.show_ui(ui, |ui| {
                     for preset in &scene.cameras {
-                        if ui.selectable_label(preset.camera == m.setup.camera, &preset.name).clicked() {
-                            m.home = preset.camera;
+                        let camera = preset.at(&scene, clock);
+                        let name = preset_name(&preset.name, preset.node);
+                        if ui.selectable_label(camera == m.setup.camera, name).clicked() {
+                            m.home = camera;
                             m.go_home();
                         }
                     }
@@ -453,11 +457,16 @@ fn camera(ui: &mut Ui, m: &mut Model) {
                 shown
                     .response
                     .labelled_by(label.id)
-                    .tip("The cameras of the scene. Free: moved away from all of them.");
+                    .tip("The cameras of the scene. Animated ones move with the clock, until you move them. Free: moved away from all of them.");
             });
         },
         place_of_camera,
     );
+}
+
+/// What a camera or light of the scene is called; one with a node is moved by the scene's animation.
+pub fn preset_name(name: &str, node: Option<u32>) -> String {
+    if node.is_some() { format!("{name} (animated)") } else { name.into() }
 }
 
 fn place_of_camera(ui: &mut Ui, m: &mut Model) {
@@ -575,17 +584,15 @@ fn animation(ui: &mut Ui, m: &mut Model) {
         let combo = ComboBox::from_id_salt("animation").width(width).truncate();
         let combo = combo.show_index(ui, &mut chosen, names.len(), |i| names.get(i).cloned().unwrap_or_default());
         combo.tip("Which of the file's animations plays.");
-        m.setup.animation = chosen as u32;
+        if chosen != m.setup.animation as usize {
+            m.set_clock(Clock { animation: chosen as u32, ..m.setup.clock() });
+        }
     });
-    slide(
-        ui,
-        "time",
-        "Where the animation stands. Drag to scrub.",
-        &mut m.setup.time,
-        0.0..=duration.max(0.01),
-        false,
-        "s",
-    );
+    let mut time = m.setup.time;
+    if slide(ui, "time", "Where the animation stands. Drag to scrub.", &mut time, 0.0..=duration.max(0.01), false, "s")
+    {
+        m.set_clock(Clock { time, ..m.setup.clock() });
+    }
 }
 
 fn capture(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {

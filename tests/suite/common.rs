@@ -81,15 +81,15 @@ pub fn scene(meshes: Vec<Mesh>, materials: Vec<Material>, camera: Camera, light:
         parent: None,
         local: Local::Matrix(DMat4::IDENTITY),
         meshes: (0..meshes.len() as u32).collect(),
-        instances: vec![],
+        ..Node::default()
     }];
     Scene {
         name: "test".into(),
         meshes,
         nodes,
         materials,
-        cameras: vec![NamedCamera { name: "camera".into(), camera }],
-        lights: vec![NamedLight { name: "light".into(), light }],
+        cameras: vec![NamedCamera { name: "camera".into(), camera, node: None }],
+        lights: vec![NamedLight { name: "light".into(), light, node: None }],
         ..Scene::default()
     }
 }

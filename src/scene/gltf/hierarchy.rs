@@ -10,8 +10,6 @@ use glam::{DMat4, DQuat, DVec3};
 pub struct Hierarchy {
     pub parents: Vec<Option<usize>>,
     pub locals: Vec<Local>,
-    /// To the file's coordinates, at the file's pose.
-    pub world: Vec<DMat4>,
     /// The nodes of the scene, and those that these hang below, parents before their children.
     pub scene: Vec<usize>,
     /// Whether what hangs on a node is there: the scene holds it, and neither it nor a node above is invisible
@@ -137,7 +135,7 @@ impl Hierarchy {
                 "nodes are invisible and not drawn, with all that hangs below them.",
             ),
         ];
-        Ok(Self { scene, parents, locals, world, drawn, notes: notes.into_iter().flatten().collect() })
+        Ok(Self { scene, parents, locals, drawn, notes: notes.into_iter().flatten().collect() })
     }
 }
 

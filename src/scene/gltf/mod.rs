@@ -14,11 +14,11 @@ pub mod presets;
 mod punctual;
 mod uri;
 
-use super::{Local, Node, Scene};
+use super::{Node, Scene, Skin};
 use ::gltf::json::{self, Index, Root};
 use accessors::Accessors;
 use anyhow::{Result, anyhow, bail};
-use glam::{DMat4, DQuat, DVec3, Mat4, Quat, Vec3};
+use glam::{Mat4, Quat, Vec3};
 use hierarchy::{Hierarchy, label};
 use mesh::Meshes;
 use serde::Deserialize;
@@ -80,34 +80,43 @@ fn read(path: &Path) -> Result<Scene> {
     let mut meshes = Meshes::new(&root, &accessors);
 
     let mut scene_nodes = vec![None; root.nodes.len()];
-    let mut skinned = Vec::new();
+    let mut skins = Skins { list: Vec::new(), of_file: vec![None; root.skins.len()] };
     for (place, &index) in hierarchy.scene.iter().enumerate() {
         scene_nodes[index] = Some(place as u32);
         let node = &root.nodes[index];
         let owner = label(&root, index);
-        let mut placed = Node {
-            parent: hierarchy.parents[index].and_then(|parent| scene_nodes[parent]),
-            local: hierarchy.locals[index],
-            meshes: Vec::new(),
-            instances: Vec::new(),
-        };
+        let parent = hierarchy.parents[index].and_then(|parent| scene_nodes[parent]);
+        let local = hierarchy.locals[index];
         if !hierarchy.drawn[index] {
-            scene.nodes.push(placed);
+            scene.nodes.push(Node { parent, local, ..Node::default() });
             continue;
         }
-        placed.instances = instances(node, &accessors, &owner)?.unwrap_or_default();
-        let joints = joints(&root, &hierarchy, &accessors, node, &owner)?;
-        let list = meshes.of_node(node, joints.as_ref().map(|(_, matrices)| &matrices[..]), &owner)?;
-        match joints {
+        let skin = node.skin.filter(|_| node.mesh.is_some());
+        let skin = skin.map(|index| skins.of_node(&root, &accessors, index, &owner)).transpose()?;
+        let joints = skin.map(|skin| skins.list[skin as usize].joints.len());
+        let (list, weights) = meshes.of_node(node, joints, &owner)?;
+        let mut instances = instances(node, &accessors, &owner)?.unwrap_or_default();
+        if skin.is_some() {
             // The joints alone place a skinned mesh.
-            Some((place, _)) => skinned.push((place, list)),
-            None => placed.meshes = list,
+            instances.clear();
         }
-        scene.nodes.push(placed);
+        scene.nodes.push(Node { parent, local, meshes: list, instances, weights, skin });
     }
-    for (place, meshes) in skinned {
-        let local = Local::Trs { translation: place, rotation: DQuat::IDENTITY, scale: DVec3::ONE };
-        scene.nodes.push(Node { parent: None, local, meshes, instances: Vec::new() });
+    scene.skins = skins.list;
+    for joint in scene.skins.iter_mut().flat_map(|skin| &mut skin.joints) {
+        // Joints may stand outside the drawn scene.
+        let mut missing = Vec::new();
+        let mut next = Some(*joint as usize);
+        while let Some(index) = next.filter(|&index| scene_nodes[index].is_none()) {
+            missing.push(index);
+            next = hierarchy.parents[index];
+        }
+        for index in missing.into_iter().rev() {
+            scene_nodes[index] = Some(scene.nodes.len() as u32);
+            let parent = hierarchy.parents[index].and_then(|parent| scene_nodes[parent]);
+            scene.nodes.push(Node { parent, local: hierarchy.locals[index], ..Node::default() });
+        }
+        *joint = scene_nodes[*joint as usize].unwrap_or_default();
     }
 
     // A mesh with more vertices than it uses takes as much memory as if it used them.
@@ -309,39 +318,45 @@ fn instances(node: &json::Node, accessors: &Accessors, owner: &str) -> Result<Op
     Ok(Some(matrices))
 }
 
-/// The matrices of a skinned node's joints for vertices in the bind pose, and the place in the file's coordinates that
-/// they are relative to: the first joint's, as 32-bit vertices are fine only near zero.
-fn joints(
-    root: &Root,
-    hierarchy: &Hierarchy,
-    accessors: &Accessors,
-    node: &json::Node,
-    owner: &str,
-) -> Result<Option<(DVec3, Vec<Mat4>)>> {
-    let Some(index) = node.skin.filter(|_| node.mesh.is_some()) else { return Ok(None) };
-    let skin = get(&root.skins, index, "skin", owner)?;
-    let owner = format!("skin {index}{}", name_of(skin.name.as_deref()));
-    let inverse_bind = match skin.inverse_bind_matrices {
-        Some(accessor) => accessors.floats::<16>(accessor, &format!("inverse bind matrices of {owner}"))?,
-        None => vec![Mat4::IDENTITY.to_cols_array(); skin.joints.len()],
-    };
-    if skin.joints.is_empty() || inverse_bind.len() < skin.joints.len() {
-        return Err(broken(format!(
-            "{owner} has {} joints and {} inverse bind matrices",
-            skin.joints.len(),
-            inverse_bind.len()
-        )));
+/// The skins met so far. Their joints are nodes of the file, until all nodes of the scene are known.
+struct Skins {
+    list: Vec<Skin>,
+    /// Of each skin of the file its place in `list`.
+    of_file: Vec<Option<u32>>,
+}
+
+impl Skins {
+    fn of_node(&mut self, root: &Root, accessors: &Accessors, index: Index<json::Skin>, owner: &str) -> Result<u32> {
+        let skin = get(&root.skins, index, "skin", owner)?;
+        if let Some(known) = self.of_file[index.value()] {
+            return Ok(known);
+        }
+        let owner = format!("skin {index}{}", name_of(skin.name.as_deref()));
+        let inverse_bind = match skin.inverse_bind_matrices {
+            Some(accessor) => accessors.floats::<16>(accessor, &format!("inverse bind matrices of {owner}"))?,
+            None => vec![Mat4::IDENTITY.to_cols_array(); skin.joints.len()],
+        };
+        if skin.joints.is_empty() || inverse_bind.len() < skin.joints.len() {
+            return Err(broken(format!(
+                "{owner} has {} joints and {} inverse bind matrices",
+                skin.joints.len(),
+                inverse_bind.len()
+            )));
+        }
+        let mut joints = Vec::with_capacity(skin.joints.len());
+        for joint in &skin.joints {
+            get(&root.nodes, *joint, "node", &owner)?;
+            joints.push(joint.value() as u32);
+        }
+        let inverse_bind: Vec<Mat4> = inverse_bind[..joints.len()].iter().map(Mat4::from_cols_array).collect();
+        if let Some(at) = inverse_bind.iter().position(|matrix| !matrix.is_finite()) {
+            return Err(broken(format!("the inverse bind matrix of joint {at} of {owner} is not finite")));
+        }
+        let place = self.list.len() as u32;
+        self.list.push(Skin { joints, inverse_bind });
+        self.of_file[index.value()] = Some(place);
+        Ok(place)
     }
-    let mut place = None;
-    let mut matrices = Vec::with_capacity(skin.joints.len());
-    for (joint, inverse_bind) in skin.joints.iter().zip(inverse_bind) {
-        get(&root.nodes, *joint, "node", &owner)?;
-        let world = hierarchy.world[joint.value()];
-        let place = *place.get_or_insert(world.w_axis.truncate());
-        let inverse_bind = Mat4::from_cols_array(&inverse_bind).as_dmat4();
-        matrices.push((DMat4::from_translation(-place) * world * inverse_bind).as_mat4());
-    }
-    Ok(place.map(|place| (place, matrices)))
 }
 
 /// What the user should know about what is drawn differently.
@@ -382,16 +397,6 @@ fn notes(root: &Root, meshes: &Meshes, reduced: usize, skipped: &animation::Skip
             "textured primitives have no texture coordinates and show one texel.",
         ),
         counted(
-            counts.skinned,
-            "skinned primitive stands still at the file's pose.",
-            "skinned primitives stand still at the file's pose.",
-        ),
-        counted(
-            counts.morphed,
-            "primitive with morph targets keeps the file's default weights.",
-            "primitives with morph targets keep the file's default weights.",
-        ),
-        counted(
             meshes.materials.blended,
             "material with alphaMode BLEND is drawn as opaque.",
             "materials with alphaMode BLEND are drawn as opaque.",
@@ -408,8 +413,8 @@ fn notes(root: &Root, meshes: &Meshes, reduced: usize, skipped: &animation::Skip
         ),
         counted(
             skipped.weights,
-            "animation channel of morph weights is left out.",
-            "animation channels of morph weights are left out.",
+            "animation channel of weights is left out, as its node has no morph targets.",
+            "animation channels of weights are left out, as their nodes have no morph targets.",
         ),
         counted(
             skipped.others,

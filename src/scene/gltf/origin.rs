@@ -2,7 +2,7 @@
 
 use super::presets::{Bounds, for_each_vertex};
 use crate::scene::Scene;
-use crate::scene::geometry::{placements, world_matrices};
+use crate::scene::pose::placements;
 use glam::{DVec3, Mat3};
 
 /// Sets [`Scene::origin`] and gives the scene's extent relative to it, as it stands at the clock's start; `None` if it
@@ -60,10 +60,10 @@ fn notes(scene: &mut Scene, size: f64) {
 fn coarsest(scene: &Scene) -> (f64, f64) {
     let reach = |mesh: &crate::scene::Mesh| mesh.positions.iter().map(|p| p.abs().max_element()).fold(0.0, f32::max);
     let reaches: Vec<f32> = scene.meshes.iter().map(reach).collect();
-    let drawn = placements(scene, &world_matrices(scene, Some(0), 0.0)).into_iter().map(|(mesh, world)| {
-        let axes = Mat3::from_mat4(world.as_mat4());
+    let drawn = placements(scene, 0, 0.0).into_iter().map(|placed| {
+        let axes = Mat3::from_mat4(placed.matrix(0).as_mat4());
         let scale = axes.x_axis.length().max(axes.y_axis.length()).max(axes.z_axis.length()) as f64;
-        let reach = reaches[mesh];
+        let reach = reaches[placed.index];
         (reach as f64 * scale, (reach.next_up() - reach) as f64 * scale)
     });
     drawn.fold((0.0, 0.0), |most, this| if this.1 > most.1 { this } else { most })

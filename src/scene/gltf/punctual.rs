@@ -4,7 +4,7 @@ use super::hierarchy::{Hierarchy, label};
 use super::presets::{Bounds, add_camera, add_light};
 use super::{broken, counted, few, get, quoted};
 use crate::light::Light;
-use crate::scene::geometry::world_matrices;
+use crate::scene::pose::{moves, world_matrices};
 use crate::scene::{Camera, Scene};
 use ::gltf::json::Root;
 use ::gltf::json::extensions::scene::khr_lights_punctual as khr;
@@ -12,20 +12,21 @@ use ::gltf::json::validation::Checked;
 use anyhow::Result;
 use glam::{Mat4, Vec3};
 
-/// Adds the cameras and lights of the scene's nodes, where they are at the file's pose.
+/// Adds the cameras and lights of the scene's nodes, where they are at the clock's start.
 pub fn add(root: &Root, hierarchy: &Hierarchy, bounds: Bounds, scene: &mut Scene) -> Result<()> {
     let (mut lights, mut dark) = (0, 0);
     let mut told = Vec::new();
-    let worlds = world_matrices(scene, None, 0.0);
-    let nodes = hierarchy.scene.iter().zip(worlds).filter(|(index, _)| hierarchy.drawn[**index]);
-    for (&index, world) in nodes {
+    let worlds = world_matrices(scene, Some(0), 0.0);
+    let nodes = (0..).zip(hierarchy.scene.iter().zip(worlds)).filter(|(_, (index, _))| hierarchy.drawn[**index]);
+    for (place, (&index, world)) in nodes {
         let node = &root.nodes[index];
         let world = world.as_mat4();
         let owner = label(root, index);
+        let moved = moves(scene, place).then_some(place);
         if let Some(camera) = node.camera {
             let file = get(&root.cameras, camera, "camera", &owner)?;
             let name = first_name([&file.name, &node.name], "camera", camera.value());
-            add_camera(scene, &name, convert_camera(file, world, bounds, &mut tell("camera", &name, &mut told)));
+            add_camera(scene, &name, convert_camera(file, world, bounds, &mut tell("camera", &name, &mut told)), moved);
         }
         let extension = node.extensions.as_ref().and_then(|e| e.khr_lights_punctual.as_ref());
         if let Some(extension) = extension {
@@ -34,7 +35,7 @@ pub fn add(root: &Root, hierarchy: &Hierarchy, bounds: Bounds, scene: &mut Scene
             let light = convert_light(file, world, bounds, &mut tell("light", &name, &mut told))
                 .ok_or_else(|| broken(format!("light {} has an unknown type", extension.light)))?;
             dark += usize::from(light.color() == Vec3::ZERO);
-            add_light(scene, &name, light);
+            add_light(scene, &name, light, moved);
             lights += 1;
         }
     }
@@ -75,11 +76,9 @@ fn convert_camera(
     bounds: Bounds,
     tell: &mut impl FnMut(&str, f32, String),
 ) -> Camera {
-    let position = world.w_axis.truncate();
     let diagonal = 2.0 * bounds.radius();
-    let forward = (-world.z_axis.truncate()).normalize_or(Vec3::NEG_Z);
-    let up = world.y_axis.truncate().normalize_or(Vec3::Y);
-    let to_center = (bounds.center() - position).dot(forward);
+    let position = world.w_axis.truncate();
+    let to_center = (bounds.center() - position).dot((-world.z_axis.truncate()).normalize_or(Vec3::NEG_Z));
     let distance = if to_center > 0.05 * bounds.radius() { to_center } else { bounds.radius() };
     let positive = |x: f32| x > 0.0 && x.is_finite();
     let (fov, height, znear, zfar) = match (&file.perspective, &file.orthographic) {
@@ -111,10 +110,7 @@ fn convert_camera(
     if let Some(given) = zfar.filter(|given| *given <= near || given.is_nan()) {
         tell("zfar", given, format!("{far} m is taken, as it must lie beyond znear"));
     }
-    let camera = Camera { height, ..Camera::new(position, position + forward * distance, fov, near, far) };
-    // One that stands upright but for rounding does so.
-    let upright = camera.axes().1.distance(up) < 1e-4;
-    if upright { camera } else { Camera { up, ..camera } }
+    Camera { height, ..Camera::new(Vec3::ZERO, distance * Vec3::NEG_Z, fov, near, far) }.placed(world)
 }
 
 /// `tell`: as in [`convert_camera`].

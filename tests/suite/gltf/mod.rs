@@ -5,6 +5,7 @@ mod file;
 mod geometry;
 mod malformed;
 mod material;
+pub mod motion;
 mod nodes;
 mod origin;
 mod packed;

@@ -3,7 +3,7 @@
 use super::file::{File, I8, I16};
 use glam::{DVec3, Mat4, Quat, Vec3};
 use serde_json::json;
-use shadowscope::scene::geometry::world_matrices;
+use shadowscope::scene::pose::world_matrices;
 use shadowscope::scene::{Local, Scene};
 use std::f32::consts::FRAC_1_SQRT_2;
 
