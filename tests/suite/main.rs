@@ -16,6 +16,7 @@ mod culling;
 mod denoise;
 mod edges;
 mod figures;
+mod files;
 mod film;
 mod filters_pcf;
 mod flatland;

@@ -2,7 +2,7 @@
 
 use super::accessors::Accessors;
 use super::{broken, get, name_of, uri};
-use crate::scene::{Material, Texture, Wrap};
+use crate::scene::{Material, Texture, Wrap, textures};
 use ::gltf::json::material::AlphaMode;
 use ::gltf::json::texture::WrappingMode;
 use ::gltf::json::validation::Checked;
@@ -12,11 +12,7 @@ use glam::{Affine2, Vec2, Vec4};
 use rayon::prelude::*;
 use std::borrow::Cow;
 use std::collections::HashMap;
-use std::io::Cursor;
 use std::path::Path;
-
-/// The longest side of a texture that every graphics card takes.
-const MAX_SIDE: u32 = 8192;
 
 /// How the triangles of a material find their texture coordinates.
 #[derive(Clone, Copy)]
@@ -181,7 +177,7 @@ impl<'a> Materials<'a> {
     }
 }
 
-/// Decodes an image; `true`: it was larger than [`MAX_SIDE`] and is reduced to it.
+/// Decodes an image; `true`: it was larger than is kept, and is reduced.
 fn decode(root: &Root, index: usize, accessors: &Accessors, folder: &Path) -> Result<(image::RgbaImage, bool)> {
     let image = &root.images[index];
     let owner = format!("image {index}{}", name_of(image.name.as_deref()));
@@ -190,15 +186,8 @@ fn decode(root: &Root, index: usize, accessors: &Accessors, folder: &Path) -> Re
         (None, Some(uri)) => uri::fetch(uri, folder, &owner)?.into(),
         (None, None) => return Err(broken(format!("{owner} has no data"))),
     };
-    let bad = |reason: String| anyhow!("{owner} cannot be decoded ({reason}); save it again as PNG, JPEG or WebP");
-    let format = image::guess_format(&bytes).map_err(|_| bad("unknown format".into()))?;
-    let decoded = image::ImageReader::with_format(Cursor::new(&bytes), format)
-        .decode()
-        .map_err(|error| bad(error.to_string()))?;
-    if decoded.width().max(decoded.height()) > MAX_SIDE {
-        return Ok((decoded.thumbnail(MAX_SIDE, MAX_SIDE).into_rgba8(), true));
-    }
-    Ok((decoded.into_rgba8(), false))
+    textures::decode(&bytes, None)
+        .map_err(|reason| anyhow!("{owner} cannot be decoded ({reason}); save it again as PNG, JPEG or WebP"))
 }
 
 fn coordinates(info: &texture::Info) -> TexCoords {

@@ -81,6 +81,13 @@ impl<'a> Meshes<'a> {
         Ok(meshes)
     }
 
+    /// About how many triangles of memory one of `list` takes: one with more vertices than it uses takes as much as if it
+    /// used them.
+    pub fn weight(&self, mesh: u32) -> u64 {
+        let mesh = &self.list[mesh as usize];
+        mesh.indices.len().max(mesh.positions.len()) as u64 / 3
+    }
+
     fn primitive(
         &mut self,
         primitive: &Primitive,

@@ -8,12 +8,12 @@ mod animation;
 mod hierarchy;
 mod material;
 mod mesh;
-mod origin;
-pub mod presets;
 mod punctual;
 mod uri;
 
-use super::{Local, Node, Scene};
+use super::{Local, Node, Scene, origin, presets};
+use crate::files;
+use crate::message::{self, counted, list, quoted, shortened};
 use ::gltf::json::{self, Index, Root};
 use accessors::Accessors;
 use anyhow::{Result, anyhow, bail};
@@ -26,7 +26,10 @@ use std::path::Path;
 
 /// About what fits into a graphics card's buffers; sharing and instancing let a small file ask for
 /// more than any memory holds.
-const MAX_TRIANGLES: u64 = 30_000_000;
+pub(super) const MAX_TRIANGLES: u64 = 30_000_000;
+
+/// Each takes a matrix, and any number of nodes can share what places them.
+const MAX_INSTANCES: u64 = 1 << 22;
 
 /// What we understand beyond plain glTF, apart from the ignored KHR_materials_*.
 const SUPPORTED: [&str; 6] = [
@@ -40,19 +43,17 @@ const SUPPORTED: [&str; 6] = [
 
 /// Loads the default scene of a glTF file. Errors are one sentence that names the file.
 pub fn load(path: &Path) -> Result<Scene> {
-    read(path).map_err(|cause| {
-        let message = format!("cannot load {}: {cause:#}", path.display());
-        anyhow!(message.replace(['\n', '\r'], " "))
-    })
+    read(path).map_err(|cause| anyhow!("cannot load {}: {}", path.display(), message::sentence(&cause)))
 }
 
 fn read(path: &Path) -> Result<Scene> {
-    let data = std::fs::read(path).map_err(|error| anyhow!("{}; check the path", unreadable(&error)))?;
+    let data =
+        files::read(path, files::MOST_DATA).map_err(|error| anyhow!("{}; check the path", files::reason(&error)))?;
     let folder = path.parent().unwrap_or(Path::new(""));
     let (text, bin) = split(&data)?;
     let (root, transforms) = parse(text)?;
     let mut scene = Scene {
-        name: path.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
+        name: shortened(&path.file_stem().unwrap_or_default().to_string_lossy()),
         notes: check_extensions(&root)?,
         ..Scene::default()
     };
@@ -62,6 +63,7 @@ fn read(path: &Path) -> Result<Scene> {
 
     let mut scene_nodes = vec![None; root.nodes.len()];
     let mut skinned = Vec::new();
+    let (mut drawn, mut instanced) = (0u64, 0u64);
     for (place, &index) in hierarchy.scene.iter().enumerate() {
         scene_nodes[index] = Some(place as u32);
         let node = &root.nodes[index];
@@ -70,10 +72,19 @@ fn read(path: &Path) -> Result<Scene> {
             parent: hierarchy.parents[index].and_then(|parent| scene_nodes[parent]),
             local: hierarchy.locals[index],
             meshes: Vec::new(),
-            instances: instances(node, &accessors, &owner)?.unwrap_or_default(),
+            instances: match node.mesh {
+                Some(_) => instances(&root, node, &accessors, &owner, &mut instanced)?.unwrap_or_default(),
+                None => Vec::new(),
+            },
         };
         let joints = joints(&root, &hierarchy, &accessors, node, &owner)?;
         let list = meshes.of_node(node, joints.as_ref().map(|(_, matrices)| &matrices[..]), &owner)?;
+        // Counted as it grows: nodes share meshes, and a small file can ask for more than any memory holds.
+        let once: u64 = list.iter().map(|mesh| meshes.weight(*mesh)).sum();
+        drawn = drawn.saturating_add(once.saturating_mul(placed.instances.len().max(1) as u64));
+        if drawn > MAX_TRIANGLES {
+            return Err(too_many(drawn));
+        }
         match joints {
             // The joints alone place a skinned mesh.
             Some((place, _)) => skinned.push((place, list)),
@@ -86,19 +97,8 @@ fn read(path: &Path) -> Result<Scene> {
         scene.nodes.push(Node { parent: None, local, meshes, instances: Vec::new() });
     }
 
-    // A mesh with more vertices than it uses takes as much memory as if it used them.
-    let weight = |mesh: &u32| {
-        let mesh = &meshes.list[*mesh as usize];
-        mesh.indices.len().max(mesh.positions.len()) as u64 / 3
-    };
-    let per_node = scene.nodes.iter().map(|node| {
-        let once: u64 = node.meshes.iter().map(weight).sum();
-        once.saturating_mul(node.instances.len().max(1) as u64)
-    });
-    match per_node.fold(0, u64::saturating_add) {
-        0 => bail!("it holds no triangles to draw; choose a file with a triangle mesh in its default scene"),
-        drawn if drawn > MAX_TRIANGLES => return Err(too_many(drawn)),
-        _ => {}
+    if drawn == 0 {
+        bail!("it holds no triangles to draw; choose a file with a triangle mesh in its default scene");
     }
 
     let (textures, reduced) = meshes.materials.textures(&accessors, folder)?;
@@ -108,15 +108,15 @@ fn read(path: &Path) -> Result<Scene> {
     scene.notes.extend(notes(&root, &meshes, reduced, &skipped));
     scene.materials = std::mem::take(&mut meshes.materials.list);
     scene.meshes = std::mem::take(&mut meshes.list);
-    let Some(bounds) = origin::take_off(&mut scene) else {
-        return Err(broken("its triangles leave the range of 32-bit floats".into()));
-    };
+    scene.materials.iter_mut().for_each(|material| material.name = shortened(&material.name));
+    scene.animations.iter_mut().for_each(|animation| animation.name = shortened(&animation.name));
+    let bounds = origin::take_off(&mut scene)?;
     punctual::add(&root, &hierarchy, bounds, &mut scene)?;
     presets::add(&mut scene, bounds);
     Ok(scene)
 }
 
-fn too_many(triangles: u64) -> anyhow::Error {
+pub(super) fn too_many(triangles: u64) -> anyhow::Error {
     anyhow!("it holds {triangles} triangles, more than the {MAX_TRIANGLES} that can be drawn; simplify it first")
 }
 
@@ -197,31 +197,34 @@ fn check_extensions(root: &Root) -> Result<Vec<String>> {
     let shading = |name: &&String| name.starts_with("KHR_materials_");
     let missing: Vec<_> = root.extensions_required.iter().filter(|name| !known(name) && !shading(name)).collect();
     if !missing.is_empty() {
-        bail!("it requires {}, which Shadowscope cannot read; export it without", list(&missing));
+        bail!(
+            "it requires {}, which Shadowscope cannot read; export it without",
+            list(missing.into_iter().map(String::as_str))
+        );
     }
     let ignored: Vec<_> = root.extensions_used.iter().filter(|name| !known(name)).collect();
     let (materials, others): (Vec<_>, Vec<_>) = ignored.into_iter().partition(shading);
     let mut notes = Vec::new();
     if !materials.is_empty() {
-        notes.push(format!("Of materials only the base colour is drawn; {} is ignored.", list(&materials)));
+        notes.push(format!(
+            "Of materials only the base colour is drawn; {} is ignored.",
+            list(materials.into_iter().map(String::as_str))
+        ));
     }
     if !others.is_empty() {
-        notes.push(format!("The file is drawn without {}.", list(&others)));
+        notes.push(format!("The file is drawn without {}.", list(others.into_iter().map(String::as_str))));
     }
     Ok(notes)
 }
 
-/// The names, in quotes where they are odd, as one phrase.
-fn list(names: &[&String]) -> String {
-    let mut text = names.iter().take(8).map(|name| shortened(name)).collect::<Vec<_>>().join(", ");
-    if names.len() > 8 {
-        text += &format!(" and {} more", names.len() - 8);
-    }
-    text
-}
-
-/// EXT_mesh_gpu_instancing: one matrix an instance.
-fn instances(node: &json::Node, accessors: &Accessors, owner: &str) -> Result<Option<Vec<Mat4>>> {
+/// EXT_mesh_gpu_instancing: one matrix an instance. `before`: how many the file's other nodes have; these are added.
+fn instances(
+    root: &Root,
+    node: &json::Node,
+    accessors: &Accessors,
+    owner: &str,
+    before: &mut u64,
+) -> Result<Option<Vec<Mat4>>> {
     let extension = node.extensions.as_ref().and_then(|e| e.others.get("EXT_mesh_gpu_instancing"));
     let Some(attributes) = extension.and_then(|e| e.get("attributes")) else { return Ok(None) };
     let attribute = |name: &str| -> Result<Option<Index<json::Accessor>>> {
@@ -231,6 +234,14 @@ fn instances(node: &json::Node, accessors: &Accessors, owner: &str) -> Result<Op
             None => Err(broken(format!("the instances' {name} of {owner} is not an accessor's index"))),
         }
     };
+    let indices = ["TRANSLATION", "ROTATION", "SCALE"].map(attribute);
+    let count = |index: &Result<Option<Index<json::Accessor>>>| {
+        index.as_ref().ok().copied().flatten().and_then(|i| root.accessors.get(i.value())).map_or(0, |a| a.count.0)
+    };
+    *before = before.saturating_add(indices.iter().map(count).max().unwrap_or(0));
+    if *before > MAX_INSTANCES {
+        bail!("it holds {before} instances, more than the {MAX_INSTANCES} that can be drawn; export it with fewer");
+    }
     let role = |name: &str| format!("instances' {name} of {owner}");
     let translations = attribute("TRANSLATION")?.map(|i| accessors.floats::<3>(i, &role("TRANSLATION"))).transpose()?;
     let rotations = attribute("ROTATION")?.map(|i| accessors.floats::<4>(i, &role("ROTATION"))).transpose()?;
@@ -373,15 +384,6 @@ fn notes(root: &Root, meshes: &Meshes, reduced: usize, skipped: &animation::Skip
     .collect()
 }
 
-/// A note that starts with how many there are, if there are any.
-fn counted(count: usize, one: &str, many: &str) -> Option<String> {
-    match count {
-        0 => None,
-        1 => Some(format!("1 {one}")),
-        _ => Some(format!("{count} {many}")),
-    }
-}
-
 /// An error about contents that no right file has.
 fn broken(what: String) -> anyhow::Error {
     anyhow!("{what}; the file is damaged or badly exported, export it again")
@@ -397,24 +399,4 @@ fn get<'a, T>(items: &'a [T], index: Index<T>, kind: &str, owner: &str) -> Resul
 /// A name as messages give it, after a number.
 fn name_of(name: Option<&str>) -> String {
     name.map_or_else(String::new, |name| format!(" {}", quoted(name)))
-}
-
-fn quoted(text: &str) -> String {
-    format!("\"{}\"", shortened(text))
-}
-
-/// On one line and of bounded length.
-fn shortened(text: &str) -> String {
-    let mut short: String = text.chars().take(80).flat_map(char::escape_debug).collect();
-    if text.chars().nth(80).is_some() {
-        short.push('…');
-    }
-    short
-}
-
-fn unreadable(error: &std::io::Error) -> String {
-    match error.kind() {
-        std::io::ErrorKind::NotFound => "there is no such file".into(),
-        _ => error.to_string(),
-    }
 }

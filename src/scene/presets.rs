@@ -1,6 +1,7 @@
 //! Cameras and lights that suit a scene's extent, all in scene space.
 
 use crate::light::Light;
+use crate::message::shortened;
 use crate::scene::geometry::{placements, world_matrices};
 use crate::scene::{Camera, NamedCamera, NamedLight, Scene};
 use glam::{DVec3, Vec3};
@@ -75,13 +76,13 @@ pub fn add(scene: &mut Scene, bounds: Bounds) {
 
 /// Adds a camera under a name that no other has.
 pub fn add_camera(scene: &mut Scene, name: &str, camera: Camera) {
-    let name = unique(name, |name| scene.cameras.iter().any(|other| other.name == name));
+    let name = unique(&shortened(name), |name| scene.cameras.iter().any(|other| other.name == name));
     scene.cameras.push(NamedCamera { name, camera });
 }
 
 /// Adds a light under a name that no other has.
 pub fn add_light(scene: &mut Scene, name: &str, light: Light) {
-    let name = unique(name, |name| scene.lights.iter().any(|other| other.name == name));
+    let name = unique(&shortened(name), |name| scene.lights.iter().any(|other| other.name == name));
     scene.lights.push(NamedLight { name, light });
 }
 
