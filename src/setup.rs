@@ -32,7 +32,7 @@ use std::sync::Arc;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(remote = "Self", deny_unknown_fields)]
 pub struct Setup {
-    /// A built-in scene's name or the path of a glTF file.
+    /// A built-in scene's name or the path of a scene's file; bytes of it that are no text as [`files::name_of`] writes them.
     pub scene: String,
     /// Scene space's zero in the scene's own coordinates, [`Scene::origin`]. No part of a file as TOML: the scene knows it.
     #[serde(default, skip_serializing_if = "is_zero")]
@@ -296,22 +296,22 @@ impl Setup {
         Ok(setup)
     }
 
-    /// Opens a built-in scene by name, a glTF file, a set-up (.toml) or a capture (.png).
+    /// Opens a built-in scene by name, a scene's file, a set-up (.toml) or a capture (.png).
     ///
     /// # Errors
     /// One sentence that names the file, the key and what is allowed.
     pub fn open(what: &str) -> Result<(Setup, Scene)> {
         let path = &files::path_of(what);
         let extension = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
-        let what = &message::shortened(&path.to_string_lossy());
+        let told = path.display();
         match extension.as_str() {
             "toml" => {
                 let text = files::read_text(path)?;
-                Setup::from_toml(&text, path).with_context(|| format!("{what} is not a usable set-up"))
+                Setup::from_toml(&text, path).with_context(|| format!("{told} is not a usable set-up"))
             }
             "png" => {
                 let text = capture::read_setup(path)?;
-                Setup::from_toml(&text, path).with_context(|| format!("the set-up inside {what} cannot be used"))
+                Setup::from_toml(&text, path).with_context(|| format!("the set-up inside {told} cannot be used"))
             }
             _ => {
                 let scene = load_scene(what)?;
@@ -328,7 +328,7 @@ impl Setup {
         shape::check(&table)?;
         rename_views(&mut table);
         let Some(name) = table.get("scene").and_then(|v| v.as_str()) else {
-            bail!("the key scene is missing; give a built-in scene's name or the path of a glTF file");
+            bail!("the key scene is missing; give a built-in scene's name or the path of a scene's file");
         };
         let name = beside(name, path.parent().unwrap_or(Path::new("")));
         let scene = load_scene(&name)?;

@@ -80,15 +80,15 @@ impl Bvh {
 }
 
 /// Boxes of a sample in which those are counted that lie one in the other.
-const SAMPLE: usize = 4096;
+const SAMPLE: usize = 1024;
 /// So many of the sample, each in or around as many others, are a heap.
-const HEAP: usize = 48;
+const HEAP: usize = 24;
 
 /// Whether many boxes, given by their low and high ends, lie one in the other. Of these each is nearest to the smaller one beside it, so that merging
 /// neighbours, a pair a round, would take as many rounds as there are boxes.
 pub fn heaped(boxes: &[[Vec3; 2]]) -> bool {
     // Few take no time either way.
-    if boxes.len() <= 2 * SAMPLE {
+    if boxes.len() <= 8 * SAMPLE {
         return false;
     }
     // Spread over the list, in no step that the list may have too.

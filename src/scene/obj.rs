@@ -3,7 +3,7 @@
 //! They are read by hand: of the crates there are, one panics on a colour of one number and none keeps smoothing groups.
 
 use super::polygons::{Corner, GREY, NONE, Polygons, cannot_load, material};
-use super::textures::decode;
+use super::textures::{MAX_IMAGES, TOO_LARGE, decode};
 use super::{Material, Scene, Texture, Wrap};
 use crate::files;
 use crate::message::{counted, list, quoted, shortened};
@@ -68,7 +68,7 @@ fn read(path: &Path) -> Result<Scene> {
                 let group = words.next().unwrap_or("1");
                 smooth = if group.eq_ignore_ascii_case("off") { 0 } else { group.parse().unwrap_or(1) };
             }
-            "usemtl" => now = Some(library.named(rest(line))),
+            "usemtl" => now = Some(library.named(rest(line))?),
             "mtllib" => library.read(rest(line)),
             "l" | "p" => lines_and_points += 1,
             "curv" | "curv2" | "surf" => curves += 1,
@@ -151,6 +151,8 @@ struct Library {
     /// Libraries and images that cannot be read, and why.
     missing: BTreeSet<String>,
     unknown: BTreeSet<String>,
+    /// Bytes of all images.
+    held: u64,
     hidden: usize,
     unread: usize,
 }
@@ -214,19 +216,19 @@ impl Library {
     }
 
     /// The number of a material by its name.
-    fn named(&mut self, name: &str) -> u32 {
+    fn named(&mut self, name: &str) -> Result<u32> {
         if let Some(known) = self.used.get(name) {
-            return *known;
+            return Ok(*known);
         }
         let index = match self.described.get(name).cloned() {
-            Some(described) => self.make(name, &described),
+            Some(described) => self.make(name, &described)?,
             None => {
                 self.unknown.insert(name.into());
                 self.plain()
             }
         };
         self.used.insert(name.into(), index);
-        index
+        Ok(index)
     }
 
     /// That of faces without one.
@@ -239,8 +241,8 @@ impl Library {
         index
     }
 
-    fn make(&mut self, name: &str, described: &Described) -> u32 {
-        let texture = self.texture(described.map_color.clone(), described.map_alpha.clone());
+    fn make(&mut self, name: &str, described: &Described) -> Result<u32> {
+        let texture = self.texture(described.map_color.clone(), described.map_alpha.clone())?;
         // Some exporters write black beside a texture, which would be all that is seen.
         let color = described.color.unwrap_or(GREY.truncate());
         let drawn = texture.is_some() && described.map_color.is_some();
@@ -253,16 +255,17 @@ impl Library {
         made.texture = texture;
         made.alpha_cutoff = masked.then_some(0.5);
         self.materials.push(made);
-        self.materials.len() as u32 - 1
+        Ok(self.materials.len() as u32 - 1)
     }
 
     /// The number of a texture made of the colour of one file and the alpha of another.
-    fn texture(&mut self, color: Option<Map>, alpha: Option<Map>) -> Option<u32> {
+    fn texture(&mut self, color: Option<Map>, alpha: Option<Map>) -> Result<Option<u32>> {
         let key = (color, alpha);
         if let Some(known) = self.known.get(&key) {
-            return *known;
+            return Ok(*known);
         }
-        let [color, alpha] = [&key.0, &key.1].map(|map| map.as_ref().and_then(|map| self.image(map)));
+        let mut image = |map: &Option<Map>| map.as_ref().map_or(Ok(None), |map| self.image(map));
+        let (color, alpha) = (image(&key.0)?, image(&key.1)?);
         let picture = match (color, alpha) {
             (Some(color), Some(alpha)) => Some(joined(color, &alpha)),
             // Without a map of it there is no transparency.
@@ -284,17 +287,21 @@ impl Library {
             self.textures.len() as u32 - 1
         });
         self.known.insert(key, index);
-        index
+        Ok(index)
     }
 
-    fn image(&mut self, map: &Map) -> Option<RgbaImage> {
+    fn image(&mut self, map: &Map) -> Result<Option<RgbaImage>> {
         let read = files::read_beside(&self.folder, &map.path).map_err(|error| files::reason(&error));
         let hint = image::ImageFormat::from_path(&map.path).ok();
         match read.and_then(|data| decode(&data, hint)) {
-            Ok((picture, _)) => Some(picture),
+            Ok((picture, _)) => {
+                self.held += picture.len() as u64;
+                ensure!(self.held <= MAX_IMAGES, TOO_LARGE);
+                Ok(Some(picture))
+            }
             Err(why) => {
                 self.missing.insert(format!("{} ({})", quoted(&map.path.to_string_lossy()), shortened(&why)));
-                None
+                Ok(None)
             }
         }
     }

@@ -87,13 +87,21 @@ pub fn add_light(scene: &mut Scene, name: &str, light: Light) {
 }
 
 fn unique(name: &str, taken: impl Fn(&str) -> bool) -> String {
-    let mut unique = name.to_owned();
-    let mut number = 2;
-    while taken(&unique) {
-        unique = format!("{name} {number}");
-        number += 1;
+    if !taken(name) {
+        return name.into();
     }
-    unique
+    // Numbers are taken from 2 on: by doubling and halving, as a file may use one name for thousands.
+    let is_taken = |number: usize| taken(&format!("{name} {number}"));
+    let mut free = 2;
+    while is_taken(free) {
+        free *= 2;
+    }
+    let mut held = free / 2;
+    while held + 1 < free {
+        let middle = held.midpoint(free);
+        if is_taken(middle) { held = middle } else { free = middle }
+    }
+    format!("{name} {free}")
 }
 
 /// From above at a slant, as close as shows all of the box in a picture of 4 to 3.

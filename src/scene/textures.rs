@@ -105,6 +105,11 @@ fn halve(texels: &[u8], side: u32) -> Vec<u8> {
 /// Longest side of an image that is kept, texels.
 const MAX_IMAGE: u32 = 8192;
 
+/// Bytes that all images of a scene may have together.
+pub const MAX_IMAGES: u64 = 8 << 30;
+/// What is said where they have more.
+pub const TOO_LARGE: &str = "its images take more than 8 GiB; scale them down";
+
 /// Decodes an image; `true`: it was larger than [`MAX_IMAGE`] and is reduced to it. `hint`: its format where its contents
 /// do not tell, as those of TGA do not.
 ///

@@ -21,9 +21,9 @@ pub fn add(scene: &mut Scene, path: &Path) -> Result<()> {
     if !file.exists() {
         return Ok(());
     }
-    let name = file.display();
     let text = files::read_text(&file)?;
-    let (cameras, lights) = read(&text, scene).with_context(|| format!("{name} cannot be used"))?;
+    let (cameras, lights) = read(&text, scene).with_context(|| format!("{} cannot be used", file.display()))?;
+    let name = shortened(&file.file_name().unwrap_or_default().to_string_lossy());
     scene.notes.extend(counted(
         cameras.len(),
         &format!("camera is from {name}."),

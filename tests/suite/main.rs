@@ -21,6 +21,7 @@ mod film;
 mod filters_pcf;
 mod flatland;
 mod flatland_lab;
+mod formats;
 mod gltf;
 mod hulls;
 mod idle;

@@ -2,17 +2,19 @@
 
 use super::accessors::Accessors;
 use super::{broken, get, name_of, uri};
-use crate::scene::{Material, Texture, Wrap, textures};
+use crate::scene::textures::{self, MAX_IMAGES};
+use crate::scene::{Material, Texture, Wrap};
 use ::gltf::json::material::AlphaMode;
 use ::gltf::json::texture::WrappingMode;
 use ::gltf::json::validation::Checked;
 use ::gltf::json::{Index, Root, texture};
-use anyhow::{Result, anyhow};
+use anyhow::{Result, anyhow, ensure};
 use glam::{Affine2, Vec2, Vec4};
 use rayon::prelude::*;
 use std::borrow::Cow;
 use std::collections::HashMap;
 use std::path::Path;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// How the triangles of a material find their texture coordinates.
 #[derive(Clone, Copy)]
@@ -160,9 +162,16 @@ impl<'a> Materials<'a> {
         let mut images: Vec<usize> = self.textures.iter().map(|texture| texture.0).collect();
         images.sort_unstable();
         images.dedup();
+        let held = AtomicU64::new(0);
         let mut decoded: HashMap<usize, (image::RgbaImage, bool)> = images
             .into_par_iter()
-            .map(|index| Ok((index, decode(self.root, index, accessors, folder)?)))
+            .map(|index| {
+                let decoded = decode(self.root, index, accessors, folder)?;
+                // Many may be of one and the same small buffer.
+                let all = held.fetch_add(decoded.0.len() as u64, Ordering::Relaxed) + decoded.0.len() as u64;
+                ensure!(all <= MAX_IMAGES, textures::TOO_LARGE);
+                Ok((index, decoded))
+            })
             .collect::<Result<_>>()?;
         let reduced = decoded.values().filter(|image| image.1).count();
         let mut textures = Vec::with_capacity(self.textures.len());
