@@ -133,13 +133,16 @@ pub fn create_folder(file: &Path) -> Result<()> {
 pub fn check_target(path: &Path) -> Result<Option<String>> {
     let name = path.display();
     ensure!(!path.is_dir(), "{name} is a folder; give the name of a file in it");
+    let cannot = |error: io::Error| anyhow::anyhow!("{name} cannot be written: {}", reason(&error));
     if let Ok(held) = std::fs::metadata(path) {
-        let open = if held.is_file() { File::options().append(true).open(path).map(drop) } else { Ok(()) };
-        return open.map(|()| None).map_err(|error| anyhow::anyhow!("{name} cannot be written: {}", reason(&error)));
+        if !held.is_file() {
+            return Ok(None);
+        }
+        File::options().append(true).open(path).map_err(cannot)?;
     }
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let there = folder.ancestors().map(|at| if at.as_os_str().is_empty() { Path::new(".") } else { at });
-    let Some(there) = there.into_iter().find(|at| at.exists()) else { bail!("{name}: there is no such place") };
+    let mut above = folder.ancestors().map(|at| if at.as_os_str().is_empty() { Path::new(".") } else { at });
+    let Some(there) = above.find(|at| at.exists()) else { bail!("{name}: there is no such place") };
     ensure!(there.is_dir(), "{name} cannot be written: {} is not a folder", there.display());
     if let Err(error) = tempfile::tempfile_in(there) {
         bail!("{name} cannot be written: nothing can be made in {} ({})", there.display(), reason(&error));
