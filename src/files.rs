@@ -48,14 +48,30 @@ pub fn read(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// Reads a file that another one in `folder` names by a path from there. It lies there in truth too: no link leads out.
+/// Reads a file that another one in `folder` names by a path from there, in capitals or small letters, as not all systems tell
+/// them apart. It lies there in truth too: no link leads out.
 pub fn read_beside(folder: &Path, relative: &Path) -> io::Result<Vec<u8>> {
     let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
-    let path = folder.join(relative).canonicalize()?;
+    let path = folder.join(relative).canonicalize().or_else(|_| in_any_case(folder, relative).canonicalize())?;
     if !path.starts_with(folder.canonicalize()?) {
         return Err(io::Error::other("it leads out of the folder, where nothing is read"));
     }
     read(&path, MOST_DATA)
+}
+
+/// The path of names that are there in other cases; of several the first.
+fn in_any_case(folder: &Path, relative: &Path) -> PathBuf {
+    let mut path = folder.to_path_buf();
+    for name in relative {
+        let same = |entry: io::Result<std::fs::DirEntry>| {
+            entry.ok().map(|entry| entry.file_name()).filter(|there| there.eq_ignore_ascii_case(name))
+        };
+        let exact = path.join(name).exists();
+        let others = (!exact).then(|| std::fs::read_dir(&path).ok()).flatten().into_iter().flatten().filter_map(same);
+        let there = others.min();
+        path.push(there.as_deref().unwrap_or(name));
+    }
+    path
 }
 
 /// As [`read`], of a text, in one sentence that names the file.

@@ -1,11 +1,13 @@
 //! Files of the user: what cannot be read or written is said at once, and nothing is lost or left behind.
 
-use crate::common::{ok, shadowscope};
+use crate::common::{gpu, mesh, ok, shadowscope};
 use glam::Vec3;
+use shadowscope::frame::Renderer;
 use shadowscope::scene::{builtin, bvh, geometry::Geometry};
 use shadowscope::{capture, files};
 use std::path::Path;
 use std::process::{Command, Output};
+use std::sync::Arc;
 
 /// The last line of what a command that fails says.
 fn refused(folder: &Path, args: &[&str]) -> String {
@@ -157,6 +159,20 @@ fn pipes_and_devices_are_not_waited_for() {
         let last = refused(dir.path(), args);
         assert!(last.contains(kind), "{args:?}: {last}");
     }
+}
+
+/// Ten billion triangles are refused by their number: to make them would take more than any memory.
+#[test]
+fn scenes_are_counted_before_their_triangles_are_made() {
+    let triangle = [Vec3::ZERO, Vec3::X, Vec3::Y];
+    let mut scene = builtin::build("cubes").unwrap();
+    scene.meshes.push(mesh(&vec![triangle; 100_000], 0));
+    let mut node = scene.nodes[0].clone();
+    node.meshes = vec![scene.meshes.len() as u32 - 1];
+    node.instances = vec![glam::Mat4::IDENTITY; 100_000];
+    scene.nodes.push(node);
+    let error = Renderer::new(gpu(), Arc::new(scene)).err().unwrap().to_string();
+    assert!(error.contains("10000000") && error.contains("open a scene with fewer"), "{error}");
 }
 
 /// A text that a small file inflates to more than any set-up has.

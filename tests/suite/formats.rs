@@ -197,11 +197,12 @@ fn materials_of_a_library() {
     let picture =
         |name: &str, color: [u8; 4]| image::RgbaImage::from_pixel(2, 2, image::Rgba(color)).save(folder.join(name));
     picture("wood.png", [200, 100, 50, 10]).unwrap();
-    picture("holes.png", [60, 60, 60, 255]).unwrap();
+    std::fs::create_dir(folder.join("masks")).unwrap();
+    picture("masks/holes.png", [60, 60, 60, 255]).unwrap();
     std::fs::write(
         folder.join("my lib.mtl"),
-        "newmtl red\nKd 0.5 0.25 0.125\nnewmtl wood\nKd 0 0 0\nmap_Kd -s 1 1 1 -clamp on C:\\work\\wood.png\nnewmtl glass\n\
-         Tr 0.75\nnewmtl half\nd 0.75\nTr 1\nnewmtl leaf\nmap_Kd wood.png\nmap_d holes.png\nnewmtl gone\nmap_Kd no.png\nKd 1\n",
+        "newmtl red\nKd 0.5 0.25 0.125\nnewmtl wood\nKd 0 0 0\nmap_Kd -s 1 1 1 -clamp on C:\\work\\WOOD.png\nnewmtl glass\n\
+         Tr 0.75\nnewmtl half\nd 0.75\nTr 1\nnewmtl leaf\nmap_Kd wood.png\nmap_d Masks\\Holes.PNG\nnewmtl gone\nmap_Kd no.png\nKd 1\n",
     )
     .unwrap();
     let names = ["red", "wood", "glass", "half", "leaf", "gone", "unknown\u{1b}[31m"];
