@@ -27,10 +27,13 @@ fn inside(pixel: vec2i) -> bool {
     return all(pixel >= vec2i(0)) && all(pixel < vec2i(frame.size));
 }
 
-// Place in the picture, pixels from its upper left corner, and 1 over the depth, of what has this clip position.
-fn seen_at(clip: vec4f) -> vec3f {
+// Place in the picture, pixels from its upper left corner, of a point relative to the eye, and what is even there along a line: 1 over
+// the depth, or an orthographic picture's depth.
+fn seen_at(p: vec3f) -> vec3f {
+    let clip = frame.eye_proj * vec4f(p, 1.0);
     let ndc = clip.xy / clip.w;
-    return vec3f((vec2f(0.5) + vec2f(0.5, -0.5) * ndc) * vec2f(frame.size), 1.0 / clip.w);
+    let even = select(1.0 / clip.w, dot(p, frame.forward), frame.orthographic == 1u);
+    return vec3f((vec2f(0.5) + vec2f(0.5, -0.5) * ndc) * vec2f(frame.size), even);
 }
 
 // The direction to the light, turned towards the normal where it grazes the surface.
@@ -61,23 +64,23 @@ fn march(@builtin(global_invocation_id) id: vec3u) {
     let to_light = light_at(p.xyz).to_light;
     let distance_to_light = length(to_light);
     // A pixel's width at the surface.
-    let width = p.w * length(frame.rays[0]);
+    let width = pixel_at(p.w);
     let start = p.xyz - frame.eye + contact.contact_bias * width * normal;
     let reach = min(contact.contact_length, select(distance_to_light, 3.4e38, frame.light_kind == directional));
-    let clip_start = frame.eye_proj * vec4f(start, 1.0);
-    var clip_end = frame.eye_proj * vec4f(start + reach * lifted(to_light / distance_to_light, normal), 1.0);
-    if clip_start.w <= frame.near {
+    var end = start + reach * lifted(to_light / distance_to_light, normal);
+    let depths = vec2f(dot(start, frame.forward), dot(end, frame.forward));
+    if depths.x <= frame.near {
         settle(id.xy, 1.0, -1.0);
         return;
     }
     // Of a ray that leaves through the near plane, the share in front of that.
     var share = 1.0;
-    if clip_end.w < frame.near {
-        share = (clip_start.w - frame.near) / (clip_start.w - clip_end.w);
-        clip_end = mix(clip_start, clip_end, share);
+    if depths.y < frame.near {
+        share = (depths.x - frame.near) / (depths.x - depths.y);
+        end = mix(start, end, share);
     }
-    let first = seen_at(clip_start);
-    let last = seen_at(clip_end);
+    let first = seen_at(start);
+    let last = seen_at(end);
     var offset = 0.5;
     if contact.contact_jitter == contact_jitter_ign {
         // Interleaved gradient noise (Jimenez 2014).
@@ -93,13 +96,13 @@ fn march(@builtin(global_invocation_id) id: vec3u) {
             continue;
         }
         let depth = textureLoad(g_position, pixel, 0).w;
-        let behind = 1.0 / at.z - depth;
+        let behind = select(1.0 / at.z, at.z, frame.orthographic == 1u) - depth;
         // What rounding leaves of nothing is no hit.
         if depth == 0.0 || behind <= 1e-5 * depth || behind >= contact.contact_depth {
             continue;
         }
         // 1 over the depth is even in the picture, and the ray's length is not.
-        let along = share * t * last.z / at.z;
+        let along = share * t * select(last.z / at.z, 1.0, frame.orthographic == 1u);
         let fading = saturate((along - contact.contact_fade) / max(1.0 - contact.contact_fade, 1e-6));
         let size = vec2f(frame.size);
         let edge = min(min(at.x, size.x - at.x), min(at.y, size.y - at.y));
@@ -109,6 +112,14 @@ fn march(@builtin(global_invocation_id) id: vec3u) {
         return;
     }
     settle(id.xy, 1.0, -1.0);
+}
+
+// Darkens nothing.
+@compute @workgroup_size(8, 8)
+fn pass_by(@builtin(global_invocation_id) id: vec3u) {
+    if all(id.xy < frame.size) {
+        settle(id.xy, 1.0, -1.0);
+    }
 }
 
 // How the picture is cut up for the sweep: wedges around the light's pixel, and in each bands of 64 pixels along its axis. A

@@ -21,6 +21,7 @@ struct Fragment {
     @location(8) @interpolate(flat) uvs: vec4f,
     @location(9) @interpolate(flat) last_uv: vec2f,
     @location(10) @interpolate(flat) shading_normals: vec3u,
+    @location(11) @interpolate(flat) colors: vec3u,
 }
 
 fn longest(a: vec3f) -> f32 {
@@ -55,6 +56,7 @@ fn vertex(@builtin(vertex_index) index: u32) -> Fragment {
     out.uvs = vec4f(a.uv, b.uv);
     out.last_uv = c.uv;
     out.shading_normals = vec3u(a.normal, b.normal, c.normal);
+    out.colors = vec3u(a.color, b.color, c.color);
     return out;
 }
 
@@ -99,18 +101,20 @@ fn fragment(in: Fragment) -> Targets {
     let uv_dx = dpdx(in.uv);
     let uv_dy = dpdy(in.uv);
     // The winding decides, not the rasteriser: the same rule as for rays.
-    let a = in.corner - frame.eye;
-    let front = dot(in.normal, a) <= 0.0;
-    let exact = weights_at(pixel_ray(in.clip.xy), a, in.second, in.third, select(-1.0, 1.0, front));
+    let a = in.corner - ray_start(in.clip.xy);
+    let front = dot(in.normal, select(a, frame.forward, frame.orthographic == 1u)) <= 0.0;
+    let ray = pixel_ray(in.clip.xy);
+    let exact = weights_at(ray, a, in.second, in.third, select(-1.0, 1.0, front));
     let off_edges = max(exact, in.least);
     let w = off_edges / (off_edges.x + off_edges.y + off_edges.z);
     let uv = w.x * in.uvs.xy + w.y * in.uvs.zw + w.z * in.last_uv;
-    if masked_out(m, uv) || (!front && m.double_sided == 0u) {
+    let off = w.x * taken_off(in.colors.x) + w.y * taken_off(in.colors.y) + w.z * taken_off(in.colors.z);
+    if masked_out(m, vec3f(uv, off.a)) || (!front && m.double_sided == 0u) {
         discard;
     }
-    var albedo = m.base_color.rgb;
+    var albedo = m.base_color.rgb * (1.0 - off.rgb);
     if m.texture > 0u {
-        albedo *= textureSampleGrad(textures, texture_sampler, material_uv(m, uv), m.texture - 1u, uv_dx, uv_dy).rgb;
+        albedo *= texture_seen(m, uv, uv_dx, uv_dy).rgb;
     }
     // From the first corner: however the weights are rounded, this lies on the triangle.
     let position = in.corner + (w.y * in.second + w.z * in.third);

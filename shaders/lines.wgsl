@@ -58,7 +58,7 @@ fn line(index: u32, a: vec3f, b: vec3f, color: u32, half: f32) -> Line {
     for (var k = 0u; k < 5u; k++) {
         // Positive inside.
         let side = select(-1.0, 1.0, (k & 1u) == 1u);
-        var d = vec2f(one.w, other.w) - frame.near;
+        var d = vec2f(dot(a - frame.eye, frame.forward), dot(b - frame.eye, frame.forward)) - frame.near;
         if k < 2u {
             d = 2.0 * vec2f(one.w, other.w) + side * vec2f(one.x, other.x);
         } else if k < 4u {
@@ -134,10 +134,7 @@ fn box_line(index: u32, v: LightView, edge: u32, color: u32) -> Line {
 
 // A corner of the shadow camera's frustum between depths.
 fn frustum_corner(corner: vec3u, near: f32, far: f32) -> vec3f {
-    let up = frame.shadow_up / dot(frame.shadow_up, frame.shadow_up);
-    let right = cross(frame.shadow_forward, up) * (f32(frame.size.x) / f32(frame.size.y));
-    let side = 2.0 * vec2f(corner.xy) - 1.0;
-    return frame.shadow_eye + select(near, far, corner.z == 1u) * (frame.shadow_forward + side.x * right + side.y * up);
+    return shadow_view_place(2.0 * vec2f(corner.xy) - 1.0, select(near, far, corner.z == 1u));
 }
 
 @vertex

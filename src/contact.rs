@@ -25,11 +25,11 @@ crate::params! {
             /// Shadows of what the picture itself shows near a surface, on top of the technique's. March: along each pixel's ray to the light, over a length in the scene. Sweep: along lines of pixels, over a number of pixels (Bend Studio).
             contact: choice("off", ["off", "march", "sweep"]),
             /// How far a ray is followed.
-            contact_length: float(0.3, 0.001..=1000.0, "m", 0.2 of view) if contact = "march",
+            contact_length: float(0.3, 0.000001..=1000.0, "m", 0.2 of view) if contact = "march",
             /// How many places along a ray are looked at.
             contact_steps: int(16, 4..=64, "") if contact = "march",
             /// What lies in front of a ray hides the light if it is no farther from it than this. The picture shows no backs.
-            contact_depth: float(0.1, 0.001..=1000.0, "m", 0.1 of view) if contact = "march",
+            contact_depth: float(0.1, 0.000001..=1000.0, "m", 0.1 of view) if contact = "march",
             /// How far from its surface a ray starts, along the normal.
             contact_bias: float(0.5, 0.0..=2.0, "pixels") if contact = "march",
             /// Where light grazes a surface its ray is turned so far towards the normal: all of it where the light stands up to 14° over the surface, none from 27° on.
@@ -196,6 +196,8 @@ fn place_of(camera: &Camera, light: &Light, size: [u32; 2]) -> (DVec2, f64) {
 pub struct Contact {
     march: Pass,
     sweep: Pass,
+    /// Where the sweep has no meaning.
+    pass_by: Pass,
     /// The technique's visibility without them.
     before: Slot,
     held: Option<(Sweep, Buffer)>,
@@ -204,7 +206,13 @@ pub struct Contact {
 impl Contact {
     pub fn new(gpu: &Gpu) -> Result<Contact> {
         let pass = |entry| Pass::compute(gpu, PASS, "contact.wgsl", entry, &[ContactParams::GROUP]);
-        Ok(Contact { march: pass("march")?, sweep: pass("sweep")?, before: Slot::default(), held: None })
+        Ok(Contact {
+            march: pass("march")?,
+            sweep: pass("sweep")?,
+            pass_by: pass("pass_by")?,
+            before: Slot::default(),
+            held: None,
+        })
     }
 
     /// The technique's visibility without them.
@@ -226,6 +234,15 @@ impl Contact {
         drawn?;
         if ContactParams::read(f.values).contact == "march" {
             f.run(&self.march).of_picture().bind("visibility_before", &before).per_pixel();
+            return Ok(());
+        }
+        if f.eye.height.is_some() {
+            f.tell_note(
+                "contact = sweep follows lines through the light's place in the picture, and an orthographic picture has none for the \
+                 sun: it darkens nothing there; contact = march does."
+                    .into(),
+            );
+            f.run(&self.pass_by).of_picture().bind("visibility_before", &before).per_pixel();
             return Ok(());
         }
         let (sweep, [bands, lines]) = Sweep::new(&f.eye, &f.light, f.size);

@@ -76,13 +76,35 @@ pub struct FrameUniform {
     pub shadow_far: f32,
     pub shadow_up: Vec3,
     pub probe: u32,
+    pub orthographic: u32,
+    pub shadow_orthographic: u32,
+    pub reach: f32,
+    pub beyond: f32,
+}
+
+/// How far from the light, or under the sun from the caster, an orthographic picture's volumes end, and the depth along the
+/// camera's axis behind which nothing of them lies, metres: for all lights of the set-up, as they share the picture's depth. A
+/// lamp's volume ends in a cap that is as flat as its caster: at sixteen times as far as the scene reaches, all but casters within
+/// 4° of seeing the light edge-on have theirs behind all of it.
+fn volume_ends(setup: &Setup, bounds: [Vec3; 2]) -> [f32; 2] {
+    let middle = bounds[0].midpoint(bounds[1]);
+    let half = 0.5 * bounds[0].distance(bounds[1]);
+    let lamps = || {
+        let all = setup.more_lights.iter().map(|l| l.light).chain([setup.light]);
+        all.filter(|l| !matches!(l, Light::Directional { .. })).map(|l| l.position())
+    };
+    let beyond = lamps().map(|at| 16.0 * (at.distance(middle) + half)).fold(2.2 * half, f32::max);
+    let depth = |p: Vec3| (p - setup.camera.position).dot(setup.camera.forward());
+    let deepest = lamps().map(depth).fold(depth(middle) + half, f32::max);
+    [beyond, deepest + 1.001 * beyond]
 }
 
 impl FrameUniform {
     fn new(setup: &Setup, size: [u32; 2], bounds: [Vec3; 2]) -> FrameUniform {
         let camera = setup.camera;
         let aspect = size[0] as f32 / size[1] as f32;
-        let projection = camera.unbounded_projection(aspect);
+        let [beyond, last] = volume_ends(setup, bounds);
+        let projection = camera.unbounded_projection(aspect, last);
         let frozen = setup.frozen();
         let shadow = frozen.unwrap_or(camera);
         let uniform = FrameUniform {
@@ -107,6 +129,10 @@ impl FrameUniform {
             shadow_far: freeze::far(&shadow, bounds),
             shadow_up: (shadow.projection(aspect) * shadow.view()).row(1).truncate(),
             probe: probe(setup, size),
+            orthographic: camera.height.is_some() as u32,
+            shadow_orthographic: shadow.height.is_some() as u32,
+            reach: camera.position.distance(camera.target),
+            beyond,
             ..FrameUniform::zeroed()
         };
         let lit = uniform.with_light(&setup.light);

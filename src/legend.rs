@@ -215,7 +215,7 @@ impl Key {
                     let c = &setup.camera;
                     let sides = (bounds[0] - c.position).abs().max((bounds[1] - c.position).abs());
                     let end = last.min(sides.dot(c.forward().abs()));
-                    key.chart = Some(Chart::Side(end, (c.fov.to_radians() / 2.0).tan()));
+                    key.chart = Some(Chart::Side(end, 0.5 * c.height_at(end) / end));
                 }
             }
             Legend::Squares(titles, classes) => {

@@ -1,8 +1,8 @@
 //! Light kinds: what a set-up stores and what the frame needs of them.
 
-use crate::scene::Camera;
+use crate::scene::{Camera, settled};
 use bytemuck::{Pod, Zeroable};
-use glam::{Vec3, Vec4};
+use glam::{DVec3, Mat4, Vec3, Vec4};
 use serde::{Deserialize, Serialize};
 
 /// One light. Positions in metres (scene space), angles in degrees, colours linear RGB.
@@ -113,6 +113,27 @@ impl Light {
         }
     }
 
+    /// The same light at a node's place, shining along its -z, as lights of files do.
+    pub fn placed(mut self, node: Mat4) -> Light {
+        let (place, backward) = (node.w_axis.truncate(), node.z_axis.truncate().normalize_or(Vec3::Z));
+        match &mut self {
+            Light::Directional { to_light, .. } => *to_light = backward,
+            Light::Spot { position, direction, .. } => (*position, *direction) = (place, -backward),
+            Light::Omni { position, .. } => *position = place,
+            // No file has one.
+            Light::Hemisphere { .. } | Light::RectArea { .. } => {}
+        }
+        self
+    }
+
+    /// At a place that the file of a set-up can hold, whose scene's origin is given.
+    pub fn settled(mut self, origin: DVec3) -> Light {
+        if let Some(place) = self.place_mut() {
+            *place = settled(*place, origin);
+        }
+        self
+    }
+
     /// Where it stands, if it stands somewhere.
     pub fn place_mut(&mut self) -> Option<&mut Vec3> {
         match self {
@@ -149,7 +170,7 @@ impl Light {
             }
         };
         let far = camera.far.max((center - position).length() + radius);
-        Camera { position, target, fov, near: camera.near, far }
+        Camera::new(position, target, fov, camera.near, far)
     }
 
     /// Its colour, to be changed.

@@ -179,6 +179,17 @@ impl Spec {
         }
     }
 
+    /// The default where so many metres stand for one ([`crate::scene::Scene::unit`]), to two digits.
+    pub fn default_in(&self, unit: f64) -> Value {
+        match (self.kind, self.unit) {
+            (Kind::Float { default, min, max }, "m") if unit != 1.0 && default != 0.0 => {
+                let scaled: f64 = format!("{:.1e}", default * unit).parse().unwrap_or(default);
+                Value::Float(scaled.clamp(min, max))
+            }
+            _ => self.default(),
+        }
+    }
+
     /// The values allowed, in words: `64 to 8192 texels`.
     pub fn range(&self) -> String {
         let unit = if self.unit.is_empty() { String::new() } else { format!(" {}", self.unit) };

@@ -8,7 +8,7 @@ pub use route::Route;
 
 use crate::light::Light;
 use crate::scene::Camera;
-use crate::setup::{Setup, check_direction, check_place};
+use crate::setup::{Setup, check_direction, check_place, check_shape};
 use anyhow::{Context, Result, bail, ensure};
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
@@ -63,14 +63,20 @@ pub struct Key {
 }
 
 /// A camera of a key frame; near and far plane are the set-up's.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CameraKey {
     pub position: Vec3,
     pub target: Vec3,
+    /// What points upwards in the picture.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub up: Option<Vec3>,
     /// Vertical field of view, degrees.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fov: Option<f32>,
+    /// Of an orthographic camera how high its picture is, metres.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub height: Option<f32>,
 }
 
 /// A light of a key frame, by the keys that its kind has in a set-up.
@@ -96,7 +102,8 @@ pub const LONGEST: f32 = 1e6;
 
 impl CameraKey {
     pub fn of(camera: &Camera) -> CameraKey {
-        CameraKey { position: camera.position, target: camera.target, fov: Some(camera.fov) }
+        let up = Some(camera.up).filter(|up| *up != Vec3::Y);
+        CameraKey { position: camera.position, target: camera.target, up, fov: Some(camera.fov), height: camera.height }
     }
 }
 
@@ -169,8 +176,7 @@ impl Key {
                 check_place(&format!("camera.{name}"), place)?;
             }
             ensure!(c.position != c.target, "camera.target must differ from camera.position");
-            let fov = c.fov.unwrap_or(60.0);
-            ensure!((1.0..=170.0).contains(&fov), "camera.fov = {fov} is not allowed; it takes 1 to 170°");
+            check_shape("camera", c.up.unwrap_or(Vec3::Y), c.fov.unwrap_or(60.0), c.height)?;
         }
         self.light.map_or(Ok(()), |l| l.check(light))
     }
@@ -218,8 +224,14 @@ impl OwnPath {
             let last = || before(keys, |k| k.camera, time).map_or(Vec3::NEG_Z, |c| c.target - c.position);
             camera.target = if (target - position).try_normalize().is_some() { target } else { position + last() };
         }
+        if let Some(up) = along(keys, |k| k.camera?.up, Between::Linear, time).and_then(Vec3::try_normalize) {
+            camera.up = up;
+        }
         if let Some(fov) = along(keys, |k| k.camera?.fov, Between::Linear, time) {
             camera.fov = fov;
+        }
+        if let Some(height) = along(keys, |k| k.camera?.height, Between::Linear, time) {
+            camera.height = Some(height);
         }
         let at = |of: fn(&LightKey) -> Option<Vec3>| along(keys, |k| of(&k.light?), between, time);
         let aim = |of: fn(&LightKey) -> Option<Vec3>| {
@@ -377,7 +389,7 @@ mod tests {
     use super::*;
 
     fn camera() -> Camera {
-        Camera { position: Vec3::ZERO, target: Vec3::NEG_Z, fov: 60.0, near: 0.1, far: 100.0 }
+        Camera::new(Vec3::ZERO, Vec3::NEG_Z, 60.0, 0.1, 100.0)
     }
 
     fn sun() -> Light {
@@ -388,7 +400,7 @@ mod tests {
     fn path(between: Between, places: &[(f32, [f32; 3])]) -> OwnPath {
         let key = |(time, p): &(f32, [f32; 3])| {
             let position = Vec3::from(*p);
-            let camera = CameraKey { position, target: position + Vec3::new(0.0, -0.25, -3.0), fov: None };
+            let camera = CameraKey { position, target: position + Vec3::new(0.0, -0.25, -3.0), ..CameraKey::default() };
             Key { time: *time, camera: Some(camera), light: None }
         };
         OwnPath { between, keys: places.iter().map(key).collect() }
@@ -465,7 +477,7 @@ mod tests {
         assert!((l.position().angle_between(Vec3::Y).to_degrees() - 22.5).abs() < 1e-3, "{:?}", l.position());
         // Opposite directions have no middle, and a camera always looks somewhere.
         p.set(Key { time: 3.0, light: to_light(Vec3::NEG_Y), ..Key::default() });
-        p.keys[3].camera = Some(CameraKey { position: Vec3::new(0.0, -0.25, -3.0), target: Vec3::ZERO, fov: None });
+        p.keys[3].camera = Some(CameraKey { position: Vec3::new(0.0, -0.25, -3.0), ..CameraKey::default() });
         p.place(&mut c, &mut l, 2.0);
         assert!(l.position().is_finite() && c.position.distance(c.target) > 0.1, "{c:?} {l:?}");
         // Of another light only what the camera does is left.

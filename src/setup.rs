@@ -16,7 +16,7 @@ use crate::light::{KINDS, Light, MAX_RADIUS};
 use crate::message;
 use crate::params::{Kind, Value, Values};
 use crate::path::{self, OwnPath};
-use crate::scene::{Camera, Scene, builtin, formats};
+use crate::scene::{Camera, Clock, NamedLight, Scene, builtin, formats};
 use crate::techniques::{self, Info};
 use crate::truth::Samples;
 use crate::view::{self, View};
@@ -111,6 +111,9 @@ pub struct Setup {
     /// A path of one's own, along which stability and cost are measured.
     #[serde(default, skip_serializing_if = "Option::is_none", with = "path::shared")]
     pub path: Option<Arc<OwnPath>>,
+    /// What stands for a metre in parameters that nobody chose, metres: the scene's.
+    #[serde(skip, default = "metre")]
+    pub unit: f64,
 }
 
 /// What lies under marked errors: the picture in dark greys, or in light ones for print and projectors.
@@ -175,15 +178,14 @@ impl Side {
         techniques::find(&self.technique)
     }
 
-    /// The truth, or a technique with its defaults.
+    /// The truth, or a technique, of which nothing is chosen.
     ///
     /// # Errors
     /// No technique of that name.
     pub fn new(technique: &str) -> Result<Side> {
-        let mut side = Side { technique: technique.into(), params: Values::new() };
+        let side = Side { technique: technique.into(), params: Values::new() };
         if !side.is_truth() {
             techniques::find_or_say(technique)?;
-            side.complete();
         }
         Ok(side)
     }
@@ -203,10 +205,10 @@ impl Side {
         Ok(side)
     }
 
-    /// Fills in defaults.
-    fn complete(&mut self) {
+    /// Fills in defaults where so many metres stand for one.
+    fn complete(&mut self, unit: f64) {
         for spec in self.info().into_iter().flat_map(|i| i.specs()) {
-            self.params.entry(spec.name.into()).or_insert_with(|| spec.default());
+            self.params.entry(spec.name.into()).or_insert_with(|| spec.default_in(unit));
         }
     }
 }
@@ -227,11 +229,17 @@ pub struct Overlay {
 fn is_default<T: Default + PartialEq>(value: &T) -> bool {
     *value == T::default()
 }
+fn metre() -> f64 {
+    1.0
+}
 fn is_zero(origin: &DVec3) -> bool {
     *origin == DVec3::ZERO
 }
+/// The technique of a set-up that names none.
+pub const DEFAULT_TECHNIQUE: &str = "shadow-map";
+
 fn default_technique() -> String {
-    "shadow-map".into()
+    DEFAULT_TECHNIQUE.into()
 }
 fn default_view() -> String {
     "shaded".into()
@@ -291,6 +299,7 @@ impl Setup {
             overlay: None,
             against: Vec::new(),
             path: None,
+            unit: scene.unit(),
         };
         setup.complete();
         Ok(setup)
@@ -301,6 +310,11 @@ impl Setup {
     /// # Errors
     /// One sentence that names the file, the key and what is allowed.
     pub fn open(what: &str) -> Result<(Setup, Scene)> {
+        Setup::open_for(what, &[])
+    }
+
+    /// As [`Setup::open`]; of a scene's file with a light that these techniques serve.
+    pub fn open_for(what: &str, techniques: &[&str]) -> Result<(Setup, Scene)> {
         let path = &files::path_of(what);
         let extension = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
         let told = path.display();
@@ -314,8 +328,12 @@ impl Setup {
                 Setup::from_toml(&text, path).with_context(|| format!("the set-up inside {told} cannot be used"))
             }
             _ => {
-                let scene = load_scene(what)?;
-                Ok((Setup::new(what, &scene)?, scene))
+                let mut scene = load_scene(what)?;
+                let mut setup = Setup::new(what, &scene)?;
+                if let Some(place) = suited_light(what, &mut scene, techniques) {
+                    setup.light = scene.lights[place].light;
+                }
+                Ok((setup, scene))
             }
         }
     }
@@ -331,20 +349,29 @@ impl Setup {
             bail!("the key scene is missing; give a built-in scene's name or the path of a scene's file");
         };
         let name = beside(name, path.parent().unwrap_or(Path::new("")));
-        let scene = load_scene(&name)?;
+        let mut scene = load_scene(&name)?;
+        let suited = match (table.get("light"), table.get("technique")) {
+            (None, id) => {
+                suited_light(&name, &mut scene, &[id.and_then(|id| id.as_str()).unwrap_or(DEFAULT_TECHNIQUE)])
+            }
+            _ => None,
+        };
         table.insert("scene".into(), name.into());
         place::take_off(&mut table, scene.origin);
+        let number = |key: &str| table.get(key).and_then(|v| v.as_float().or(v.as_integer().map(|i| i as f64)));
+        let (animation, time) = (number("animation").unwrap_or_default(), number("time").unwrap_or_default());
+        let clock = Clock { animation: animation as u32, time: time as f32 };
         for key in ["camera", "shadow_camera"] {
             let camera = match table.get(key) {
-                Some(toml::Value::String(name)) => scene_camera(&scene, name)?,
-                None if key == "camera" => scene.cameras[0].camera,
+                Some(toml::Value::String(name)) => scene_camera(&scene, name, clock)?,
+                None if key == "camera" => scene.cameras[0].at(&scene, clock),
                 _ => continue,
             };
             table.insert(key.into(), toml::Value::try_from(camera)?);
         }
         let light = match table.get("light") {
-            Some(toml::Value::String(name)) => Some(scene_light(&scene, name)?),
-            None => Some(scene.lights[0].light),
+            Some(toml::Value::String(name)) => Some(scene_light(&scene, name, clock)?),
+            None => Some(scene.lights[suited.unwrap_or(0)].at(&scene, clock)),
             Some(_) => None,
         };
         if let Some(light) = light {
@@ -352,11 +379,12 @@ impl Setup {
         }
         for lamp in table.get_mut("more_lights").and_then(toml::Value::as_array_mut).into_iter().flatten() {
             if let toml::Value::String(name) = lamp {
-                let light = scene_light(&scene, name)?;
+                let light = scene_light(&scene, name, clock)?;
                 *lamp = toml::Value::try_from(Lamp { on: true, light })?;
             }
         }
         let mut setup = Setup::deserialize(toml::Value::Table(table)).map_err(|e| one_line(&e.to_string()))?;
+        setup.unit = scene.unit();
         setup.complete();
         setup.check()?;
         setup.widen();
@@ -392,10 +420,27 @@ impl Setup {
         if let Some(info) = techniques::find(&self.technique) {
             let values = self.params.entry(self.technique.clone()).or_default();
             for spec in info.specs() {
-                values.entry(spec.name.into()).or_insert_with(|| spec.default());
+                values.entry(spec.name.into()).or_insert_with(|| spec.default_in(self.unit));
             }
         }
-        self.against.iter_mut().for_each(Side::complete);
+        self.against.iter_mut().for_each(|side| side.complete(self.unit));
+    }
+
+    /// Takes another scene's unit over. Lengths that stand at their defaults take those of the new one.
+    pub fn take_unit(&mut self, unit: f64) {
+        let before = std::mem::replace(&mut self.unit, unit);
+        if before == unit {
+            return;
+        }
+        let chosen = |technique: &str, values: &mut Values| {
+            let specs = techniques::find(technique).into_iter().flat_map(|i| i.specs());
+            for spec in specs.filter(|s| s.default_in(before) != s.default_in(unit)) {
+                values.retain(|name, value| name != spec.name || *value != spec.default_in(before));
+            }
+        };
+        self.params.iter_mut().for_each(|(technique, values)| chosen(technique, values));
+        self.against.iter_mut().for_each(|side| chosen(&side.technique, &mut side.params));
+        self.complete();
     }
 
     /// The set-up of one technique alone, with nothing over it: what is measured.
@@ -434,7 +479,8 @@ impl Setup {
     /// No technique of that name.
     pub fn kept(&self, technique: &str) -> Result<Side> {
         let mut side = Side::new(technique)?;
-        side.params.extend(self.params.get(technique).cloned().unwrap_or_default());
+        side.params = self.params.get(technique).cloned().unwrap_or_default();
+        side.complete(self.unit);
         Ok(side)
     }
 
@@ -554,6 +600,21 @@ impl Setup {
             bail!("--set {assignment}: {} has no parameter {name}; there are {}", wanted.join(", "), names.join(", "));
         }
         Ok(())
+    }
+
+    /// The moment of the scene's animation.
+    pub fn clock(&self) -> Clock {
+        Clock { animation: self.animation, time: self.time }
+    }
+
+    /// Sets the scene's clock. Camera and lights that are the scene's own follow its animation; others stay, and so does the
+    /// shadow camera, which is left behind.
+    pub fn set_clock(&mut self, scene: &Scene, to: Clock) {
+        let way = [self.clock(), to];
+        (self.animation, self.time) = (to.animation, to.time);
+        self.camera = scene.follow_camera(self.camera, way);
+        let lights = self.more_lights.iter_mut().map(|lamp| &mut lamp.light).chain([&mut self.light]);
+        lights.for_each(|light| *light = scene.follow_light(*light, way));
     }
 
     /// The camera that maps are fitted to, where it is not the one that looks.
@@ -682,13 +743,20 @@ fn check_light(key: &str, light: &Light) -> Result<()> {
     };
     check_place(&format!("{key}.position"), position)?;
     check_direction(&format!("{key}.direction"), direction)?;
-    limits("range", range, [1e-3, 1e9], " m")?;
+    limits("range", range, [1e-6, 1e9], " m")?;
     ensure!(color.is_finite() && color.min_element() >= 0.0, "{key}.color = {color} must be three numbers from 0 up");
     Ok(())
 }
 
+/// What gives a camera's picture its shape.
+pub(crate) fn check_shape(key: &str, up: Vec3, fov: f32, height: Option<f32>) -> Result<()> {
+    check_direction(&format!("{key}.up"), up)?;
+    in_range(&format!("{key}.fov"), fov, 1.0, 170.0, "°")?;
+    height.map_or(Ok(()), |height| in_range(&format!("{key}.height"), height, 1e-6, 1e9, " m"))
+}
+
 fn check_camera(key: &str, c: &Camera) -> Result<()> {
-    in_range(&format!("{key}.fov"), c.fov, 1.0, 170.0, "°")?;
+    check_shape(key, c.up, c.fov, c.height)?;
     in_range(&format!("{key}.near"), c.near, 1e-6, 1e9, " m")?;
     check_place(&format!("{key}.position"), c.position)?;
     check_place(&format!("{key}.target"), c.target)?;
@@ -768,6 +836,28 @@ pub fn load_scene(name: &str) -> Result<Scene> {
     Ok(scene)
 }
 
+/// The place of a glTF file's light to begin with where its first gives none, or where that is not served by all of these techniques: the
+/// next that does and is, or is at least by one. The scene's notes say so.
+fn suited_light(name: &str, scene: &mut Scene, techniques: &[&str]) -> Option<usize> {
+    if techniques.is_empty() || builtin::is_builtin(name) {
+        return None;
+    }
+    let infos: Vec<&Info> = techniques.iter().filter_map(|id| techniques::find(id)).collect();
+    let shines = |l: &NamedLight| l.light.color() != Vec3::ZERO;
+    let by_all = |l: &NamedLight| shines(l) && infos.iter().all(|info| info.refuses(&l.light).is_none());
+    let by_one = |l: &NamedLight| shines(l) && infos.iter().any(|info| info.refuses(&l.light).is_none());
+    let first = scene.lights.first()?;
+    let found = scene.lights.iter().position(by_all).or_else(|| scene.lights.iter().position(by_one))?;
+    if found > 0 {
+        let refused = || infos.iter().find_map(|info| info.refuses(&first.light));
+        let why = if shines(first) { refused().unwrap_or_default() } else { "it stays dark".into() };
+        let name = &scene.lights[found].name;
+        let note = format!("Light comes from {name:?} instead of {:?} ({why}).", first.name);
+        scene.notes.push(note);
+    }
+    Some(found)
+}
+
 /// A scene's name as a set-up in `folder` means it: a path counts from there if such a file exists.
 fn beside(name: &str, folder: &Path) -> String {
     let path = folder.join(files::path_of(name));
@@ -781,10 +871,10 @@ fn resolved_folder(file: &Path) -> Option<PathBuf> {
     Some(there.canonicalize().ok()?.join(folder.strip_prefix(there).ok()?))
 }
 
-/// One of the scene's cameras by name.
-pub fn scene_camera(scene: &Scene, name: &str) -> Result<Camera> {
+/// One of the scene's cameras by name, as it stands at a moment.
+pub fn scene_camera(scene: &Scene, name: &str, clock: Clock) -> Result<Camera> {
     match scene.cameras.iter().find(|c| c.name == name) {
-        Some(c) => Ok(c.camera),
+        Some(c) => Ok(c.at(scene, clock)),
         None => {
             let names = message::list(scene.cameras.iter().map(|c| c.name.as_str()));
             bail!("{} has no camera named {}; there are {names}", scene.name, message::shortened(name))
@@ -792,10 +882,10 @@ pub fn scene_camera(scene: &Scene, name: &str) -> Result<Camera> {
     }
 }
 
-/// One of the scene's lights by name.
-pub fn scene_light(scene: &Scene, name: &str) -> Result<Light> {
+/// One of the scene's lights by name, as it stands at a moment.
+pub fn scene_light(scene: &Scene, name: &str, clock: Clock) -> Result<Light> {
     match scene.lights.iter().find(|l| l.name == name) {
-        Some(l) => Ok(l.light),
+        Some(l) => Ok(l.at(scene, clock)),
         None => {
             let names = message::list(scene.lights.iter().map(|l| l.name.as_str()));
             bail!("{} has no light named {}; there are {names}", scene.name, message::shortened(name))
@@ -803,32 +893,45 @@ pub fn scene_light(scene: &Scene, name: &str) -> Result<Light> {
     }
 }
 
-/// Reads `--camera` and its like: a name, or `px,py,pz:tx,ty,tz:fov` in the scene's own coordinates (near and far then follow the scene's
-/// first camera).
-pub fn parse_camera(scene: &Scene, text: &str) -> Result<Camera> {
+/// Reads `--camera` and its like: a name, for that camera at a moment, or `px,py,pz:tx,ty,tz:fov` in the scene's own coordinates (near and far then follow the scene's
+/// first camera), with `height=` metres instead of a field of view for an orthographic camera, and a fourth part for what is up.
+pub fn parse_camera(scene: &Scene, text: &str, clock: Clock) -> Result<Camera> {
     let parts: Vec<&str> = text.split(':').collect();
-    if parts.len() != 3 || scene.cameras.iter().any(|c| c.name == text) {
-        return scene_camera(scene, text);
+    if !matches!(parts.len(), 3 | 4) || scene.cameras.iter().any(|c| c.name == text) {
+        return scene_camera(scene, text, clock);
     }
-    let form = || format!("the camera {text} cannot be read: write it as NAME or px,py,pz:tx,ty,tz:fov");
+    let form = || {
+        format!(
+            "the camera {text} cannot be read: write it as NAME, px,py,pz:tx,ty,tz:fov or px,py,pz:tx,ty,tz:height=metres, and behind it \
+             :ux,uy,uz for what is up"
+        )
+    };
     let first = scene.cameras[0].camera;
     let place = |text| anyhow::Ok((parse_vec3(text)? - scene.origin).as_vec3());
+    let (fov, height) = match parts[2].strip_prefix("height=") {
+        Some(height) => (first.fov, Some(height.parse().with_context(form)?)),
+        None => (parts[2].parse().with_context(form)?, None),
+    };
+    let up = parts.get(3).map(|up| parse_vec3(up)).transpose().with_context(form)?;
     Ok(Camera {
         position: place(parts[0]).with_context(form)?,
         target: place(parts[1]).with_context(form)?,
-        fov: parts[2].parse().with_context(form)?,
+        up: up.map_or(Vec3::Y, |up| up.as_vec3()),
+        fov,
+        height,
         ..first
     })
 }
 
 /// Reads `--light` and `--add-light`: a name, `NAME:key=value;…` for that light changed, or `KIND:key=value;…` with the keys of the set-up's `[light]` table.
-pub fn parse_light(scene: &Scene, text: &str) -> Result<Light> {
+pub fn parse_light(scene: &Scene, text: &str, clock: Clock) -> Result<Light> {
     let named = scene.lights.iter().any(|l| l.name == text);
     let Some((kind, rest)) = text.split_once(':').filter(|_| !named) else {
-        return scene_light(scene, text);
+        return scene_light(scene, text, clock);
     };
     // A light of the scene by name, of which some values are others; a kind's name means the kind.
-    let held = scene.lights.iter().filter(|_| !KINDS.contains(&kind)).find(|l| l.name == kind).map(|l| l.light);
+    let held =
+        scene.lights.iter().filter(|_| !KINDS.contains(&kind)).find(|l| l.name == kind).map(|l| l.at(scene, clock));
     let mut table = toml::Table::new();
     table.insert("kind".into(), held.map_or(kind, |l| l.kind()).into());
     for pair in rest.split(';').filter(|p| !p.is_empty()) {

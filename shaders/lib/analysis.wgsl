@@ -51,10 +51,11 @@ fn counted(p: Place) -> bool {
 // How far it is on the surface's plane to where the rays of this pixel's neighbours to the right and below meet it, metres.
 fn pixel_steps(s: Surface) -> mat2x3f {
     let rays = frame.rays;
-    let ray = (s.position - frame.eye) / s.depth;
+    let parallel = frame.orthographic == 1u;
+    let ray = select((s.position - frame.eye) / s.depth, frame.forward, parallel);
     let slope = dot(s.normal, ray);
     let along_normal = select(slope, select(-1e-7, 1e-7, slope >= 0.0), abs(slope) < 1e-7);
-    return s.depth * mat2x3f(rays[0] - ray * (dot(s.normal, rays[0]) / along_normal),
+    return select(s.depth, 1.0, parallel) * mat2x3f(rays[0] - ray * (dot(s.normal, rays[0]) / along_normal),
                              rays[1] - ray * (dot(s.normal, rays[1]) / along_normal));
 }
 
@@ -73,7 +74,7 @@ fn analysed(s: Surface) -> vec4f {
     let to_light = normalize(light.to_light);
     let other = select(vec3f(1.0, 0.0, 0.0), vec3f(0.0, 1.0, 0.0), abs(to_light.x) > 0.5);
     let u = normalize(cross(to_light, other));
-    let pixel = s.depth * length(frame.rays[1]);
+    let pixel = pixel_at(s.depth);
     let facing = place(s, u * pixel, cross(to_light, u) * pixel);
     let whole = footprint(p);
     let perspective = footprint(facing).x;

@@ -14,13 +14,16 @@ fn edge_corner(index: u32, ends: vec2u) -> Line {
     }
     var a = frame.eye_proj * vec4f(vertices[ends.x].position - frame.eye, 1.0);
     var b = frame.eye_proj * vec4f(vertices[ends.y].position - frame.eye, 1.0);
-    if max(a.w, b.w) < frame.near {
+    var depths = vec2f(dot(vertices[ends.x].position - frame.eye, frame.forward), dot(vertices[ends.y].position - frame.eye, frame.forward));
+    if max(depths.x, depths.y) < frame.near {
         return Line(vec4f(2.0, 2.0, 0.0, 1.0), 0.0);
     }
-    if a.w < frame.near {
-        a = mix(b, a, (b.w - frame.near) / (b.w - a.w));
-    } else if b.w < frame.near {
-        b = mix(a, b, (a.w - frame.near) / (a.w - b.w));
+    if depths.x < frame.near {
+        a = mix(b, a, (depths.y - frame.near) / (depths.y - depths.x));
+        depths.x = frame.near;
+    } else if depths.y < frame.near {
+        b = mix(a, b, (depths.x - frame.near) / (depths.x - depths.y));
+        depths.y = frame.near;
     }
     let half = 0.5 * vec2f(frame.size);
     let along = (b.xy / b.w - a.xy / a.w) * half;
@@ -28,7 +31,7 @@ fn edge_corner(index: u32, ends: vec2u) -> Line {
     let corner = array<u32, 6>(0u, 1u, 2u, 2u, 1u, 3u)[index];
     var at = select(a, b, corner >= 2u);
     at += vec4f(vec2f(-t.y, t.x) * select(-1.0, 1.0, (corner & 1u) == 1u) / half * at.w, 0.0, 0.0);
-    return Line(at, at.w);
+    return Line(at, select(depths.x, depths.y, corner >= 2u));
 }
 
 // How strong a line is: faint behind surfaces. Lines on a surface belong before it.

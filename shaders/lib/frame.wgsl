@@ -6,7 +6,7 @@ struct Frame {
     // To clip space from what is given relative to the eye.
     eye_proj: mat4x4f,
     // The rays of the picture: their change from a pixel to the next on the right, to the next below, and the ray through the
-    // upper left corner. Depth 1 along `forward`.
+    // upper left corner. Depth 1 along `forward`. Orthographic: where they start, relative to the eye.
     rays: mat3x3f,
     eye: vec3f,
     near: f32,
@@ -40,10 +40,17 @@ struct Frame {
     shadow_forward: vec3f,
     // As far as it sees of the scene's box, metres along its axis.
     shadow_far: f32,
-    // Upwards in its picture, as long as 1 over the tangent of half its field of view.
+    // Upwards in its picture, as long as 1 over the tangent of half its field of view; orthographic: over half its height.
     shadow_up: vec3f,
     // The pixel of the picture that charts are of: x, and y times 65536.
     probe: u32,
+    // 1: the camera is orthographic; the same of the one that maps are fitted to.
+    orthographic: u32,
+    shadow_orthographic: u32,
+    // What stands for the distance from an orthographic camera where a share of one is meant: to its target, metres.
+    reach: f32,
+    // From the light, or under the sun from the caster, to where the volumes of an orthographic picture end, metres.
+    beyond: f32,
 }
 
 const directional = 0u;
@@ -61,7 +68,41 @@ fn probed_pixel() -> vec2u {
 
 // The camera's ray through a place of the picture, pixels from its upper left corner; the length is 1 along `forward`.
 fn pixel_ray(at: vec2f) -> vec3f {
+    if frame.orthographic == 1u {
+        return frame.forward;
+    }
     return frame.rays * vec3f(at, 1.0);
+}
+
+// Where it starts.
+fn ray_start(at: vec2f) -> vec3f {
+    if frame.orthographic == 1u {
+        return frame.eye + frame.rays * vec3f(at, 1.0);
+    }
+    return frame.eye;
+}
+
+// Towards the camera from a place: all the way, or of an orthographic one 1 m.
+fn to_eye(position: vec3f) -> vec3f {
+    return select(frame.eye - position, -frame.forward, frame.orthographic == 1u);
+}
+
+// Side of a pixel at a depth along the camera's axis, metres.
+fn pixel_at(depth: f32) -> f32 {
+    return select(depth, 1.0, frame.orthographic == 1u) * length(frame.rays[1]);
+}
+
+// What 1 % of the distance is meant of: the depth, or of an orthographic camera, whose place means nothing, that of its target.
+fn distance_at(depth: f32) -> f32 {
+    return select(depth, frame.reach, frame.orthographic == 1u);
+}
+
+// A place in the picture of the camera that maps are fitted to, from -1 to 1 to the right and upwards, at a depth along its axis.
+fn shadow_view_place(side: vec2f, depth: f32) -> vec3f {
+    let up = frame.shadow_up / dot(frame.shadow_up, frame.shadow_up);
+    let right = cross(frame.shadow_forward, up) * (f32(frame.size.x) / f32(frame.size.y));
+    let wide = select(depth, 1.0, frame.shadow_orthographic == 1u);
+    return frame.shadow_eye + depth * frame.shadow_forward + wide * (side.x * right + side.y * up);
 }
 
 struct LightSample {

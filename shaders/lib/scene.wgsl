@@ -6,7 +6,8 @@ struct Vertex {
     normal: u32,
     uv: vec2f,
     material: u32,
-    padding: u32,
+    // What its colour takes off white, 8 bits each: see `taken_off`.
+    color: u32,
 }
 
 struct Material {
@@ -18,6 +19,11 @@ struct Material {
     double_sided: u32,
     // Per axis 0 repeat, 1 mirror, 2 clamp: x + 4 y.
     wrap: u32,
+    // Size of the image.
+    texels: vec2f,
+    // Where a texel is taken as it is instead of a mean of neighbours: bits as below.
+    nearest: u32,
+    padding: u32,
 }
 
 var<storage, read> vertices: array<Vertex>;
@@ -44,6 +50,26 @@ fn octahedral_decode(bits: u32) -> vec3f {
     return from_octahedron(unpack2x16snorm(bits));
 }
 
+// Bits of `Material::nearest`: where texels are larger than pixels; where they are smaller; then of the nearest smaller image, or of
+// the two nearest in shares. Without the last two it is the image itself.
+const magnified = 1u;
+const minified = 2u;
+const nearest_level = 4u;
+const mixed_levels = 8u;
+
+// What a vertex's colour takes off linear red, green and blue, and off alpha: nothing where there is none. Colours are interpolated
+// like this, so that rounding takes nothing off white.
+fn taken_off(color: u32) -> vec4f {
+    // Roots of the linear parts are stored, which are even steps to the eye.
+    let x = unpack4x8unorm(color);
+    return vec4f(x.rgb * (2.0 - x.rgb), x.a);
+}
+
+// A vertex's texture coordinates, and what its colour takes off alpha.
+fn texture_place(vertex: u32) -> vec3f {
+    return vec3f(vertices[vertex].uv, f32(vertices[vertex].color >> 24u) / 255.0);
+}
+
 fn wrapped(x: f32, mode: u32, inset: f32) -> f32 {
     if mode == 0u {
         return x;
@@ -57,16 +83,53 @@ fn material_uv(m: Material, uv: vec2f) -> vec2f {
     return vec2f(wrapped(uv.x, m.wrap & 3u, inset), wrapped(uv.y, m.wrap >> 2u, inset));
 }
 
-// Whether a masked material has a surface at these texture coordinates: the one rule for raster and rays.
-fn masked_out(m: Material, uv: vec2f) -> bool {
+// The texel nearest to a place in the array's `level`, of an image of `size` texels.
+fn nearest_texel(m: Material, uv: vec2f, size: vec2f, level: u32) -> vec4f {
+    let modes = vec2u(m.wrap & 3u, m.wrap >> 2u);
+    let inside = vec2f(wrapped(uv.x, modes.x, 0.0), wrapped(uv.y, modes.y, 0.0));
+    let place = select(inside, fract(inside), modes == vec2u(0u));
+    // The array is as large as the image, or larger: the image's texel is found first.
+    let middle = (clamp(floor(place * size), vec2f(0.0), size - 1.0) + 0.5) / size;
+    return textureLoad(textures, vec2i(middle * vec2f(textureDimensions(textures, level))), m.texture - 1u, level);
+}
+
+// The texture where a pixel sees it; `dx`, `dy`: how far its coordinates change to the next pixel.
+fn texture_seen(m: Material, uv: vec2f, dx: vec2f, dy: vec2f) -> vec4f {
+    if m.nearest != 0u {
+        let large = max(length(dx * m.texels), length(dy * m.texels)) <= 1.0;
+        if (m.nearest & select(minified, magnified, large)) != 0u {
+            if large || (m.nearest & (nearest_level | mixed_levels)) == 0u {
+                return nearest_texel(m, uv, m.texels, 0u);
+            }
+            let side = f32(textureDimensions(textures).x);
+            let last = f32(textureNumLevels(textures) - 1u);
+            let level = clamp(log2(side * max(length(dx), length(dy))), 0.0, last);
+            if (m.nearest & nearest_level) != 0u {
+                return nearest_texel(m, uv, vec2f(side * exp2(-round(level))), u32(round(level)));
+            }
+            let finer = nearest_texel(m, uv, vec2f(side * exp2(-floor(level))), u32(level));
+            let coarser = nearest_texel(m, uv, vec2f(side * exp2(-ceil(level))), u32(ceil(level)));
+            return mix(finer, coarser, fract(level));
+        }
+    }
+    return textureSampleGrad(textures, texture_sampler, material_uv(m, uv), m.texture - 1u, dx, dy);
+}
+
+// Whether a masked material has a surface at these texture coordinates, whose third says what the vertices' colours take off
+// alpha: the one rule for raster and rays. Textures count in full size, as if magnified.
+fn masked_out(m: Material, uv: vec3f) -> bool {
     if m.cutoff < 0.0 {
         return false;
     }
     var alpha = m.base_color.a;
     if m.texture > 0u {
-        alpha *= textureSampleLevel(textures, texture_sampler, material_uv(m, uv), m.texture - 1u, 0.0).a;
+        if (m.nearest & magnified) != 0u {
+            alpha *= nearest_texel(m, uv.xy, m.texels, 0u).a;
+        } else {
+            alpha *= textureSampleLevel(textures, texture_sampler, material_uv(m, uv.xy), m.texture - 1u, 0.0).a;
+        }
     }
-    return alpha < m.cutoff;
+    return alpha * (1.0 - uv.z) < m.cutoff;
 }
 
 fn hash(x: u32) -> u32 {

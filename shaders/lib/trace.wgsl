@@ -151,8 +151,9 @@ fn passes(c: Candidate) -> bool {
         return false;
     }
     let index = triangles[c.triangle];
-    let uv = c.weights.x * vertices[index.x].uv + c.weights.y * vertices[index.y].uv + c.weights.z * vertices[index.z].uv;
-    return masked_out(materials[c.masked - 1u], uv);
+    let w = c.weights;
+    let place = w.x * texture_place(index.x) + w.y * texture_place(index.y) + w.z * texture_place(index.z);
+    return masked_out(materials[c.masked - 1u], place);
 }
 
 // Where the ray meets one plane of each of the four children's boxes: the decoded planes are exact, see src/scene/bvh.rs.

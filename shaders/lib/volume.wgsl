@@ -38,8 +38,13 @@ fn clip_of(p: vec3f) -> vec4f {
     return frame.eye_proj * vec4f(p - frame.eye, 1.0);
 }
 
-// From the light through a point to infinity: on depth 0, which nothing clips.
+// From the light through a point to infinity: on depth 0, which nothing clips. An orthographic picture shows no infinity: as far
+// as lies beyond the scene, which is before its depth's end.
 fn far_clip_of(p: vec3f) -> vec4f {
+    if frame.orthographic == 1u {
+        let travels = select(p - frame.light_position, -frame.light_position, frame.light_kind == directional);
+        return clip_of(select(frame.light_position, p, frame.light_kind == directional) + frame.beyond * normalize(travels));
+    }
     if frame.light_kind == directional {
         return frame.eye_proj * vec4f(-frame.light_position, 0.0);
     }
@@ -70,12 +75,17 @@ fn before(a: vec3f, b: vec3f) -> bool {
 }
 
 fn towards_eye(normal: vec3f, start: vec3f) -> vec3f {
-    return select(-normal, normal, dot(normal, frame.eye - start) > 0.0);
+    return select(-normal, normal, dot(normal, to_eye(start)) > 0.0);
 }
 
-// Corners that a side takes: it is a triangle under a sun, of whose far ends all are one point.
+// Whether all far ends are one point: a sun's, at infinity.
+fn one_far_end() -> bool {
+    return frame.light_kind == directional && frame.orthographic == 0u;
+}
+
+// Corners that a side takes: it is a triangle where the far ends are one point.
 fn corners_each() -> u32 {
-    return select(6u, 3u, frame.light_kind == directional);
+    return select(6u, 3u, one_far_end());
 }
 
 // Corner `index` of the side through an edge. Seen from the light the shadow lies on the left of the way from a to b.
@@ -86,7 +96,7 @@ fn side(index: u32, a: vec3f, b: vec3f, weight: u32) -> Face {
     // First, far first, far second; first, far second, second. Under a sun: first, far, second.
     let corner = index % 3u;
     let upper = index < 3u;
-    let sun = frame.light_kind == directional;
+    let sun = one_far_end();
     let at_second = corner == 2u || (!upper && corner == 1u);
     let far = corner == 1u || (upper && !sun && corner == 2u);
     let p = select(first, second, at_second);

@@ -27,8 +27,13 @@ fn side_line(index: u32, a: vec3f, b: vec3f) -> VolumeLine {
 @fragment
 fn draw_lines(in: VolumeLine) -> @location(0) vec4f {
     let surface = textureLoad(g_position, vec2u(in.clip.xy), 0).w;
-    // Depth, near over the distance along the axis, is 0 at infinity.
-    let hidden = surface > 0.0 && frame.near > surface * 1.003 * in.clip.z;
+    // Depth, near over the distance along the axis, is 0 at infinity; orthographic, even.
+    let steps = vec3f(frame.eye_proj[0].z, frame.eye_proj[1].z, frame.eye_proj[2].z);
+    var depth = frame.near / max(in.clip.z, 1e-30);
+    if frame.orthographic == 1u {
+        depth = frame.near + (1.0 - in.clip.z) / length(steps);
+    }
+    let hidden = surface > 0.0 && depth > 1.003 * surface;
     return vec4f(select(1.0, 0.2, hidden));
 }
 

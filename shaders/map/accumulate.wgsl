@@ -34,8 +34,8 @@ fn earlier(s: Surface) -> Held {
     let place = before.xy;
     let away = distance(s.position, past.eye);
     // How much farther off the surface is a pixel on.
-    let facing = max(abs(dot(s.normal, normalize(s.position - past.eye))), 0.02);
-    let step = away * length(frame.rays[0]) * sqrt(1.0 - facing * facing) / facing;
+    let facing = max(seen_before(past, s), 0.02);
+    let step = pixel_at(away) * sqrt(1.0 - facing * facing) / facing;
     var sum = vec2f(0.0);
     var weights = 0.0;
     for (var i = 0u; i < 4u; i++) {
@@ -98,8 +98,6 @@ fn keep_history(@builtin(global_invocation_id) id: vec3u) {
     textureStore(history_out, id.xy, words);
     textureStore(visibility_out, id.xy, vec4f(bitcast<f32>(words.x)));
     if all(id.xy == vec2u(0u)) {
-        past_out.view_proj = frame.view_proj;
-        past_out.eye = frame.eye;
-        past_out.frames += 1u;
+        past_out = now_past(past_out.frames + 1u);
     }
 }

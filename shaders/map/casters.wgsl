@@ -7,11 +7,17 @@ struct Corner {
     @location(0) position: vec3f,
     @location(1) uv: vec2f,
     @location(2) material: u32,
+    @location(3) taken_off: vec4f,
+}
+
+// As `texture_place` has it.
+fn corner_place(v: Corner) -> vec3f {
+    return vec3f(v.uv, v.taken_off.a);
 }
 
 struct Caster {
     @builtin(position) clip: vec4f,
-    @location(0) uv: vec2f,
+    @location(0) uv: vec3f,
     @location(1) @interpolate(flat) material: u32,
 }
 
@@ -34,12 +40,12 @@ fn clamped_caster(@location(0) position: vec3f) -> @builtin(position) vec4f {
 
 @vertex
 fn masked_caster(v: Corner) -> Caster {
-    return Caster(light_clip(light_view, v.position), v.uv, v.material);
+    return Caster(light_clip(light_view, v.position), corner_place(v), v.material);
 }
 
 @vertex
 fn clamped_masked_caster(v: Corner) -> Caster {
-    return Caster(clamped(light_clip(light_view, v.position)), v.uv, v.material);
+    return Caster(clamped(light_clip(light_view, v.position)), corner_place(v), v.material);
 }
 
 // The part of a map that a view draws into where several share it: half planes whose products with a place (texels, 1) are not
@@ -68,7 +74,7 @@ fn part_masked(in: Caster) {
 // A warped view: depth is linear, so it is no affine function of the place in the map, and each fragment writes its own.
 struct WarpedCaster {
     @builtin(position) clip: vec4f,
-    @location(0) uv: vec2f,
+    @location(0) uv: vec3f,
     @location(1) @interpolate(flat) material: u32,
     // Stored depth; linear in space, so that interpolation with perspective is exact.
     @location(2) depth: f32,
@@ -79,7 +85,7 @@ fn warped_caster(v: Corner) -> WarpedCaster {
     var clip = light_clip(light_view, v.position);
     // Never cut off by the near or far plane.
     clip.z = 0.5 * clip.w;
-    return WarpedCaster(clip, v.uv, v.material, stored_depth(light_view, dot(light_view.axis, vec4f(v.position, 1.0))));
+    return WarpedCaster(clip, corner_place(v), v.material, stored_depth(light_view, dot(light_view.axis, vec4f(v.position, 1.0))));
 }
 
 @fragment

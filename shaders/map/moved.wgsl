@@ -15,7 +15,7 @@ struct MaskedMoved {
     @builtin(position) clip: vec4f,
     @location(0) ahead: f32,
     @location(1) @interpolate(flat) without: f32,
-    @location(2) uv: vec2f,
+    @location(2) uv: vec3f,
     @location(3) @interpolate(flat) material: u32,
 }
 
@@ -38,7 +38,7 @@ fn moved_corner(@location(0) position: vec3f) -> Moved {
 @vertex
 fn masked_moved_corner(v: Corner) -> MaskedMoved {
     let at = moved(v.position);
-    return MaskedMoved(at.clip, at.ahead, at.without, v.uv, v.material);
+    return MaskedMoved(at.clip, at.ahead, at.without, corner_place(v), v.material);
 }
 
 fn left_out(ahead: f32, without: f32, upright: bool) -> bool {

@@ -45,8 +45,9 @@ struct Drawn {
     @location(3) @interpolate(flat) e0: vec3f,
     @location(4) @interpolate(flat) e1: vec3f,
     @location(5) @interpolate(flat) e2: vec3f,
-    @location(6) @interpolate(flat) uv01: vec4f,
-    @location(7) @interpolate(flat) uv2: vec2f,
+    @location(6) @interpolate(flat) uv0: vec3f,
+    @location(7) @interpolate(flat) uv1: vec3f,
+    @location(10) @interpolate(flat) uv2: vec3f,
     @location(8) @interpolate(flat) material: u32,
     // 1: of a piece that is half a box, so that rays are asked whether they meet the triangle.
     @location(9) @interpolate(flat) whole: u32,
@@ -66,8 +67,9 @@ fn described(t: Facet) -> Drawn {
         out.e1 = vec3f(0.0);
         out.e2 = vec3f(0.0);
     }
-    out.uv01 = vec4f(vertices[t.vertices[0]].uv, vertices[t.vertices[1]].uv);
-    out.uv2 = vertices[t.vertices[2]].uv;
+    out.uv0 = texture_place(t.vertices[0]);
+    out.uv1 = texture_place(t.vertices[1]);
+    out.uv2 = texture_place(t.vertices[2]);
     out.material = vertices[t.vertices[0]].material;
     // Nothing, unless told otherwise.
     out.clip = vec4f(2.0, 2.0, 0.5, 1.0);
@@ -132,7 +134,7 @@ fn met_depth(in: Drawn) -> f32 {
     if all(share == vec3f(0.0)) {
         discard;
     }
-    if masked_out(materials[in.material], share.x * in.uv01.xy + share.y * in.uv01.zw + share.z * in.uv2) {
+    if masked_out(materials[in.material], share.x * in.uv0 + share.y * in.uv1 + share.z * in.uv2) {
         discard;
     }
     return saturate(stored_depth(light_view, length(share.x * in.a + share.y * in.b + share.z * in.c)));
@@ -317,7 +319,7 @@ fn plane_depth(in: Drawn) -> f32 {
     let e = sides_of(in, ray);
     let sum = e.x + e.y + e.z;
     let share = select(e / sum, vec3f(1.0 / 3.0), sum == 0.0);
-    if masked_out(materials[in.material], share.x * in.uv01.xy + share.y * in.uv01.zw + share.z * in.uv2) {
+    if masked_out(materials[in.material], share.x * in.uv0 + share.y * in.uv1 + share.z * in.uv2) {
         discard;
     }
     let at = share.x * in.a + share.y * in.b + share.z * in.c;

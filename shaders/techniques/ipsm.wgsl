@@ -64,14 +64,12 @@ fn aim() {
     // Never beyond the whole frustum, whose cone is known to be wide enough.
     ends = vec2f(max(ends.x - more, frame.near), min(ends.y + more, frame.shadow_far));
     // The corners of the frustum between these depths.
-    let up = frame.shadow_up / dot(frame.shadow_up, frame.shadow_up);
-    let right = cross(frame.shadow_forward, up) * (f32(frame.size.x) / f32(frame.size.y));
     var directions: array<vec3f, 8>;
     var sum = vec3f(0.0);
     for (var i = 0u; i < 8u; i++) {
         let side = vec2f(select(-1.0, 1.0, (i & 1u) == 1u), select(-1.0, 1.0, (i & 2u) == 2u));
         let depth = select(ends.x, ends.y, i >= 4u);
-        let corner = frame.shadow_eye + depth * (frame.shadow_forward + side.x * right + side.y * up);
+        let corner = shadow_view_place(side, depth);
         directions[i] = normalize(corner - frame.light_position);
         sum += directions[i];
     }

@@ -137,6 +137,13 @@ fn at_sample(s: Surface, k: u32) -> Surface {
     if params.samples == samples_1 {
         return s;
     }
+    if frame.orthographic == 1u {
+        let step = frame.rays * vec3f(place_in_pixel(k), 0.0);
+        let facing = min(dot(s.normal, frame.forward), -0.02);
+        var beside = s;
+        beside.position += step - frame.forward * (dot(s.normal, step) / facing);
+        return beside;
+    }
     let middle = pixel_ray(vec2f(s.pixel) + 0.5);
     let ray = pixel_ray(vec2f(s.pixel) + 0.5 + place_in_pixel(k));
     let slope = dot(s.normal, middle) / dot(s.normal, ray);

@@ -19,7 +19,9 @@ fn place_splits() {
     for (var i = 1u; i < fitting.count; i++) {
         let share = f32(i) / count;
         let even = near + (far - near) * share;
-        var at = mix(even, near * pow(far / near, share), pssm.lambda) + pssm.split_bias * (far - near) / count;
+        // Without a perspective all depths need the same texels.
+        let lambda = select(pssm.lambda, 0.0, frame.shadow_orthographic == 1u);
+        var at = mix(even, near * pow(far / near, share), lambda) + pssm.split_bias * (far - near) / count;
         if pssm.scheme == scheme_percent {
             at = near + (far - near) * percents[i - 1u] / 100.0;
         }

@@ -186,10 +186,10 @@ fn earlier(s: Surface) -> Earlier {
     if params.history == 0u || before.z <= 0.0 {
         return Earlier(false, 0.0, vec3f(0.0));
     }
-    let facing = clamp(abs(dot(s.normal, normalize(s.position - past.eye))), 0.02, 1.0);
+    let facing = clamp(seen_before(past, s), 0.02, 1.0);
     // Depth may differ by a hundredth, of a surface seen edge on by a tenth, and by as much as it changes on the way to the pixel.
-    let off = before.z * mix(0.01, 0.1, pow(1.0 - facing, 8.0));
-    let slope = before.z * length(frame.rays[0]) * sqrt(1.0 - facing * facing) / facing;
+    let off = distance_at(before.z) * mix(0.01, 0.1, pow(1.0 - facing, 8.0));
+    let slope = pixel_at(before.z) * sqrt(1.0 - facing * facing) / facing;
     var sum = vec4f(0.0);
     var weights = 0.0;
     for (var i = 0u; i < 4u; i++) {
@@ -314,9 +314,7 @@ fn told(seen: f32, valid: bool) -> vec4f {
 @compute @workgroup_size(8, 8)
 fn settle(@builtin(global_invocation_id) id: vec3u, @builtin(workgroup_id) tile: vec3u) {
     if all(id.xy == vec2u(0u)) {
-        past_out.view_proj = frame.view_proj;
-        past_out.eye = frame.eye;
-        past_out.frames += 1u;
+        past_out = now_past(past_out.frames + 1u);
     }
     if any(id.xy >= frame.size) || tile_classes[tile_number(tile.xy)] == mixed {
         return;
@@ -380,7 +378,7 @@ fn a_trous(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) lo
     // How depth along the camera's axis changes on the surface's plane from pixel to pixel.
     let ray = pixel_ray(vec2f(pixel) + 0.5);
     let facing = dot(s.normal, ray);
-    let slope = -s.depth * vec2f(dot(s.normal, frame.rays[0]), dot(s.normal, frame.rays[1])) / select(facing, -1e-4, abs(facing) < 1e-4);
+    let slope = -select(s.depth, 1.0, frame.orthographic == 1u) * vec2f(dot(s.normal, frame.rays[0]), dot(s.normal, frame.rays[1])) / select(facing, -1e-4, abs(facing) < 1e-4);
     var sum = vec2f(0.0);
     var weights = 0.0;
     for (var y = -radius; y <= radius; y++) {
@@ -391,7 +389,7 @@ fn a_trous(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) lo
                 let at = vec2u(vec2i(pixel) + by);
                 let depth = textureLoad(g_position, at, 0).w;
                 let normal = g_normal(textureLoad(g_surface, at, 0));
-                let off_depth = select(abs(dot(slope, vec2f(by))) + 1e-3 * s.depth, params.sigma_z * s.depth, ffx);
+                let off_depth = select(abs(dot(slope, vec2f(by))) + 1e-3 * distance_at(s.depth), params.sigma_z * distance_at(s.depth), ffx);
                 let weight = kernel[abs(x)] * kernel[abs(y)] * pow(saturate(dot(s.normal, normal)), sharpness)
                     * exp(-abs(here.x - e.x) / off_light - abs(s.depth - depth) / off_depth);
                 // A pixel is always its own neighbour.

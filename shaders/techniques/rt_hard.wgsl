@@ -164,8 +164,8 @@ fn explain(@builtin(global_invocation_id) id: vec3u) {
             evidence.y = hit.triangle;
         }
         if (textureLoad(visibility, pixel, 0).x >= 0.5) != lit {
-            let side = s.depth * length(frame.rays[1]);
-            let slope = abs(dot(s.normal, normalize(frame.eye - s.position)));
+            let side = pixel_at(s.depth);
+            let slope = abs(dot(s.normal, normalize(to_eye(s.position))));
             let texel = side * max(textureLoad(aliasing, pixel, 0).y, 0.0);
             evidence.w = bitcast<u32>(2.0 * max(texel, side / max(slope, 0.1)));
             if texel > 0.0 {

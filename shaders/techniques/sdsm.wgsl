@@ -19,12 +19,18 @@ struct Box {
     last_high: vec2f,
 }
 
-// Where a depth lies in the histogram, bins from its start.
+// Where a depth lies in the histogram, bins from its start. Without a perspective there is no reason for a logarithm.
 fn bin_of(z: f32, range: vec2f) -> f32 {
+    if frame.shadow_orthographic == 1u {
+        return f32(bin_count) * (z - range.x) / max(range.y - range.x, 1e-6 * range.y);
+    }
     return f32(bin_count) * log(z / range.x) / max(log(range.y / range.x), 1e-6);
 }
 
 fn depth_of_bin(bin: f32, range: vec2f) -> f32 {
+    if frame.shadow_orthographic == 1u {
+        return mix(range.x, range.y, bin / f32(bin_count));
+    }
     return range.x * pow(range.y / range.x, bin / f32(bin_count));
 }
 

@@ -44,7 +44,7 @@ pub fn run(mut wanted: Wanted, ids: Vec<String>, limits: Limits, adapter: Option
     if let Some(path) = &limits.output {
         check_target(path)?;
     }
-    let (axes, (mut setup, scene)) = (wanted.axes()?, wanted.open()?);
+    let (axes, (mut setup, scene)) = (wanted.axes()?, wanted.open(&ids)?);
     setup.view = "shaded".into();
     wanted.apply(&mut setup, &scene, &named(&ids))?;
     let (ids, mut failed) = chosen(&ids, &setup)?;

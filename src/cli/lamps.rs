@@ -23,6 +23,11 @@ pub struct Lamps {
 }
 
 impl Lamps {
+    /// Whether a light is named by its number.
+    pub fn chosen(&self) -> bool {
+        self.choose_light.is_some() || !self.lights_off.is_empty() || !self.lights_on.is_empty()
+    }
+
     /// Adds, switches and chooses, in this order.
     ///
     /// # Errors
@@ -33,7 +38,7 @@ impl Lamps {
             if text == "all" && !scene.lights.iter().any(|l| l.name == "all") {
                 setup.add_all_lights(scene).with_context(adding)?;
             } else {
-                let light = setup::parse_light(scene, text).with_context(adding)?;
+                let light = setup::parse_light(scene, text, setup.clock()).with_context(adding)?;
                 setup.add_light(light).with_context(adding)?;
             }
         }

@@ -25,7 +25,7 @@ pub fn run(wanted: Wanted, ids: Vec<String>, output: Output, adapter: Option<&st
     let both = [&output.json, &output.csv].map(|p| p.as_ref().is_some_and(|p| p.as_os_str() == "-"));
     ensure!(both != [true, true], "standard output takes either --json or --csv; give one of them a file");
     [&output.json, &output.csv].into_iter().flatten().try_for_each(|path| check_target(path))?;
-    let (mut setup, scene) = wanted.open()?;
+    let (mut setup, scene) = wanted.open(&ids)?;
     // A capture may show a map that only its own technique has.
     setup.view = "shaded".into();
     let named = super::named(&ids);

@@ -13,7 +13,7 @@ mod tables;
 use crate::frame::Renderer;
 use crate::gpu::Gpu;
 use crate::measure::{Axis, reproduce};
-use crate::scene::{Scene, builtin};
+use crate::scene::{Clock, Scene, builtin};
 use crate::setup::{self, Arrange, Overlay, Setup, Side};
 use crate::truth::Samples;
 use crate::{capture, files, techniques, tour, ui};
@@ -198,7 +198,7 @@ fn parse_place(text: &str) -> Result<[f32; 2]> {
 impl Figure {
     fn apply(self, setup: &mut Setup, scene: &Scene) -> Result<()> {
         if let Some(camera) = &self.shadow_camera {
-            setup.shadow_camera = Some(setup::parse_camera(scene, camera)?);
+            setup.shadow_camera = Some(setup::parse_camera(scene, camera, setup.clock())?);
         }
         setup.outlines |= self.outlines;
         if self.against == ["none"] {
@@ -263,7 +263,7 @@ struct Wanted {
     /// Width and height in pixels, such as 1920x1080.
     #[arg(long)]
     size: Option<String>,
-    /// A camera of the scene, or px,py,pz:tx,ty,tz:fov.
+    /// A camera of the scene, px,py,pz:tx,ty,tz:fov, or orthographic px,py,pz:tx,ty,tz:height=METRES; behind either :ux,uy,uz for what is up.
     #[arg(long, allow_hyphen_values = true)]
     camera: Option<String>,
     /// A light of the scene, NAME:key=value;… for one changed, or KIND:key=value;… with the keys of a set-up's [light] table. Of several it changes the one at
@@ -272,9 +272,12 @@ struct Wanted {
     light: Option<String>,
     #[command(flatten)]
     lamps: lamps::Lamps,
-    /// Seconds on the scene's clock.
+    /// Seconds on the scene's clock. A camera or light of the scene that its animation moves goes along.
     #[arg(long)]
     time: Option<f32>,
+    /// Which of the file's animations plays: its name, or its number from 0.
+    #[arg(long, value_name = "NAME")]
+    animation: Option<String>,
     /// Samples a pixel of the truth: auto, 1, 4, 16, 64, 256, 1024 or 4096.
     #[arg(long, value_name = "N")]
     truth_samples: Option<Samples>,
@@ -313,7 +316,8 @@ pub fn run() -> Result<ExitCode> {
             // What can be refused early is, before a scene is loaded and drawn.
             capture::check(view.as_deref().unwrap_or("truth"), &output)?;
             check_target(&output)?;
-            let (mut setup, scene) = wanted.open()?;
+            let own = technique.clone().unwrap_or(setup::DEFAULT_TECHNIQUE.into());
+            let (mut setup, scene) = wanted.open(&[own])?;
             if let Some(technique) = &technique {
                 setup.select(technique)?;
             }
@@ -358,10 +362,19 @@ impl Wanted {
         Ok(axes)
     }
 
-    /// Opens the set-up and prints the scene's load report to standard error.
-    fn open(&self) -> Result<(Setup, Scene)> {
-        let (setup, scene) = Setup::open(&self.setup)?;
+    /// Opens the set-up, where it names no light with one for these techniques, sets its clock, and prints the scene's load report
+    /// to standard error. `all` techniques ask for no light of a kind.
+    fn open(&self, techniques: &[String]) -> Result<(Setup, Scene)> {
+        let named = self.light.is_some() || self.lamps.chosen();
+        let (mut setup, scene) = match named {
+            true => Setup::open(&self.setup)?,
+            false => Setup::open_for(&self.setup, &techniques.iter().map(String::as_str).collect::<Vec<_>>())?,
+        };
         eprint!("{}", scene.report());
+        let animation = self.animation.as_ref().map(|name| scene.animation(name)).transpose()?;
+        let now = setup.clock();
+        let clock = Clock { time: self.time.unwrap_or(now.time), animation: animation.unwrap_or(now.animation) };
+        setup.set_clock(&scene, clock);
         Ok((setup, scene))
     }
 
@@ -371,16 +384,13 @@ impl Wanted {
             setup.size = capture::parse_size(size)?;
         }
         if let Some(camera) = &self.camera {
-            setup.camera = setup::parse_camera(scene, camera)?;
+            setup.camera = setup::parse_camera(scene, camera, setup.clock())?;
         }
         if let Some(light) = &self.light {
-            setup.light = setup::parse_light(scene, light)?;
+            setup.light = setup::parse_light(scene, light, setup.clock())?;
             setup.fit_path();
         }
         self.lamps.apply(setup, scene)?;
-        if let Some(time) = self.time {
-            setup.time = time;
-        }
         if let Some(samples) = self.truth_samples {
             setup.truth_samples = samples;
         }

@@ -162,7 +162,7 @@ impl Wanted {
             setup.size = capture::parse_size(size)?;
         }
         if let Some(light) = &self.light {
-            setup.light = setup::parse_light(&scene, light)?;
+            setup.light = setup::parse_light(&scene, light, setup.clock())?;
         }
         setup.truth_samples = self.truth_samples.unwrap_or(setup.truth_samples);
         for assignment in &self.sets {

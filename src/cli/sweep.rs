@@ -38,7 +38,7 @@ pub fn run(mut wanted: Wanted, ids: Vec<String>, output: Output, adapter: Option
     output.report.as_deref().map_or(Ok(()), check_folder)?;
     let shard = output.shard.as_deref().map(Shard::parse).transpose()?;
     let axes = wanted.axes()?;
-    let (mut setup, scene) = wanted.open()?;
+    let (mut setup, scene) = wanted.open(&ids)?;
     setup.view = "shaded".into();
     wanted.apply(&mut setup, &scene, &named(&ids))?;
     let (ids, mut refused) = chosen(&ids, &setup)?;

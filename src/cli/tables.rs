@@ -209,7 +209,7 @@ impl Wanted {
         for id in &ids {
             techniques::find_or_say(id)?;
         }
-        let (mut setup, scene) = self.wanted.open()?;
+        let (mut setup, scene) = self.wanted.open(&ids)?;
         setup.view = "shaded".into();
         for id in &ids {
             setup.select(id)?;

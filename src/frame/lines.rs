@@ -160,7 +160,8 @@ impl Lines {
             let c = eye.corners();
             for i in 0..4 {
                 let next = (i + 1) % 4;
-                let lines = [[eye.position, c[4 + i]], [c[i], c[next]], [c[4 + i], c[4 + next]]];
+                let start = if eye.orthographic { c[i] } else { eye.position };
+                let lines = [[start, c[4 + i]], [c[i], c[next]], [c[4 + i], c[4 + next]]];
                 segments.extend(lines.map(|ends| line(ends, WHITE, 1.0)));
             }
         }

@@ -26,7 +26,7 @@ crate::params! {
             /// What is drawn. None: every map draws every triangle. Casters: the triangles that may touch it. View: also only maps that the camera's frustum meets, and casters whose shadow may fall into it. Samples: only maps in which some pixel is looked up, found on the GPU.
             culling: choice("samples", ["none", "casters", "view", "samples"]),
             /// Depth at which maps begin. Casters nearer to the light than this are drawn as if at it.
-            near: float(0.05, 0.001..=1.0, "m"),
+            near: float(0.05, 0.000001..=1000.0, "m", 0.1 of view),
         }
     }
 }

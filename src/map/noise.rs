@@ -101,7 +101,7 @@ pub fn blue_tile(gpu: &Gpu, slot: &mut Slot, wanted: bool) -> wgpu::TextureView 
 }
 
 /// Bytes of `Past` in WGSL.
-const PAST: usize = 96;
+const PAST: usize = 112;
 
 /// What is known of the frames before, `Past` in WGSL: of none.
 pub fn past(gpu: &Gpu) -> Buffer {

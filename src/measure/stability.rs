@@ -279,7 +279,7 @@ fn flicker_steps(renderer: &mut Renderer, setup: &Setup) -> Result<Vec<Change>> 
     techniques::TRUTH.serve(&setup.light)?;
     let camera = setup.camera;
     let right = camera.view().row(0).truncate();
-    let step = right * STEP * pixel_at_one_metre(&camera, setup.size) * camera.position.distance(camera.target);
+    let step = right * STEP * pixel_at(&camera, setup.size, camera.position.distance(camera.target));
     let mut last: Option<(Seen, Shadow)> = None;
     let mut steps = Vec::new();
     for k in 0..=STEPS {
@@ -296,9 +296,9 @@ fn flicker_steps(renderer: &mut Renderer, setup: &Setup) -> Result<Vec<Change>> 
     Ok(steps)
 }
 
-/// Side of the square that a pixel covers on a plane across the view, metres a metre of depth.
-fn pixel_at_one_metre(camera: &Camera, size: [u32; 2]) -> f32 {
-    2.0 * (camera.fov.to_radians() / 2.0).tan() / size[1] as f32
+/// Side of the square that a pixel covers on a plane across the view at a depth, metres.
+fn pixel_at(camera: &Camera, size: [u32; 2], depth: f32) -> f32 {
+    camera.height_at(depth) / size[1] as f32
 }
 
 /// What a technique says of a frame, and what is true, a number per pixel: the truth that the set-up names, or else of one
@@ -328,8 +328,7 @@ struct Seen {
     /// World to clip space.
     view_proj: Mat4,
     size: [u32; 2],
-    /// Side of a pixel's square on a plane across the view, metres a metre of depth.
-    pixel: f32,
+    camera: Camera,
     /// World position, and depth along the camera's axis.
     position: Vec<Vec4>,
     triangle: Vec<u32>,
@@ -346,7 +345,7 @@ impl Seen {
         Ok(Seen {
             view_proj: setup.camera.projection(size[0] as f32 / size[1] as f32) * setup.camera.view(),
             size,
-            pixel: pixel_at_one_metre(&setup.camera, size),
+            camera: setup.camera,
             position: renderer.read_position()?.into_iter().map(Vec4::from).collect(),
             triangle: renderer.read_surface()?.into_iter().map(|s| s[3]).collect(),
             facing: renderer.read_mask()?.into_iter().map(|m| m == FACING).collect(),
@@ -387,7 +386,7 @@ fn reproject(now: &Seen, last: &Seen) -> Vec<Option<usize>> {
             let j = if inside { y as usize * last.size[0] as usize + x as usize } else { return None };
             let apart = now.position[i].truncate().distance(last.position[j].truncate());
             let most = if last.triangle[j] == now.triangle[i] { APART } else { APART_ACROSS };
-            (last.facing[j] && apart <= most * last.pixel * last.position[j].w).then_some(j)
+            (last.facing[j] && apart <= most * pixel_at(&last.camera, last.size, last.position[j].w)).then_some(j)
         })
         .collect()
 }
@@ -452,7 +451,8 @@ mod tests {
         Seen {
             view_proj: Mat4::from_translation(glam::vec3(-shift, 0.0, 0.0)),
             size: SIZE,
-            pixel: 2.0 / w,
+            // At a depth of 1 m the picture is two units wide.
+            camera: Camera { height: Some(2.0 * h / w), ..Camera::new(Vec3::Z, Vec3::ZERO, 60.0, 0.1, 10.0) },
             position: (0..12).map(point).collect(),
             triangle: vec![7; 12],
             facing: vec![true; 12],

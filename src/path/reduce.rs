@@ -73,6 +73,9 @@ fn apart(s: &Sample, camera: &Camera, light: &Light, diagonal: f32) -> f32 {
     let reach = CAMERA * s.camera.position.distance(s.camera.target);
     let places = [(camera.position, s.camera.position), (camera.target, s.camera.target)];
     let fov = (camera.fov - s.camera.fov).abs() / FOV;
+    let height = |c: &Camera| c.height.unwrap_or(0.0);
+    let height = (height(camera) - height(&s.camera)).abs() / (CAMERA * height(&s.camera)).max(f32::MIN_POSITIVE);
+    let fov = fov.max(height).max(camera.up.angle_between(s.camera.up).to_degrees() / ANGLE);
     let camera = places.map(|(a, b)| a.distance(b) / reach).into_iter().fold(0.0, f32::max);
     let turned = light.axis().angle_between(s.light.axis()).to_degrees() / ANGLE;
     let moved = match s.light {
@@ -88,7 +91,7 @@ mod tests {
     use glam::{Quat, Vec3};
 
     fn sample(time: f32, position: Vec3, to_light: Vec3) -> Sample {
-        let camera = Camera { position, target: position - 5.0 * Vec3::Z, fov: 60.0, near: 0.1, far: 100.0 };
+        let camera = Camera::new(position, position - 5.0 * Vec3::Z, 60.0, 0.1, 100.0);
         Sample { time, camera, light: Light::Directional { to_light, angular_radius: 0.0, color: Vec3::ONE } }
     }
 

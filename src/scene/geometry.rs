@@ -2,13 +2,14 @@
 
 use super::bvh::{Bvh, Child};
 use super::edges::Edges;
-use super::{Interpolation, Local, Property, Scene, Wrap};
+use super::pose::{Placement, placements};
+use super::{Scene, Wrap};
 use crate::gpu::{Buffer, Gpu, Table};
 use crate::map::fit::hull::Polyhedron;
 use crate::map::fit::quickhull::convex_hull;
 use anyhow::{Result, ensure};
 use bytemuck::{Pod, Zeroable};
-use glam::{DMat4, DQuat, DVec3, DVec4, Mat3, Vec2, Vec3, Vec4};
+use glam::{DVec3, Mat3, Vec2, Vec3, Vec4};
 use obvhs::triangle::Triangle;
 use rayon::prelude::*;
 use std::collections::HashMap;
@@ -24,11 +25,12 @@ pub struct Vertex {
     pub normal: u32,
     pub uv: Vec2,
     pub material: u32,
-    pub padding: u32,
+    /// What its colour takes off white: see [`taken_off`].
+    pub color: u32,
 }
 
 impl Vertex {
-    /// A caster's corner as `Corner` in `shaders/map/casters.wgsl`: position, texture coordinates, material.
+    /// A caster's corner as `Corner` in `shaders/map/casters.wgsl`: position, texture coordinates, material, colour.
     pub const LAYOUT: wgpu::VertexBufferLayout<'static> = wgpu::VertexBufferLayout {
         array_stride: size_of::<Vertex>() as u64,
         step_mode: wgpu::VertexStepMode::Vertex,
@@ -36,6 +38,7 @@ impl Vertex {
             attribute(0, offset_of!(Vertex, position), wgpu::VertexFormat::Float32x3),
             attribute(1, offset_of!(Vertex, uv), wgpu::VertexFormat::Float32x2),
             attribute(2, offset_of!(Vertex, material), wgpu::VertexFormat::Uint32),
+            attribute(3, offset_of!(Vertex, color), wgpu::VertexFormat::Unorm8x4),
         ],
     };
 }
@@ -66,6 +69,10 @@ pub struct GpuMaterial {
     pub cutoff: f32,
     pub double_sided: u32,
     pub wrap: u32,
+    pub texels: Vec2,
+    /// Bits as in the shaders.
+    pub nearest: u32,
+    pub padding: u32,
 }
 
 /// Triangles in scene space at one moment of the scene's clock.
@@ -90,20 +97,18 @@ impl Geometry {
     /// Flattens the scene as it stands at `time` seconds of animation `clip`, and builds its BVH.
     ///
     /// # Errors
-    /// No triangles.
+    /// No triangles, or positions that are not finite.
     pub fn new(scene: &Scene, clip: usize, time: f32) -> Result<Geometry> {
-        let worlds = world_matrices(scene, Some(clip), time);
-        let placed = placements(scene, &worlds);
+        let placed = placements(scene, clip, time);
         let mut triangles = Vec::new();
         let mut opaque = 0;
         for masked in [false, true] {
             let mut first = 0;
-            for (mesh, world) in &placed {
-                let mesh = &scene.meshes[*mesh];
+            for placed in &placed {
+                let mesh = placed.mesh;
                 if scene.materials[mesh.material as usize].alpha_cutoff.is_some() == masked {
-                    let flip = world.determinant() < 0.0;
                     triangles.extend(mesh.indices.chunks_exact(3).map(|t| {
-                        let (b, c) = if flip { (t[2], t[1]) } else { (t[1], t[2]) };
+                        let (b, c) = if placed.mirrors(t[0] as usize) { (t[2], t[1]) } else { (t[1], t[2]) };
                         [first + t[0], first + b, first + c, 0]
                     }));
                 }
@@ -114,7 +119,12 @@ impl Geometry {
             }
         }
         ensure!(!triangles.is_empty(), "{} holds no triangles to draw", scene.name);
-        let vertices = transformed(scene, &placed);
+        let vertices = transformed(&placed);
+        ensure!(
+            scene.animations.is_empty() || vertices.par_iter().all(|v| v.position.is_finite()),
+            "at {time} s of its animation {} leaves the range of 32-bit floats; choose another moment or mend the file",
+            scene.name
+        );
         let distinct = number_surfaces(&vertices, &mut triangles, opaque);
         let corner = |i: u32, c: usize| vertices[triangles[i as usize][c] as usize].position.into();
         let tris: Vec<_> =
@@ -272,15 +282,18 @@ fn number_surfaces(vertices: &[Vertex], triangles: &mut [[u32; 4]], opaque: usiz
     };
     let mut sorted: Vec<_> = triangles.par_iter().enumerate().map(|(i, t)| (key(t), i as u32)).collect();
     sorted.par_sort_unstable();
-    // The way round, and of a masked triangle the material and where its corners lie in the texture.
+    // The way round, and of a masked triangle the material, where its corners lie in the texture, and their alpha.
     let manner = |t: &[u32; 4], i: u32| {
         let mut corners = [0, 1, 2];
         corners.sort_by_key(|c| place(t[*c]));
         let turned = (corners[1] + 3 - corners[0]) % 3 == 2;
         let masked = i as usize >= opaque;
         let texture = masked.then(|| {
-            let uvs = corners.map(|c| vertices[t[c] as usize].uv.to_array().map(f32::to_bits));
-            (vertices[t[0] as usize].material, uvs)
+            let places = corners.map(|c| {
+                let v = &vertices[t[c] as usize];
+                (v.uv.to_array().map(f32::to_bits), v.color >> 24)
+            });
+            (vertices[t[0] as usize].material, places)
         });
         (turned, texture)
     };
@@ -300,29 +313,19 @@ fn number_surfaces(vertices: &[Vertex], triangles: &mut [[u32; 4]], opaque: usiz
     (0..triangles.len() as u32).filter(|i| !spare[*i as usize]).collect()
 }
 
-/// Every mesh with the matrix it is drawn with, in a fixed order.
-pub fn placements(scene: &Scene, worlds: &[DMat4]) -> Vec<(usize, DMat4)> {
-    let mut placed = Vec::new();
-    for (node, world) in scene.nodes.iter().zip(worlds) {
-        for mesh in &node.meshes {
-            if node.instances.is_empty() {
-                placed.push((*mesh as usize, *world));
-            }
-            placed.extend(node.instances.iter().map(|i| (*mesh as usize, *world * i.as_dmat4())));
-        }
-    }
-    placed
-}
-
-/// For each vertex the first one of its mesh at the same place: what opaque casters need of it.
+/// For each vertex the first one of its mesh at the same place: what opaque casters need of it. Where morph targets or a skin
+/// may part what lies in one place, each stands for itself.
 fn welded(scene: &Scene) -> Vec<u32> {
     let mut of_mesh: HashMap<usize, Vec<u32>> = HashMap::new();
     let mut all = Vec::new();
-    for (mesh, _) in placements(scene, &world_matrices(scene, None, 0.0)) {
+    for Placement { index, mesh, .. } in placements(scene, 0, 0.0) {
         let first = all.len() as u32;
-        let own = of_mesh.entry(mesh).or_insert_with(|| {
+        let own = of_mesh.entry(index).or_insert_with(|| {
+            if mesh.deforms() {
+                return (0..mesh.positions.len() as u32).collect();
+            }
             let mut places = HashMap::new();
-            let positions = scene.meshes[mesh].positions.iter().zip(0..);
+            let positions = mesh.positions.iter().zip(0..);
             positions.map(|(p, i)| *places.entry(p.to_array().map(f32::to_bits)).or_insert(i)).collect()
         });
         all.extend(own.iter().map(|i| first + i));
@@ -330,28 +333,42 @@ fn welded(scene: &Scene) -> Vec<u32> {
     all
 }
 
-fn transformed(scene: &Scene, placed: &[(usize, DMat4)]) -> Vec<Vertex> {
+fn transformed(placed: &[Placement]) -> Vec<Vertex> {
     let parts: Vec<Vec<Vertex>> = placed
         .par_iter()
-        .map(|(mesh, world)| {
-            let mesh = &scene.meshes[*mesh];
+        .map(|placed| {
+            let mesh = placed.mesh;
+            let vertex = |i: usize, position: DVec3, normal: Vec3| Vertex {
+                position: position.as_vec3(),
+                normal: octahedral(normal.normalize_or(Vec3::Y)),
+                uv: mesh.uvs[i],
+                material: mesh.material,
+                color: mesh.colors.get(i).map_or(0, |c| taken_off(*c)),
+            };
+            let Some(world) = placed.rigid() else {
+                let (positions, normals) = placed.posed();
+                let unit = |n: &DVec3| n.normalize_or(DVec3::Y).as_vec3();
+                return (0..).zip(positions.iter().zip(&normals)).map(|(i, (p, n))| vertex(i, *p, unit(n))).collect();
+            };
             let normal = Mat3::from_mat4(world.as_mat4()).inverse().transpose();
             let flat = !normal.is_finite();
             (0..mesh.positions.len())
                 .map(|i| {
                     let n = if flat { mesh.normals[i] } else { normal * mesh.normals[i] };
-                    Vertex {
-                        position: world.transform_point3(mesh.positions[i].as_dvec3()).as_vec3(),
-                        normal: octahedral(n.normalize_or(Vec3::Y)),
-                        uv: mesh.uvs[i],
-                        material: mesh.material,
-                        padding: 0,
-                    }
+                    vertex(i, world.transform_point3(mesh.positions[i].as_dvec3()), n)
                 })
                 .collect()
         })
         .collect();
     parts.concat()
+}
+
+/// Packs what a linear colour and its alpha take off opaque white for `taken_off` of the shaders: 8 bits of the roots of red,
+/// green and blue, and of alpha.
+fn taken_off(color: Vec4) -> u32 {
+    let color = color.clamp(Vec4::ZERO, Vec4::ONE);
+    let [r, g, b] = [color.x, color.y, color.z].map(f32::sqrt);
+    u32::from_le_bytes([r, g, b, color.w].map(|x| 255 - (x * 255.0).round() as u8))
 }
 
 /// Packs a unit vector for `octahedral_decode` of the shaders.
@@ -372,58 +389,6 @@ pub fn shading_normal(words: [u32; 4]) -> Vec3 {
     let x = x + if x >= 0.0 { -t } else { t };
     let y = y + if y >= 0.0 { -t } else { t };
     Vec3::new(x, y, z).normalize()
-}
-
-/// The nodes' matrices to scene space at `time` seconds of animation `clip`; without one as the file has them.
-pub fn world_matrices(scene: &Scene, clip: Option<usize>, time: f32) -> Vec<DMat4> {
-    let mut locals: Vec<Local> = scene.nodes.iter().map(|n| n.local).collect();
-    for channel in clip.and_then(|c| scene.animations.get(c)).map(|a| a.channels.as_slice()).unwrap_or_default() {
-        if let Local::Trs { translation, rotation, scale } = &mut locals[channel.node as usize] {
-            let v = sample(channel, time);
-            match channel.property {
-                Property::Translation => *translation = v.truncate(),
-                Property::Rotation => *rotation = DQuat::from_vec4(v).normalize(),
-                Property::Scale => *scale = v.truncate(),
-            }
-        }
-    }
-    // The origin goes off at the roots, so that what hangs below them is the same bit for bit wherever they stand.
-    let top = DMat4::from_translation(-scene.origin);
-    let mut worlds: Vec<DMat4> = Vec::with_capacity(locals.len());
-    for (node, local) in scene.nodes.iter().zip(locals) {
-        let parent = node.parent.map_or(top, |p| worlds[p as usize]);
-        worlds.push(parent * local.matrix());
-    }
-    worlds
-}
-
-/// A channel's value at `time`, as the glTF 2.0 specification (appendix C) interpolates it.
-fn sample(channel: &super::Channel, time: f32) -> DVec4 {
-    let times = &channel.times;
-    let cubic = channel.interpolation == Interpolation::CubicSpline;
-    let raw = |i: usize| channel.values[i].as_dvec4();
-    let value = |i: usize| raw(if cubic { 3 * i + 1 } else { i });
-    let next = times.partition_point(|t| *t <= time);
-    if next == 0 || next == times.len() {
-        return value(next.saturating_sub(1));
-    }
-    let (i, span) = (next - 1, (times[next] - times[next - 1]) as f64);
-    let t = (time - times[i]) as f64 / span;
-    match channel.interpolation {
-        Interpolation::Step => value(i),
-        Interpolation::Linear if channel.property == Property::Rotation => {
-            DQuat::from_vec4(value(i)).normalize().slerp(DQuat::from_vec4(value(next)).normalize(), t).into()
-        }
-        Interpolation::Linear => value(i).lerp(value(next), t),
-        Interpolation::CubicSpline => {
-            let (out, into) = (raw(3 * i + 2) * span, raw(3 * next) * span);
-            let (t2, t3) = (t * t, t * t * t);
-            value(i) * (2.0 * t3 - 3.0 * t2 + 1.0)
-                + out * (t3 - 2.0 * t2 + t)
-                + value(next) * (3.0 * t2 - 2.0 * t3)
-                + into * (t3 - t2)
-        }
-    }
 }
 
 /// How large a scene an adapter takes.
@@ -501,18 +466,24 @@ impl SceneGpu {
         let welded = welded(scene);
         let indices = geometry.flat_indices(&welded);
         let wrap = |w: Wrap| w as u32;
+        let textures = super::textures::upload(gpu, scene)?;
+        let side = textures.texture().width();
         let materials: Vec<GpuMaterial> = scene
             .materials
             .iter()
-            .map(|m| GpuMaterial {
-                base_color: m.base_color,
-                texture: m.texture.map_or(0, |t| t + 1),
-                cutoff: m.alpha_cutoff.unwrap_or(-1.0),
-                double_sided: m.double_sided as u32,
-                wrap: m.texture.map_or(0, |t| {
-                    let w = scene.textures[t as usize].wrap;
-                    wrap(w[0]) | wrap(w[1]) << 2
-                }),
+            .map(|m| {
+                let texture = m.texture.map(|t| &scene.textures[t as usize]);
+                let texels = texture.map_or([1; 2], |t| super::textures::kept(t, side));
+                GpuMaterial {
+                    base_color: m.base_color,
+                    texture: m.texture.map_or(0, |t| t + 1),
+                    cutoff: m.alpha_cutoff.unwrap_or(-1.0),
+                    double_sided: m.double_sided as u32,
+                    wrap: texture.map_or(0, |t| wrap(t.wrap[0]) | wrap(t.wrap[1]) << 2),
+                    texels: Vec2::from(texels.map(|n| n as f32)),
+                    nearest: texture.map_or(0, |t| t.filter.bits()),
+                    padding: 0,
+                }
             })
             .collect();
         Ok(SceneGpu {
@@ -523,7 +494,7 @@ impl SceneGpu {
             materials: gpu.buffer("materials", bytemuck::cast_slice(&materials), storage),
             nodes: Table::new(gpu, "BVH nodes", bytemuck::cast_slice(&geometry.bvh.nodes)),
             corners: Table::new(gpu, "BVH triangles", bytemuck::cast_slice(&geometry.bvh_order(scene))),
-            textures: super::textures::upload(gpu, scene)?,
+            textures,
             sampler: gpu.device.create_sampler(&wgpu::SamplerDescriptor {
                 label: Some("textures"),
                 address_mode_u: wgpu::AddressMode::Repeat,

@@ -2,6 +2,7 @@
 
 pub mod builtin;
 pub mod bvh;
+pub mod camera;
 pub mod edges;
 pub mod formats;
 pub mod geometry;
@@ -10,14 +11,17 @@ mod obj;
 mod origin;
 mod ply;
 mod polygons;
+pub mod pose;
 mod presets;
 pub mod shadow_tree;
 mod stl;
 mod textures;
 
 use crate::light::Light;
+use anyhow::{Context, Result};
+pub use camera::Camera;
 use glam::{DMat4, DQuat, DVec3, Mat4, Vec2, Vec3, Vec4};
-use serde::{Deserialize, Serialize};
+use pose::world_matrix;
 
 /// Meshes placed by a node hierarchy. Right-handed, y up, metres.
 ///
@@ -28,8 +32,11 @@ pub struct Scene {
     pub name: String,
     /// Scene space's zero in the file's coordinates; zero for scenes that no file holds.
     pub origin: DVec3,
+    /// Diagonal of the box around a file's scene at the clock's start, metres; 0 of scenes that no file holds.
+    pub diagonal: f32,
     pub meshes: Vec<Mesh>,
     pub nodes: Vec<Node>,
+    pub skins: Vec<Skin>,
     pub materials: Vec<Material>,
     pub textures: Vec<Texture>,
     pub animations: Vec<Animation>,
@@ -42,20 +49,68 @@ pub struct Scene {
 }
 
 /// Triangles of one material. `normals` and `uvs` are as long as `positions`; three `indices` a
-/// triangle, counter-clockwise seen from the front.
+/// triangle, counter-clockwise seen from the front. All as it is before morph targets and a skin move it: the bind pose.
 #[derive(Clone, Debug, Default)]
 pub struct Mesh {
     pub positions: Vec<Vec3>,
     pub normals: Vec<Vec3>,
     /// With any texture transform already applied; (0, 0) is the image's upper left corner.
     pub uvs: Vec<Vec2>,
+    /// Linear colours that multiply the material's; empty: white.
+    pub colors: Vec<Vec4>,
     pub indices: Vec<u32>,
     /// Index into [`Scene::materials`].
     pub material: u32,
+    /// Each three vertices are a triangle, whose normal is theirs in every pose.
+    pub flat: bool,
+    /// Morph targets, whose weights the node has: of each the vertices that it moves.
+    pub targets: Vec<Vec<Offset>>,
+    /// Which joints move the vertices where the node has a skin.
+    pub skinning: Option<Skinning>,
+}
+
+/// What a morph target of weight 1 adds to a vertex.
+#[derive(Clone, Copy, Debug)]
+pub struct Offset {
+    pub vertex: u32,
+    pub position: Vec3,
+    pub normal: Vec3,
+}
+
+/// Of each vertex the joints, as indices into [`Skin::joints`], with their weights; at least one.
+#[derive(Clone, Debug, Default)]
+pub struct Skinning {
+    /// Where each vertex's joints end in `joints`.
+    pub ends: Vec<u32>,
+    pub joints: Vec<(u32, f32)>,
+}
+
+impl Skinning {
+    /// A vertex's joints and weights, whose sum may be any but zero.
+    pub fn of(&self, vertex: usize) -> &[(u32, f32)] {
+        let start = vertex.checked_sub(1).map_or(0, |before| self.ends[before]);
+        &self.joints[start as usize..self.ends[vertex] as usize]
+    }
+}
+
+impl Mesh {
+    /// Whether vertices can move against each other.
+    pub fn deforms(&self) -> bool {
+        self.skinning.is_some() || self.targets.iter().any(|target| !target.is_empty())
+    }
+}
+
+/// Nodes that move the vertices of meshes.
+#[derive(Clone, Debug, Default)]
+pub struct Skin {
+    /// Indices into [`Scene::nodes`].
+    pub joints: Vec<u32>,
+    /// Of each joint the matrix from the bind pose to its own space.
+    pub inverse_bind: Vec<Mat4>,
 }
 
 /// A place in the hierarchy. Parents come before their children.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Node {
     pub parent: Option<u32>,
     pub local: Local,
@@ -63,6 +118,10 @@ pub struct Node {
     pub meshes: Vec<u32>,
     /// Extra transforms, in the node's space, one an instance (EXT_mesh_gpu_instancing); empty: drawn once.
     pub instances: Vec<Mat4>,
+    /// Of the meshes' morph targets, where no animation gives them.
+    pub weights: Vec<f32>,
+    /// Index into [`Scene::skins`]: its joints place the meshes then, not the node.
+    pub skin: Option<u32>,
 }
 
 /// A node's transform relative to its parent, with the digits that the file gives it.
@@ -75,6 +134,12 @@ pub enum Local {
         rotation: DQuat,
         scale: DVec3,
     },
+}
+
+impl Default for Local {
+    fn default() -> Self {
+        Local::Trs { translation: DVec3::ZERO, rotation: DQuat::IDENTITY, scale: DVec3::ONE }
+    }
 }
 
 impl Local {
@@ -110,6 +175,43 @@ pub struct Texture {
     pub height: u32,
     pub rgba: Vec<u8>,
     pub wrap: [Wrap; 2],
+    pub filter: Filter,
+}
+
+/// Where a texture's texels are taken as they are, not as a mean of neighbours.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Filter {
+    /// Where they are larger than pixels, and wherever their alpha decides whether there is a surface.
+    pub magnified_nearest: bool,
+    /// Where they are smaller.
+    pub minified: Minified,
+}
+
+/// What a pixel takes of a texture whose texels are smaller.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Minified {
+    /// A mean of neighbours, of the smaller images too.
+    #[default]
+    Mean,
+    /// The nearest texel of the image itself.
+    Nearest,
+    /// The nearest texel of that of the smaller images which suits best.
+    NearestLevel,
+    /// The nearest texels of the two that suit best, in shares.
+    MixedLevels,
+}
+
+impl Filter {
+    /// As `Material::nearest` of the shaders has it.
+    pub fn bits(self) -> u32 {
+        let minified = match self.minified {
+            Minified::Mean => 0,
+            Minified::Nearest => 2,
+            Minified::NearestLevel => 2 | 4,
+            Minified::MixedLevels => 2 | 8,
+        };
+        minified | self.magnified_nearest as u32
+    }
 }
 
 /// What lies beyond a texture's edge, per axis.
@@ -131,13 +233,13 @@ pub struct Animation {
 /// One animated property of one node.
 #[derive(Clone, Debug)]
 pub struct Channel {
-    /// Index into [`Scene::nodes`]; its `local` is a `Trs`.
+    /// Index into [`Scene::nodes`]; its `local` is a `Trs`, unless a weight is animated.
     pub node: u32,
     pub property: Property,
     pub interpolation: Interpolation,
     /// Ascending, at least one.
     pub times: Vec<f32>,
-    /// One a time (xyz, or xyzw for a rotation); cubic splines: in-tangent, value, out-tangent a time.
+    /// One a time (xyz, xyzw for a rotation, x for a weight); cubic splines: in-tangent, value, out-tangent a time.
     pub values: Vec<Vec4>,
 }
 
@@ -146,6 +248,17 @@ pub enum Property {
     Translation,
     Rotation,
     Scale,
+    /// Of one of the morph targets of the node's meshes.
+    Weight(u32),
+}
+
+/// A moment of a scene's animation.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Clock {
+    /// Index into [`Scene::animations`].
+    pub animation: u32,
+    /// Seconds.
+    pub time: f32,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -155,70 +268,66 @@ pub enum Interpolation {
     CubicSpline,
 }
 
-/// A pinhole camera in scene space, up = +y. Metres and degrees.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Camera {
-    pub position: Vec3,
-    /// The point that is looked at; also what the orbit camera turns around.
-    pub target: Vec3,
-    /// Vertical field of view, degrees.
-    pub fov: f32,
-    pub near: f32,
-    pub far: f32,
-}
-
 #[derive(Clone, Debug)]
 pub struct NamedCamera {
     pub name: String,
+    /// As it stands at the clock's start.
     pub camera: Camera,
+    /// The node that an animation moves it by; index into [`Scene::nodes`].
+    pub node: Option<u32>,
 }
 
 #[derive(Clone, Debug)]
 pub struct NamedLight {
     pub name: String,
+    /// As it stands at the clock's start.
     pub light: Light,
+    /// As a camera's.
+    pub node: Option<u32>,
 }
 
-impl Camera {
-    /// Unit vector along which the camera looks.
-    pub fn forward(&self) -> Vec3 {
-        (self.target - self.position).normalize_or(Vec3::NEG_Z)
-    }
+/// The place nearest to one in scene space that 64 bits hold in the scene's own coordinates, as [`crate::setup::place`] has
+/// them: a moving preset is known by its place, which must not change on its way through a file.
+pub fn settled(place: Vec3, origin: DVec3) -> Vec3 {
+    (origin + place.as_dvec3() - origin).as_vec3()
+}
 
-    /// Scene to view space (x right, y up, looking along -z).
-    pub fn view(&self) -> Mat4 {
-        let forward = self.forward();
-        let up = if forward.y.abs() > 0.9999 { Vec3::NEG_Z } else { Vec3::Y };
-        glam::camera::rh::view::look_to_mat4(self.position, forward, up)
+impl NamedCamera {
+    /// As it stands at a moment.
+    pub fn at(&self, scene: &Scene, clock: Clock) -> Camera {
+        match self.node {
+            Some(node) if clock != Clock::default() => {
+                self.camera.placed(world_matrix(scene, node, clock).as_mat4()).settled(scene.origin)
+            }
+            _ => self.camera,
+        }
     }
+}
 
-    /// View space to clip space with reversed depth: 1 at `near`, 0 at `far`.
-    pub fn projection(&self, aspect: f32) -> Mat4 {
-        glam::camera::rh::proj::directx::perspective(self.fov.to_radians(), aspect, self.far, self.near)
-    }
-
-    /// The same without a far plane: depth is `near` over that along the camera's axis, and points at infinity (w = 0) have depth 0.
-    /// Positions in the picture are the same bit for bit.
-    pub fn unbounded_projection(&self, aspect: f32) -> Mat4 {
-        let mut projection = self.projection(aspect);
-        (projection.z_axis.z, projection.w_axis.z) = (0.0, self.near);
-        projection
-    }
-
-    /// The rays of a picture of `size` pixels, each 1 long along the camera's axis: how they change from a pixel to the next
-    /// on the right and to the next below, and the ray through the upper left corner.
-    pub fn rays(&self, size: [u32; 2]) -> [DVec3; 3] {
-        let forward = (self.target.as_dvec3() - self.position.as_dvec3()).normalize_or(DVec3::NEG_Z);
-        let up = if self.forward().y.abs() > 0.9999 { DVec3::NEG_Z } else { DVec3::Y };
-        let right = forward.cross(up).normalize();
-        let pixel = 2.0 * ((self.fov as f64).to_radians() / 2.0).tan() / size[1] as f64;
-        let (x, y) = (right * pixel, forward.cross(right) * pixel);
-        [x, y, forward - x * (size[0] as f64 / 2.0) - y * (size[1] as f64 / 2.0)]
+impl NamedLight {
+    /// As it stands at a moment.
+    pub fn at(&self, scene: &Scene, clock: Clock) -> Light {
+        match self.node {
+            Some(node) if clock != Clock::default() => {
+                self.light.placed(world_matrix(scene, node, clock).as_mat4()).settled(scene.origin)
+            }
+            _ => self.light,
+        }
     }
 }
 
 impl Scene {
+    /// What stands for a metre where a parameter is a length that was not chosen, as a bias: a metre in scenes from 2 m to 2 km
+    /// across, and as much more or less as others are larger or smaller.
+    pub fn unit(&self) -> f64 {
+        let diagonal = f64::from(self.diagonal);
+        match diagonal {
+            0.0 => 1.0,
+            d if d < 2.0 => d / 2.0,
+            d => (d / 2000.0).max(1.0),
+        }
+    }
+
     /// Triangles, instances counted each time they are drawn.
     pub fn triangles(&self) -> usize {
         let drawn = |n: &Node| {
@@ -226,6 +335,33 @@ impl Scene {
             meshes.sum::<usize>() * n.instances.len().max(1)
         };
         self.nodes.iter().map(drawn).sum()
+    }
+
+    /// The index of an animation, of which a name or that index is given.
+    ///
+    /// # Errors
+    /// No such animation.
+    pub fn animation(&self, name: &str) -> Result<u32> {
+        let number = || name.parse().ok().filter(|i| *i < self.animations.len());
+        let found = self.animations.iter().position(|a| a.name == name).or_else(number);
+        found.map(|i| i as u32).with_context(|| {
+            let names: Vec<&str> = self.animations.iter().map(|a| a.name.as_str()).collect();
+            let there =
+                if names.is_empty() { "there are none".into() } else { format!("there are {}", names.join(", ")) };
+            format!("{} has no animation {name}; {there}", self.name)
+        })
+    }
+
+    /// A camera at a moment that it had at another: one of the scene's that an animation moves follows the clock, any other stays.
+    pub fn follow_camera(&self, camera: Camera, [from, to]: [Clock; 2]) -> Camera {
+        let moving = self.cameras.iter().find(|c| c.node.is_some() && c.at(self, from) == camera);
+        moving.map_or(camera, |c| c.at(self, to))
+    }
+
+    /// The same for a light.
+    pub fn follow_light(&self, light: Light, [from, to]: [Clock; 2]) -> Light {
+        let moving = self.lights.iter().find(|l| l.node.is_some() && l.at(self, from) == light);
+        moving.map_or(light, |l| l.at(self, to))
     }
 
     /// What was loaded and what was left out, a line each.

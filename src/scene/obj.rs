@@ -2,13 +2,13 @@
 //!
 //! They are read by hand: of the crates there are, one panics on a colour of one number and none keeps smoothing groups.
 
-use super::polygons::{Corner, GREY, NONE, Polygons, cannot_load, material};
+use super::polygons::{Corner, GREY, NONE, Polygons, cannot_load, linear, material};
 use super::textures::{MAX_IMAGES, TOO_LARGE, decode};
 use super::{Material, Scene, Texture, Wrap};
 use crate::files;
 use crate::message::{counted, list, quoted, shortened};
 use anyhow::{Context, Result, anyhow, bail, ensure};
-use glam::{DVec3, Vec2, Vec3};
+use glam::{DVec3, Vec2, Vec3, Vec4};
 use image::RgbaImage;
 use std::collections::{BTreeSet, HashMap};
 use std::path::{Path, PathBuf};
@@ -31,7 +31,7 @@ fn read(path: &Path) -> Result<Scene> {
     let mut polygons = Polygons::default();
     let mut library = Library { folder: path.parent().unwrap_or(Path::new("")).into(), ..Library::default() };
     let (mut now, mut smooth) = (None, 0);
-    let (mut lines_and_points, mut curves, mut colored) = (0, 0, 0);
+    let (mut lines_and_points, mut curves) = (0, 0);
     for (number, line) in text.lines().enumerate() {
         let at = || format!("line {}", number + 1);
         let mut words = line.split_whitespace();
@@ -41,7 +41,11 @@ fn read(path: &Path) -> Result<Scene> {
                 let place = DVec3::new(x, y, z);
                 ensure!(place.is_finite(), "{}: {} is no place of three numbers", at(), quoted(line.trim()));
                 polygons.positions.push(place);
-                colored += usize::from(words.count() >= 3);
+                if words.clone().count() >= 3 {
+                    // Vertices before the first with a colour are white.
+                    polygons.colors.resize(polygons.positions.len() - 1, Vec4::ONE);
+                    polygons.colors.push(linear(numbers(&mut words).map(|x: f64| x as f32)));
+                }
             }
             "vt" => {
                 let [u, v] = numbers(&mut words);
@@ -75,17 +79,15 @@ fn read(path: &Path) -> Result<Scene> {
             _ => {}
         }
     }
+    if !polygons.colors.is_empty() {
+        polygons.colors.resize(polygons.positions.len(), Vec4::ONE);
+    }
     let mut notes = Vec::new();
     notes.extend(counted(lines_and_points, "line or point is left out.", "lines or points are left out."));
     notes.extend(counted(
         curves,
         "free-form curve or surface is left out.",
         "free-form curves or surfaces are left out.",
-    ));
-    notes.extend(counted(
-        colored,
-        "vertex has a colour, which is not drawn.",
-        "vertices have colours, which are not drawn.",
     ));
     notes.extend(library.notes());
     polygons.scene(path, library.materials, library.textures, notes)
@@ -283,7 +285,7 @@ impl Library {
             let clamp = [&key.0, &key.1].into_iter().flatten().next().is_some_and(|map| map.clamp);
             let wrap = [if clamp { Wrap::Clamp } else { Wrap::Repeat }; 2];
             let (width, height) = picture.dimensions();
-            self.textures.push(Texture { width, height, rgba: picture.into_raw(), wrap });
+            self.textures.push(Texture { width, height, rgba: picture.into_raw(), wrap, ..Texture::default() });
             self.textures.len() as u32 - 1
         });
         self.known.insert(key, index);

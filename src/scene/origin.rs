@@ -2,7 +2,7 @@
 
 use super::presets::{Bounds, for_each_vertex};
 use crate::scene::Scene;
-use crate::scene::geometry::{placements, world_matrices};
+use crate::scene::pose::placements;
 use anyhow::{Result, bail};
 use glam::{DVec3, Mat3};
 
@@ -23,10 +23,14 @@ pub fn take_off(scene: &mut Scene) -> Result<Bounds> {
     if !finite || !(size as f32).is_finite() || !(low.length() as f32).is_finite() {
         bail!("its triangles leave the range of 32-bit floats; move or scale it closer to zero");
     }
-    if size == 0.0 {
-        bail!("all of its geometry lies in one point, where nothing can be seen; check the scales of its nodes");
+    if size as f32 == 0.0 {
+        bail!(
+            "its geometry has no extent: all its vertices fall on one point, as after a matrix or scale of zero; \
+             mend the transforms of its nodes and export it again"
+        );
     }
     scene.origin = origin([low, high]);
+    scene.diagonal = size as f32;
     notes(scene, size);
     Ok(Bounds { min: (low - scene.origin).as_vec3(), max: (high - scene.origin).as_vec3() })
 }
@@ -66,10 +70,10 @@ fn notes(scene: &mut Scene, size: f64) {
 fn coarsest(scene: &Scene) -> (f64, f64) {
     let reach = |mesh: &crate::scene::Mesh| mesh.positions.iter().map(|p| p.abs().max_element()).fold(0.0, f32::max);
     let reaches: Vec<f32> = scene.meshes.iter().map(reach).collect();
-    let drawn = placements(scene, &world_matrices(scene, Some(0), 0.0)).into_iter().map(|(mesh, world)| {
-        let axes = Mat3::from_mat4(world.as_mat4());
+    let drawn = placements(scene, 0, 0.0).into_iter().map(|placed| {
+        let axes = Mat3::from_mat4(placed.matrix(0).as_mat4());
         let scale = axes.x_axis.length().max(axes.y_axis.length()).max(axes.z_axis.length()) as f64;
-        let reach = reaches[mesh];
+        let reach = reaches[placed.index];
         (reach as f64 * scale, (reach.next_up() - reach) as f64 * scale)
     });
     drawn.fold((0.0, 0.0), |most, this| if this.1 > most.1 { this } else { most })

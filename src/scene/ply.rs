@@ -1,11 +1,11 @@
 //! Loads PLY files, ASCII and binary.
 
 use super::Scene;
-use super::polygons::{Corner, GREY, NONE, Polygons, cannot_load, material};
+use super::polygons::{Corner, GREY, NONE, Polygons, cannot_load, linear, material};
 use crate::files;
-use crate::message::{counted, cut};
+use crate::message::cut;
 use anyhow::{Context, Result, anyhow, ensure};
-use glam::{DVec3, Vec2, Vec3};
+use glam::{DVec3, Vec2, Vec3, Vec4};
 use ply_rs_bw::parser::{Parser, Reader};
 use ply_rs_bw::ply::{Property, PropertyAccess, PropertyAccessResult};
 use std::path::Path;
@@ -21,6 +21,8 @@ struct Element {
     position: [Option<f64>; 3],
     normal: [Option<f32>; 3],
     uv: [Option<f32>; 2],
+    /// From 0 to 1.
+    color: [Option<f32>; 3],
     vertices: Vec<i64>,
 }
 
@@ -39,6 +41,9 @@ impl PropertyAccess for Element {
             "nx" | "ny" | "nz" => self.normal[usize::from(name.as_bytes()[1] - b'x')] = float(),
             "u" | "s" | "texture_u" | "texture_s" => self.uv[0] = float(),
             "v" | "t" | "texture_v" | "texture_t" => self.uv[1] = float(),
+            "red" | "diffuse_red" => self.color[0] = share(&value),
+            "green" | "diffuse_green" => self.color[1] = share(&value),
+            "blue" | "diffuse_blue" => self.color[2] = share(&value),
             "vertex_indices" | "vertex_index" => {
                 self.vertices = match value {
                     Property::ListChar(list) => list.into_iter().map(i64::from).collect(),
@@ -53,6 +58,15 @@ impl PropertyAccess for Element {
             _ => return PropertyAccessResult::Ignored,
         }
         PropertyAccessResult::Set
+    }
+}
+
+/// A colour's component: whole numbers go to the largest of their kind.
+fn share(value: &Property) -> Option<f32> {
+    match value {
+        Property::UChar(x) => Some(f32::from(*x) / 255.0),
+        Property::UShort(x) => Some(f32::from(*x) / 65535.0),
+        other => other.to_f32_lossy(),
     }
 }
 
@@ -75,8 +89,6 @@ fn read(path: &Path) -> Result<Scene> {
     }
     let payload = parser.read_payload(&mut reader, &header).map_err(invalid)?;
     let vertices = payload.get("vertex").context("it has no element \"vertex\"; export it with vertices and faces")?;
-    let properties = header.elements.get("vertex").map(|e| e.properties.keys().cloned().collect::<Vec<_>>());
-    let properties = properties.unwrap_or_default();
     let mut polygons = Polygons::default();
     for vertex in vertices {
         let [Some(x), Some(y), Some(z)] = vertex.position else {
@@ -85,6 +97,9 @@ fn read(path: &Path) -> Result<Scene> {
         polygons.positions.push(DVec3::new(x, y, z));
         if let [Some(x), Some(y), Some(z)] = vertex.normal {
             polygons.normals.push(Vec3::new(x, y, z));
+        }
+        if let [Some(r), Some(g), Some(b)] = vertex.color {
+            polygons.colors.push(linear([r, g, b]));
         }
         if let [Some(u), Some(v)] = vertex.uv {
             polygons.uvs.push(Vec2::new(u, 1.0 - v));
@@ -120,11 +135,10 @@ fn read(path: &Path) -> Result<Scene> {
             }
         }
     }
-    let colored = properties.iter().any(|name| name == "red" || name == "diffuse_red");
-    let notes = counted(
-        if colored { count } else { 0 },
-        "vertex has a colour, which is not drawn.",
-        "vertices have colours, which are not drawn.",
-    );
-    polygons.scene(path, vec![material("PLY", GREY)], Vec::new(), notes.into_iter().collect())
+    let colored = polygons.colors.len() == count;
+    if !colored {
+        polygons.colors.clear();
+    }
+    let base = if colored { Vec4::ONE } else { GREY };
+    polygons.scene(path, vec![material("PLY", base)], Vec::new(), Vec::new())
 }

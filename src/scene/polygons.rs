@@ -16,6 +16,8 @@ pub const NONE: u32 = u32::MAX;
 #[derive(Default)]
 pub struct Polygons {
     pub positions: Vec<DVec3>,
+    /// Linear; empty, or one a position.
+    pub colors: Vec<Vec4>,
     pub normals: Vec<Vec3>,
     /// (0, 0) is the image's upper left corner.
     pub uvs: Vec<Vec2>,
@@ -109,6 +111,7 @@ impl Polygons {
                         let uv = self.uvs.get(corner.uv as usize).copied().unwrap_or_default();
                         outside += usize::from(!uv.is_finite());
                         mesh.positions.push(local(&corner));
+                        mesh.colors.extend(self.colors.get(corner.position as usize));
                         mesh.normals.push(normal);
                         mesh.uvs.push(if uv.is_finite() { uv } else { Vec2::ZERO });
                     }
@@ -120,7 +123,7 @@ impl Polygons {
             meshes.into_iter().map(|(mesh, _)| mesh).filter(|mesh| !mesh.indices.is_empty()).collect();
         ensure!(!meshes.is_empty(), "it holds no triangles to draw; export it with its faces");
         let local = Local::Trs { translation: place, rotation: DQuat::IDENTITY, scale: DVec3::ONE };
-        let node = Node { parent: None, local, meshes: (0..meshes.len() as u32).collect(), instances: Vec::new() };
+        let node = Node { local, meshes: (0..meshes.len() as u32).collect(), ..Node::default() };
         let mut scene = Scene {
             name: shortened(&path.file_stem().unwrap_or_default().to_string_lossy()),
             meshes,
@@ -230,6 +233,15 @@ impl Split {
 /// A surface of one colour, linear, seen from both sides.
 pub fn material(name: &str, base_color: Vec4) -> Material {
     Material { name: shortened(name), base_color, texture: None, alpha_cutoff: None, double_sided: true }
+}
+
+/// An sRGB colour from 0 to 1 in linear light.
+pub fn linear(color: [f32; 3]) -> Vec4 {
+    let [r, g, b] = color.map(|x| match x.clamp(0.0, 1.0) {
+        x if x <= 0.04045 => x / 12.92,
+        x => ((x + 0.055) / 1.055).powf(2.4),
+    });
+    Vec4::new(r, g, b, 1.0)
 }
 
 /// The colour of surfaces of which the file says nothing.

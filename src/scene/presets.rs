@@ -2,7 +2,7 @@
 
 use crate::light::Light;
 use crate::message::shortened;
-use crate::scene::geometry::{placements, world_matrices};
+use crate::scene::pose::placements;
 use crate::scene::{Camera, NamedCamera, NamedLight, Scene};
 use glam::{DVec3, Vec3};
 
@@ -26,10 +26,8 @@ impl Bounds {
 
 /// Calls `visit` with every vertex as often as it is drawn at the clock's start, in scene space.
 pub fn for_each_vertex(scene: &Scene, mut visit: impl FnMut(DVec3)) {
-    for (mesh, world) in placements(scene, &world_matrices(scene, Some(0), 0.0)) {
-        for position in &scene.meshes[mesh].positions {
-            visit(world.transform_point3(position.as_dvec3()));
-        }
+    for placed in placements(scene, 0, 0.0) {
+        (0..placed.mesh.positions.len()).for_each(|i| visit(placed.position(i)));
     }
 }
 
@@ -37,12 +35,12 @@ pub fn for_each_vertex(scene: &Scene, mut visit: impl FnMut(DVec3)) {
 pub fn add(scene: &mut Scene, bounds: Bounds) {
     let detail = detail(scene).unwrap_or(bounds);
     let far = 20.0 * bounds.radius();
-    add_camera(scene, "overview", overview(bounds, far));
+    add_camera(scene, "overview", overview(bounds, far), None);
     if detail.radius() < 0.3 * bounds.radius() {
-        add_camera(scene, "detail", overview(detail, far));
+        add_camera(scene, "detail", overview(detail, far), None);
     }
     let low = low(scene, detail, far);
-    add_camera(scene, "low", low);
+    add_camera(scene, "low", low, None);
 
     let center = bounds.center();
     let radius = bounds.radius();
@@ -51,12 +49,10 @@ pub fn add(scene: &mut Scene, bounds: Bounds) {
         // From the left of the overview camera: shadows fall across the picture.
         Vec3::new(-12.0 / 13.0 * cos, sin, 5.0 / 13.0 * cos)
     };
-    add_light(scene, "sun", Light::Directional { to_light: towards_sun(45.0), angular_radius: 0.0, color: Vec3::ONE });
-    add_light(
-        scene,
-        "low-sun",
-        Light::Directional { to_light: towards_sun(12.0), angular_radius: 0.0, color: Vec3::ONE },
-    );
+    for (name, elevation) in [("sun", 45.0), ("low-sun", 12.0)] {
+        let to_light = towards_sun(elevation);
+        add_light(scene, name, Light::Directional { to_light, angular_radius: 0.0, color: Vec3::ONE }, None);
+    }
     // The colours make the irradiance one at the scene's centre.
     let offset = 2.0 * radius * Vec3::new(-0.35, 0.8, 0.5).normalize();
     let spot = Light::Spot {
@@ -68,22 +64,24 @@ pub fn add(scene: &mut Scene, bounds: Bounds) {
         radius: 0.0,
         color: Vec3::splat(offset.length_squared()),
     };
-    add_light(scene, "spot", spot);
+    add_light(scene, "spot", spot, None);
     let position = Vec3::new(center.x, bounds.max.y + 0.35 * radius, center.z);
     let color = Vec3::splat(position.distance_squared(center));
-    add_light(scene, "omni", Light::Omni { position, range: 4.0 * radius, radius: 0.0, color });
+    add_light(scene, "omni", Light::Omni { position, range: 4.0 * radius, radius: 0.0, color }, None);
 }
 
-/// Adds a camera under a name that no other has.
-pub fn add_camera(scene: &mut Scene, name: &str, camera: Camera) {
+/// Adds a camera under a name that no other has; `node`: what moves it.
+pub fn add_camera(scene: &mut Scene, name: &str, camera: Camera, node: Option<u32>) {
     let name = unique(&shortened(name), |name| scene.cameras.iter().any(|other| other.name == name));
-    scene.cameras.push(NamedCamera { name, camera });
+    let camera = if node.is_some() { camera.settled(scene.origin) } else { camera };
+    scene.cameras.push(NamedCamera { name, camera, node });
 }
 
-/// Adds a light under a name that no other has.
-pub fn add_light(scene: &mut Scene, name: &str, light: Light) {
+/// Adds a light under a name that no other has; `node`: what moves it.
+pub fn add_light(scene: &mut Scene, name: &str, light: Light, node: Option<u32>) {
     let name = unique(&shortened(name), |name| scene.lights.iter().any(|other| other.name == name));
-    scene.lights.push(NamedLight { name, light });
+    let light = if node.is_some() { light.settled(scene.origin) } else { light };
+    scene.lights.push(NamedLight { name, light, node });
 }
 
 fn unique(name: &str, taken: impl Fn(&str) -> bool) -> String {
@@ -151,10 +149,9 @@ fn low(scene: &Scene, detail: Bounds, far: f32) -> Camera {
 /// The height at which most of the level surface lies, within `band` metres; None if nothing is level.
 fn floor_height(scene: &Scene, band: f32) -> Option<f32> {
     let mut level = Vec::new();
-    for (mesh, world) in placements(scene, &world_matrices(scene, Some(0), 0.0)) {
-        let mesh = &scene.meshes[mesh];
-        for t in mesh.indices.chunks_exact(3) {
-            let corner = |i: u32| world.transform_point3(mesh.positions[i as usize].as_dvec3()).as_vec3();
+    for placed in placements(scene, 0, 0.0) {
+        for t in placed.mesh.indices.chunks_exact(3) {
+            let corner = |i: u32| placed.position(i as usize).as_vec3();
             let [a, b, c] = [t[0], t[1], t[2]].map(corner);
             let area = (b - a).cross(c - a);
             if area.y.abs() > 0.9 * area.length() {
@@ -204,5 +201,5 @@ fn detail(scene: &Scene) -> Option<Bounds> {
 fn camera(position: Vec3, target: Vec3, fov: f32, seen: Bounds, far: f32) -> Camera {
     // Within what a set-up takes, also for things a hair wide.
     let near = (0.002 * seen.radius()).max(1e-6);
-    Camera { position, target, fov, near, far: far.max(10.0 * near) }
+    Camera::new(position, target, fov, near, far.max(10.0 * near))
 }

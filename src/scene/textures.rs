@@ -1,6 +1,6 @@
 //! A scene's textures as one texture array, so that raster and rays sample them alike.
 
-use super::Scene;
+use super::{Scene, Texture};
 use crate::gpu::Gpu;
 use anyhow::{Context, Result, ensure};
 use rayon::prelude::*;
@@ -43,7 +43,11 @@ pub fn upload(gpu: &Gpu, scene: &Scene) -> Result<wgpu::TextureView> {
             let image = if (t.width, t.height) == (side, side) {
                 image
             } else {
-                image::imageops::resize(&image, side, side, image::imageops::FilterType::Triangle)
+                let filter = match t.filter.magnified_nearest {
+                    true => image::imageops::FilterType::Nearest,
+                    false => image::imageops::FilterType::Triangle,
+                };
+                image::imageops::resize(&image, side, side, filter)
             };
             let mut chain = vec![image.into_raw()];
             for level in 1..mips {
@@ -72,6 +76,11 @@ pub fn upload(gpu: &Gpu, scene: &Scene) -> Result<wgpu::TextureView> {
         dimension: Some(wgpu::TextureViewDimension::D2Array),
         ..Default::default()
     }))
+}
+
+/// How many texels of a texture are left, each way, in layers of `side` texels: those of its image, or all that fit.
+pub fn kept(texture: &Texture, side: u32) -> [u32; 2] {
+    [texture.width, texture.height].map(|n| n.clamp(1, side))
 }
 
 /// The next smaller mip level: the mean of 2 × 2 texels, colours in linear light.
@@ -103,7 +112,7 @@ fn halve(texels: &[u8], side: u32) -> Vec<u8> {
 }
 
 /// Longest side of an image that is kept, texels.
-const MAX_IMAGE: u32 = 8192;
+pub const MAX_IMAGE: u32 = 8192;
 
 /// Bytes that all images of a scene may have together.
 pub const MAX_IMAGES: u64 = 8 << 30;

@@ -86,7 +86,8 @@ impl Setup {
     /// There would be more than there may be; none is added then.
     pub fn add_all_lights(&mut self, scene: &Scene) -> Result<()> {
         let held = self.lamps();
-        let new = scene.lights.iter().map(|l| l.light).filter(|light| held.iter().all(|lamp| lamp.light != *light));
+        let all = scene.lights.iter().map(|l| l.at(scene, self.clock()));
+        let new = all.filter(|light| held.iter().all(|lamp| lamp.light != *light));
         let new: Vec<Lamp> = new.map(|light| Lamp { on: true, light }).collect();
         let all = held.len() + new.len();
         ensure!(all <= MOST_LIGHTS, "that makes {all} lights, but a set-up takes up to {MOST_LIGHTS}");

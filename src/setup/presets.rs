@@ -50,7 +50,7 @@ fn read(text: &str, scene: &Scene) -> Result<(Vec<NamedCamera>, Vec<NamedLight>)
         let camera: Camera = in_scene_space(scene, "camera", camera)?;
         check_camera(&format!("the camera {}", quoted(&name)), &camera)?;
         ensure!(cameras.iter().all(|other| other.name != name), "two cameras are named {}", quoted(&name));
-        cameras.push(NamedCamera { name, camera });
+        cameras.push(NamedCamera { name, camera, node: None });
     }
     let mut lights: Vec<NamedLight> = Vec::new();
     for (name, light) in named(&mut table, "lights")? {
@@ -58,7 +58,7 @@ fn read(text: &str, scene: &Scene) -> Result<(Vec<NamedCamera>, Vec<NamedLight>)
         let light: Light = in_scene_space(scene, "light", light)?;
         check_light(&format!("the light {}", quoted(&name)), &light)?;
         ensure!(lights.iter().all(|other| other.name != name), "two lights are named {}", quoted(&name));
-        lights.push(NamedLight { name, light });
+        lights.push(NamedLight { name, light, node: None });
     }
     Ok((cameras, lights))
 }

@@ -84,14 +84,16 @@ const PATH: &[Rule] = &[
 
 const KEY: &[Rule] = &[
     ("time", number, "a number from 0 to 1000000 s"),
-    ("camera", Value::is_table, "a table with position, target and fov"),
+    ("camera", Value::is_table, "a table with position, target, up, fov and height"),
     ("light", Value::is_table, "a table with what moves of the light"),
 ];
 
 const CAMERA: &[Rule] = &[
     ("position", three, "three numbers, metres"),
     ("target", three, "three numbers, metres"),
+    ("up", three, "three numbers, a direction"),
     ("fov", number, "a number from 1 to 170°"),
+    ("height", number, "a number from 0.000001 to 1000000000 m"),
     ("near", number, "a number from 0.000001 to 1000000000 m"),
     ("far", number, "a number greater than near, metres"),
 ];
@@ -109,7 +111,7 @@ const LIGHT: &[Rule] = &[
     ("half_u", three, "three numbers, metres"),
     ("half_v", three, "three numbers, metres"),
     ("outer_angle", number, "a number from 0.1 to 89°"),
-    ("range", number, "a number from 0.001 to 1000000000 m"),
+    ("range", number, "a number from 0.000001 to 1000000000 m"),
     ("radius", number, "a number from 0 to 10 m"),
     ("angular_radius", number, "a number from 0 to 10°"),
     ("color", three, "three numbers from 0 up"),
@@ -270,7 +272,7 @@ fn check_path(path: &Table) -> Result<()> {
         apply(KEY, key, &format!("{name}: "))?;
         need(key, &["time"], &name)?;
         if let Some(Value::Table(camera)) = key.get("camera") {
-            apply(&CAMERA[..3], camera, &format!("{name}: camera."))?;
+            apply(&CAMERA[..5], camera, &format!("{name}: camera."))?;
             need(camera, &["position", "target"], &format!("{name}: camera"))?;
         }
         if let Some(Value::Table(light)) = key.get("light") {

@@ -7,7 +7,7 @@ use crate::light::LightView;
 use crate::map::filter::LookUp;
 use crate::map::fit::diagram::{self, Diagram, Drawing};
 use crate::map::fit::lispsm::{self, Lispsm, Strength};
-use crate::map::fit::{Kept, Scope};
+use crate::map::fit::{Kept, Scope, tell_even};
 use crate::map::peel::StoredParams;
 use crate::map::single::{ShadowMap, scope};
 use crate::map::{BiasParams, CasterParams, MapParams};
@@ -97,6 +97,7 @@ impl Technique for LightSpacePerspective {
         let p = LispsmParams::read(f.values);
         let filter = chosen(f.values);
         let reach = (filter.reach)(f);
+        tell_even(f);
         let made = self.fit.get(f, scope(f, reach), |s| fitted(s, &p));
         let maps = self.map.render_view(f, made.as_ref().and_then(|m| m.view), reach, p.focus)?;
         self.look_up.run(f, &maps, filter, &[])?;

@@ -32,7 +32,7 @@ crate::params! {
             /// How far along its normal the plane lies from the zero point of the scene's coordinates. Of a floor below zero the normal points down.
             distance: float(0.0, 0.0..=100000000.0, "m", 1.0 of view) if plane = "given",
             /// How far from the plane a pixel may lie to look up its map. All others look up the ordinary one.
-            tolerance: float(0.01, 0.001..=10.0, "m", 0.005 of view),
+            tolerance: float(0.01, 0.000001..=1000.0, "m", 0.005 of view),
             /// How large the plane's texels are. Pixels: a texel is a pixel, as far as the map's side suffices. Fill: what is seen of the plane is stretched over the whole map.
             scale: choice("pixels", ["pixels", "fill"]),
         }

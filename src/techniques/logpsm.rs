@@ -8,7 +8,7 @@ use crate::map::filter::{Reach, alone};
 use crate::map::fit::diagram::{self, Diagram, Drawing};
 use crate::map::fit::lispsm::Lispsm;
 use crate::map::fit::sides::{self, Side};
-use crate::map::fit::{Kept, Scope, logpsm};
+use crate::map::fit::{Kept, Scope, logpsm, tell_even};
 use crate::map::single::scope;
 use crate::map::warp::{self, Base, RasterParams, Warped};
 use crate::map::{BiasParams, CasterParams, MOST, MapParams, light_views};
@@ -331,7 +331,9 @@ fn draw_parts(sides: &[Side]) -> Option<Diagram> {
 impl Technique for Logarithmic {
     fn render(&mut self, f: &mut Frame) -> Result<()> {
         let p = LogpsmParams::read(f.values);
-        let maps = hold(&mut self.held, p.sides == "faces", |split| {
+        tell_even(f);
+        let split = p.sides == "faces" && f.camera.height.is_none();
+        let maps = hold(&mut self.held, split, |split| {
             Ok(match split {
                 true => Maps::Split(Box::new(Split::new(f.gpu)?)),
                 false => Maps::Single(Box::new(Single::new(f.gpu)?)),

@@ -149,9 +149,11 @@ fn side(p: &AtlasParams, light: &Light, camera: &Camera, rows: u32, least: u32) 
     }
     let distance = (light.position() - camera.position).length();
     let reach = light.range();
-    let focal = rows as f32 / 2.0 / (camera.fov.to_radians() / 2.0).tan();
+    // Pixels to the metre; of a perspective camera at 1 m.
+    let focal = rows as f32 / camera.height_at(1.0);
     let most = power(p.resolution);
     let wanted = match distance > reach {
+        _ if camera.height.is_some() => p.importance * focal * reach,
         // The tangent cone of the sphere.
         true => p.importance * focal * reach / (distance * distance - reach * reach).sqrt(),
         false => f32::INFINITY,

@@ -7,7 +7,7 @@ use crate::light::LightView;
 use crate::map::filter::LookUp;
 use crate::map::fit::diagram::{self, Diagram, Drawing, GRID, HULL, MARK};
 use crate::map::fit::psm::{self, Psm, Slide};
-use crate::map::fit::{Kept, Scope};
+use crate::map::fit::{Kept, Scope, tell_even};
 use crate::map::peel::StoredParams;
 use crate::map::single::{ShadowMap, scope};
 use crate::map::{BiasParams, CasterParams, MapParams};
@@ -25,7 +25,7 @@ crate::params! {
             /// How far the eye is slid back. Large: the map becomes a plain shadow map.
             slide_back: float(0.0, 0.0..=100.0, "m") if slide = "fixed",
             /// The smallest near distance of the eye once it is slid back. Small: nearly all texels lie close to the camera.
-            min_near: float(1.0, 0.01..=10.0, "m"),
+            min_near: float(1.0, 0.00001..=1000.0, "m", 0.5 of view),
             /// Push the near plane forward to the first receiver, so that no texels are spent on the empty space before it.
             push_near: flag(true),
         }
@@ -110,6 +110,7 @@ impl Technique for Perspective {
         let p = PsmParams::read(f.values);
         let filter = chosen(f.values);
         let reach = (filter.reach)(f);
+        tell_even(f);
         let made = self.fit.get(f, scope(f, reach), |s| fitted(s, &p));
         let maps = self.map.render_view(f, made.as_ref().and_then(|m| m.view), reach, true)?;
         self.look_up.run(f, &maps, filter, &[])?;

@@ -154,7 +154,8 @@ pub fn light_views(
     let camera = seen.camera;
     let view = camera.view();
     let [side, above, back] = [0, 1, 2].map(|i| view.row(i).truncate().as_dvec3());
-    let tangent = ((camera.fov as f64).to_radians() / 2.0).tan();
+    let half = camera.half_height();
+    let wide = |z: f64| if camera.height.is_some() { half } else { z * half };
     let eye = camera.position.as_dvec3();
     let to_light = |x: DVec3| DVec3::new(right.dot(x), up.dot(x), axis.dot(x));
     let margin = seen.whole.margin as f64;
@@ -167,7 +168,11 @@ pub fn light_views(
             (side + 2.0 * seen.reach as f64) * resolution / (resolution - 2.0 * (margin + spare)).max(1.0)
         };
         let (center, half, depth) = if p.fit == "stable" {
-            let [z, r] = sphere(a, b, tangent * tangent * (1.0 + seen.aspect * seen.aspect));
+            let diagonal = half * half * (1.0 + seen.aspect * seen.aspect);
+            let [z, r] = match camera.height {
+                Some(_) => [(a + b) / 2.0, ((b - a) / 2.0).hypot(diagonal.sqrt())],
+                None => sphere(a, b, diagonal),
+            };
             // Rounded up to a sixteenth of its power of two, so that rounding errors of the camera do not change it.
             let quantum = (r.log2().floor() - 4.0).exp2();
             let r = (r / quantum - 1e-6).ceil() * quantum;
@@ -184,8 +189,8 @@ pub fn light_views(
             let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
             for corner in 0..8 {
                 let z = if corner & 4 == 0 { a } else { b };
-                let sign = |bit: u32| if corner & bit == 0 { -z } else { z };
-                let at = eye - back * z + side * sign(1) * tangent * seen.aspect + above * sign(2) * tangent;
+                let sign = |bit: u32| if corner & bit == 0 { -wide(z) } else { wide(z) };
+                let at = eye - back * z + side * sign(1) * seen.aspect + above * sign(2);
                 let at = to_light(at);
                 (low, high) = (low.min(at), high.max(at));
             }
@@ -196,8 +201,9 @@ pub fn light_views(
             let half = DVec2::new(widened(size.x, 0.0), widened(size.y, 0.0)) / 2.0;
             ((low + high).truncate() / 2.0, half, [low.z, high.z])
         };
-        let half = half.max(DVec2::splat(1e-4));
-        let range = (depth[1] - depth[0]).max(1e-3);
+        let least = 1e-6 * seen.whole.far as f64;
+        let half = half.max(DVec2::splat(least));
+        let range = (depth[1] - depth[0]).max(10.0 * least);
         let row = |v: DVec3, offset: f64, scale: f64| (v * scale).extend(offset * scale).as_vec4();
         views.push(LightView {
             row_x: row(right, -center.x, 1.0 / half.x),
@@ -335,8 +341,15 @@ impl Pssm {
 
 impl Technique for Pssm {
     fn render(&mut self, f: &mut Frame) -> Result<()> {
-        let p = PssmParams::read(f.values);
+        let mut p = PssmParams::read(f.values);
         let c = CascadeParams::read(f.values);
+        if f.camera.height.is_some() && p.scheme == "practical" && c.cascades > 1 && p.lambda > 0.0 {
+            // As the shader does that places splits between samples.
+            p.lambda = 0.0;
+            f.tell_note(
+                "An orthographic camera shows all depths at one size: the split is uniform, whatever λ is.".into(),
+            );
+        }
         let filter = chosen(f.values);
         let reach = (filter.reach)(f);
         let whole = self.cascades.whole(f, &c, reach)?;

@@ -24,7 +24,7 @@ crate::params! {
             /// Texels to spare around each cascade's samples.
             dilate: float(2.0, 0.0..=16.0, "texels"),
             /// The smallest side that a cascade's box may have.
-            min_box: float(0.01, 0.001..=10.0, "m"),
+            min_box: float(0.01, 0.000001..=1000.0, "m", 0.5 of view),
             /// How much of the previous frame's splits and larger boxes is kept. Steadier, but figures then depend on earlier frames.
             smoothing: float(0.0, 0.0..=0.95, ""),
         }

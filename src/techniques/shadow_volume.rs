@@ -104,7 +104,7 @@ struct State {
     /// Triangles with holes by their texture cast as if they had none.
     masked: bool,
     /// Sides end in one point.
-    sun: bool,
+    one_far_end: bool,
 }
 
 impl State {
@@ -258,7 +258,7 @@ impl Passes {
             false => ["resolve_stencil", "inspect_stencil"],
         };
         let kind = Kind {
-            vertices: if state.sun { 3 } else { 6 },
+            vertices: if state.one_far_end { 3 } else { 6 },
             both_sides: !state.closed,
             repeated: !state.additive,
             masked: state.masked,
@@ -318,13 +318,14 @@ fn stands_before(f: &Frame) -> bool {
     let (camera, [x, y, corner]) = (f.eye, f.eye.rays(f.size));
     let [w, h] = f.size.map(f64::from);
     let (eye, near) = (camera.position.as_dvec3(), f64::from(camera.near));
-    let rectangle = [corner, corner + x * w, corner + x * w + y * h, corner + y * h].map(|ray| eye + near * ray);
+    let forward = camera.forward().as_dvec3();
+    let at_near = |ray: DVec3| if camera.height.is_some() { ray + near * forward } else { near * ray };
+    let rectangle = [corner, corner + x * w, corner + x * w + y * h, corner + y * h].map(|ray| eye + at_near(ray));
     let middle = (rectangle[0] + rectangle[2]) / 2.0;
     let light = f.light.position().as_dvec3();
     let directional = matches!(f.light, Light::Directional { .. });
     let towards = |p: DVec3| if directional { light } else { light - p };
     // Points inside are on their positive sides.
-    let forward = camera.forward().as_dvec3();
     let side = forward.dot(towards(middle));
     let [low, high] = f.geometry.bounds.map(|b| b.as_dvec3());
     let slack = 1e-6 * (low.abs().max(high.abs()).max_element() + (eye - low).length());
@@ -377,12 +378,12 @@ impl Technique for Volumes {
             exact: additive || p.depth_test == "exact",
             closed,
             masked: p.holes == "whole",
-            sun: matches!(f.light, Light::Directional { .. }),
+            one_far_end: matches!(f.light, Light::Directional { .. }) && f.eye.height.is_none(),
         };
         let (gpu, file, info, silhouettes) = (f.gpu, self.file, self.info, self.silhouettes());
         let make = |state: &State| Passes::new(gpu, file, silhouettes, info.params, state);
         let passes = hold(&mut self.passes, state, make)?;
-        let (triangles, corners) = (f.scene.triangle_count, if state.sun { 3 } else { 6 });
+        let (triangles, corners) = (f.scene.triangle_count, if state.one_far_end { 3 } else { 6 });
 
         let draw = match &mut passes.sources {
             Sources::Silhouettes(silhouettes) => {
@@ -416,7 +417,7 @@ impl Technique for Volumes {
             None => p.draw(0..triangles * 3 * corners, 0..1),
         };
         // Of a directional light all far corners are one point.
-        let caps = if state.z_pass || state.sun { 1 } else { 2 };
+        let caps = if state.z_pass || state.one_far_end { 1 } else { 2 };
         let caps = |p: &mut wgpu::RenderPass| p.draw(0..triangles * 3, 0..caps);
 
         f.set("fronts_only", &passes.fronts_only);

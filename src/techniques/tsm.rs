@@ -7,7 +7,7 @@ use crate::light::LightView;
 use crate::map::filter::LookUp;
 use crate::map::fit::diagram::{self, Diagram, Drawing, MARK};
 use crate::map::fit::tsm::{self, Tsm};
-use crate::map::fit::{Kept, Scope};
+use crate::map::fit::{Kept, Scope, tell_even};
 use crate::map::peel::StoredParams;
 use crate::map::single::{ShadowMap, scope};
 use crate::map::{BiasParams, CasterParams, MapParams};
@@ -90,6 +90,7 @@ impl Technique for Trapezoidal {
         let p = TsmParams::read(f.values);
         let filter = chosen(f.values);
         let reach = (filter.reach)(f);
+        tell_even(f);
         let (t, view) = self.fit.get(f, scope(f, reach), |s| fitted(s, &p));
         let maps = self.map.render_view(f, *view, reach, false)?;
         self.look_up.run(f, &maps, filter, &[])?;

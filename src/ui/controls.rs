@@ -148,7 +148,7 @@ pub fn slide(
     row(ui, name, tip, |ui, label| {
         let mut v = *value as f64;
         let range = *range.start() as f64..=*range.end() as f64;
-        let smallest = if log { Some(1e-3) } else { None };
+        let smallest = log.then(|| if unit == "m" { 1e-3 * length_unit(ui).1 } else { 1e-3 });
         let scale = Scale { name, range: range.clone(), slider: range, step: 0.0, smallest, unit };
         let changed = slider_and_field(ui, &mut v, scale, tip, label);
         if changed {
@@ -156,6 +156,22 @@ pub fn slide(
         }
         changed
     })
+}
+
+/// Keeps the unit in which lengths of a scene read well, whose diagonal is so many metres.
+pub fn set_length_unit(ui: &Ui, diagonal: f32) {
+    let unit: (&str, f64) = match diagonal {
+        d if d < 5e-4 => ("µm", 1e-6),
+        d if d < 0.5 => ("mm", 1e-3),
+        d if d > 2e4 => ("km", 1e3),
+        _ => ("m", 1.0),
+    };
+    ui.data_mut(|d| d.insert_temp(Id::unique("length unit"), unit));
+}
+
+/// The unit in which lengths are shown, and its metres.
+pub fn length_unit(ui: &Ui) -> (&'static str, f64) {
+    ui.data(|d| d.get_temp(Id::unique("length unit"))).unwrap_or(("m", 1.0))
 }
 
 /// How a slider and its field run.
@@ -173,6 +189,18 @@ struct Scale<'a> {
 }
 
 fn slider_and_field(ui: &mut Ui, value: &mut f64, scale: Scale, tip: &str, label: &Response) -> bool {
+    let (unit, metres) = length_unit(ui);
+    if scale.unit == "m" && unit != "m" {
+        let shown = |r: &RangeInclusive<f64>| r.start() / metres..=r.end() / metres;
+        let (range, slider) = (shown(&scale.range), shown(&scale.slider));
+        let smallest = scale.smallest.map(|s| s / metres);
+        let mut length = *value / metres;
+        let changed = slider_and_field(ui, &mut length, Scale { range, slider, smallest, unit, ..scale }, tip, label);
+        if changed {
+            *value = (length * metres).clamp(*scale.range.start(), *scale.range.end());
+        }
+        return changed;
+    }
     let before = *value;
     let suffix = suffix(scale.unit);
     let gap = ui.spacing().item_spacing.x;
@@ -240,10 +268,11 @@ pub fn shown_name(spec: &Spec) -> String {
     spec.name.replace('_', " ")
 }
 
-/// A row for a technique's parameter in a scene that is seen from this distance, metres; `pinned` is changed by the name's menu.
-pub fn parameter(ui: &mut Ui, spec: &Spec, value: &mut Value, distance: f64, pinned: &mut bool) {
+/// A row for a technique's parameter in a scene that is seen from this distance, metres, and with this default; `pinned` is changed by
+/// the name's menu.
+pub fn parameter(ui: &mut Ui, spec: &Spec, value: &mut Value, (distance, default): (f64, Value), pinned: &mut bool) {
     let name = shown_name(spec);
-    let (doc, range, default) = (spec.doc.trim(), spec.range(), spec.default());
+    let (doc, range) = (spec.doc.trim(), spec.range());
     let tip =
         format!("{doc}\nRange: {range}. Default: {default}.\nDouble-click the name to reset, right-click to pin.");
     row(ui, &name, &tip, |ui, label| {
@@ -262,7 +291,8 @@ pub fn parameter(ui: &mut Ui, spec: &Spec, value: &mut Value, distance: f64, pin
                     *number = v as i64;
                 }
             }
-            (Kind::Float { default, min, max }, Value::Float(number)) => {
+            (Kind::Float { default: ordinary, min, max }, Value::Float(number)) => {
+                let default = if let Value::Float(default) = default { default } else { ordinary };
                 let end = spec.reach.map_or(max, |share| nice(share * distance).clamp(4.0 * default, max));
                 let smallest = if min > 0.0 && end / min >= 50.0 {
                     Some(min)
@@ -290,20 +320,20 @@ pub fn parameter(ui: &mut Ui, spec: &Spec, value: &mut Value, distance: f64, pin
                 });
                 shown.response.labelled_by(label.id).tip(&tip);
             }
-            _ => *value = spec.default(),
+            _ => *value = default.clone(),
         }
-        let default = *value == spec.default();
-        let reset = !default && reset(ui, &name, &spec.default());
+        let chosen = *value != default;
+        let reset = chosen && reset(ui, &name, &default);
         if reset || label.double_clicked() {
-            *value = spec.default();
+            *value = default.clone();
         }
         label.context_menu(|ui| {
             if ui.button(if *pinned { "Unpin" } else { "Pin to the top" }).clicked() {
                 *pinned ^= true;
                 ui.close();
             }
-            if ui.add_enabled(!default, Button::new(format!("Reset to {}", spec.default()))).clicked() {
-                *value = spec.default();
+            if ui.add_enabled(chosen, Button::new(format!("Reset to {default}"))).clicked() {
+                *value = default.clone();
                 ui.close();
             }
         });

@@ -131,7 +131,8 @@ fn aimed(ui: &mut Ui, rect: Rect, camera: &Camera, position: &mut Vec3, directio
 /// Where the handle of a light's direction stands.
 fn tip(camera: &Camera, position: Vec3, axis: Vec3) -> Vec3 {
     let depth = (position - camera.position).dot(camera.forward());
-    position + axis * (depth * 0.25).max(camera.near)
+    let size = camera.height.unwrap_or(depth);
+    position + axis * (size * 0.25).max(camera.near)
 }
 
 /// The handle of a light's direction, with the line to it; the new direction while it is dragged.
@@ -160,7 +161,7 @@ fn disc(ui: &mut Ui, rect: Rect, camera: &Camera, position: Vec3, radius: &mut f
     ring(ui, rect, camera, position, [right * *radius, up * *radius]);
     let mut end = position + right * *radius;
     if handle(ui, rect, camera, &mut end, "light's radius", 5.0, "Drag to change the light's radius.") {
-        *radius = (end - position).dot(right).clamp(0.01, MAX_RADIUS);
+        *radius = (end - position).dot(right).clamp(0.01 * *radius, MAX_RADIUS);
     }
 }
 
@@ -187,7 +188,7 @@ fn rectangle(ui: &mut Ui, rect: Rect, camera: &Camera, center: &mut Vec3, [half_
             // As far along the side as its handle is seen to have moved.
             let seen = way - camera.forward() * way.dot(camera.forward());
             let further = (end - *center - *half).dot(seen) / seen.length_squared().max(0.01);
-            *half = way * (half.length() + further).max(0.01);
+            *half = way * (half.length() + further).max(0.01 * half.length());
         }
     }
     place(ui, rect, camera, center, "light");
@@ -299,7 +300,7 @@ mod tests {
     const RECT: Rect = Rect { min: pos2(0.0, 0.0), max: pos2(800.0, 600.0) };
 
     fn camera() -> Camera {
-        Camera { position: Vec3::new(1.0, 6.0, 7.0), target: Vec3::ZERO, fov: 50.0, near: 0.1, far: 100.0 }
+        Camera::new(Vec3::new(1.0, 6.0, 7.0), Vec3::ZERO, 50.0, 0.1, 100.0)
     }
 
     /// The light after a drag from one point in space towards another, as they are seen.

@@ -2,7 +2,7 @@
 
 use super::controls::{shown_name, shown_value};
 use crate::legend::letter;
-use crate::scene::Camera;
+use crate::scene::{Camera, Clock, Scene};
 use crate::setup::{Setup, Side};
 use crate::techniques;
 use std::time::{Duration, Instant};
@@ -53,8 +53,8 @@ impl History {
         }
         let flown = Setup { camera: now.camera, time: now.time, ..self.last.clone() };
         if *now != flown {
-            // A flight just before is a step of its own.
-            if now.camera != self.last.camera && !at_once {
+            // A flight just before is a step of its own; another animation may take the camera along.
+            if now.camera != self.last.camera && now.animation == self.last.animation && !at_once {
                 self.push(flown);
             }
             self.push(now.clone());
@@ -76,24 +76,30 @@ impl History {
         now.camera != self.last.camera
     }
 
+    /// Lets the clock of the open scene pass, and what follows its animation.
+    pub fn pass(&mut self, scene: &Scene, time: f32) {
+        let clock = Clock { time, ..self.last.clock() };
+        self.last.set_clock(scene, clock);
+    }
+
     /// Takes what changed since the last call as no step: the passing of time on a path.
     pub fn absorb(&mut self, now: &Setup) {
         self.last = now.clone();
     }
 
     /// The set-up before the last step, and what that step had changed.
-    pub fn undo(&mut self, now: &Setup) -> Option<(Setup, String)> {
+    pub fn undo(&mut self, scene: &Scene, now: &Setup) -> Option<(Setup, String)> {
         let step = self.past.pop()?;
-        self.last = stepped(&step.after, &step.before, now);
+        self.last = stepped(&step.after, &step.before, (scene, now));
         let told = changes(&step.before, &step.after);
         self.future.push(step);
         Some((self.last.clone(), told))
     }
 
     /// The set-up after the step that was undone last, and what the step changes.
-    pub fn redo(&mut self, now: &Setup) -> Option<(Setup, String)> {
+    pub fn redo(&mut self, scene: &Scene, now: &Setup) -> Option<(Setup, String)> {
         let step = self.future.pop()?;
-        self.last = stepped(&step.before, &step.after, now);
+        self.last = stepped(&step.before, &step.after, (scene, now));
         let told = changes(&step.before, &step.after);
         self.past.push(step);
         Some((self.last.clone(), told))
@@ -101,10 +107,10 @@ impl History {
 }
 
 /// The set-up at a step's other end. What moves without steps stays as it is now, unless the step changed it.
-fn stepped(from: &Setup, to: &Setup, now: &Setup) -> Setup {
+fn stepped(from: &Setup, to: &Setup, (scene, now): (&Scene, &Setup)) -> Setup {
     let mut out = to.clone();
     if from.scene == to.scene {
-        out.time = now.time;
+        out.set_clock(scene, Clock { time: now.time, ..to.clock() });
         if from.camera == to.camera {
             out.camera = now.camera;
         }
@@ -160,14 +166,15 @@ fn changes(before: &Setup, after: &Setup) -> String {
         before.against.iter().zip(&after.against).enumerate().filter(|(_, (a, b))| a.technique == b.technique)
     {
         for spec in a.info().into_iter().flat_map(|i| i.specs()) {
-            let value = |s: &Side| shown_value(s.params.get(spec.name).unwrap_or(&spec.default()));
+            let value = |s: &Side| shown_value(s.params.get(spec.name).unwrap_or(&spec.default_in(after.unit)));
             differ(&format!("{} {}", letter(i + 1), shown_name(spec)), value(a), value(b));
         }
     }
     for info in techniques::ALL {
         for spec in info.specs() {
-            let value =
-                |s: &Setup| s.params.get(info.id).and_then(|v| v.get(spec.name)).cloned().unwrap_or(spec.default());
+            let value = |s: &Setup| {
+                s.params.get(info.id).and_then(|v| v.get(spec.name)).cloned().unwrap_or(spec.default_in(s.unit))
+            };
             let own = info.id == after.technique;
             let title = if own { shown_name(spec) } else { format!("{} {}", info.id, shown_name(spec)) };
             differ(&title, shown_value(&value(before)), shown_value(&value(after)));

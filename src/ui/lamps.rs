@@ -2,8 +2,9 @@
 
 use super::controls::{HEIGHT, Tip, row};
 use super::model::Model;
+use super::panel::preset_name;
 use crate::light::Light;
-use crate::scene::Scene;
+use crate::scene::{Clock, Scene};
 use crate::setup::{Lamp, MOST_LIGHTS, Setup};
 use egui::{Align, Button, ComboBox, Layout, ScrollArea, Ui, WidgetInfo, vec2};
 use glam::Vec3;
@@ -13,14 +14,15 @@ const SHOWN: f32 = 5.0;
 const ROW: f32 = HEIGHT + 3.0;
 
 /// What a light is called: its number, and the preset that it is, or else its kind.
-pub fn name(scene: &Scene, number: usize, light: &Light) -> String {
-    let preset = scene.lights.iter().find(|l| l.light == *light);
-    format!("{number}: {}", preset.map_or_else(|| format!("own {}", light.kind()), |l| l.name.clone()))
+fn name(scene: &Scene, clock: Clock, number: usize, light: &Light) -> String {
+    let preset = scene.lights.iter().find(|l| l.at(scene, clock) == *light);
+    format!("{number}: {}", preset.map_or_else(|| format!("own {}", light.kind()), |l| preset_name(&l.name, l.node)))
 }
 
 /// The lights by name, in their order.
 pub fn names(m: &Model) -> Vec<String> {
-    m.setup.lamps().iter().enumerate().map(|(i, lamp)| name(&m.scene, i + 1, &lamp.light)).collect()
+    let clock = m.setup.clock();
+    m.setup.lamps().iter().enumerate().map(|(i, lamp)| name(&m.scene, clock, i + 1, &lamp.light)).collect()
 }
 
 /// The list, where there are several.
@@ -100,8 +102,9 @@ pub fn add(ui: &mut Ui, m: &mut Model) {
         let shown = ui.add_enabled_ui(count < MOST_LIGHTS, |ui| {
             combo.show_ui(ui, |ui| {
                 for preset in &scene.lights {
-                    if ui.selectable_label(false, &preset.name).tip("A light of the scene.").clicked() {
-                        added(m, |setup| setup.add_light(preset.light));
+                    let name = preset_name(&preset.name, preset.node);
+                    if ui.selectable_label(false, name).tip("A light of the scene.").clicked() {
+                        added(m, |setup| setup.add_light(preset.at(&scene, setup.clock())));
                     }
                 }
                 let copy = ui.selectable_label(false, "a copy of the present one");

@@ -3,7 +3,7 @@
 use super::controls::{Tip, field, room, row, slide};
 use super::lamps;
 use super::model::Model;
-use super::panel::{choice, vector};
+use super::panel::{choice, preset_name, vector};
 use crate::light::{KINDS, Light, MAX_RADIUS};
 use crate::techniques;
 use egui::{ComboBox, DragValue, Response, Ui};
@@ -32,18 +32,23 @@ pub fn show(ui: &mut Ui, m: &mut Model) {
 
 fn presets(ui: &mut Ui, m: &mut Model, label: &Response) {
     let scene = m.scene.clone();
-    let now = scene.lights.iter().find(|l| l.light == m.setup.light);
-    let text = now.map_or_else(|| format!("own {}", m.setup.light.kind()), |l| l.name.clone());
+    let clock = m.setup.clock();
+    let now = scene.lights.iter().find(|l| l.at(&scene, clock) == m.setup.light);
+    let text = now.map_or_else(|| format!("own {}", m.setup.light.kind()), |l| preset_name(&l.name, l.node));
     let width = ui.available_width();
     let shown = ComboBox::from_id_salt("light").selected_text(text).width(width).truncate().show_ui(ui, |ui| {
         for preset in &scene.lights {
             let doc = DOCS[preset.light.index()];
-            if ui.selectable_label(preset.light == m.setup.light, &preset.name).tip(doc).clicked() {
-                m.setup.light = preset.light;
+            let light = preset.at(&scene, clock);
+            if ui.selectable_label(light == m.setup.light, preset_name(&preset.name, preset.node)).tip(doc).clicked() {
+                m.setup.light = light;
             }
         }
     });
-    shown.response.labelled_by(label.id).tip("The lights of the scene. Own: changed by you.");
+    shown
+        .response
+        .labelled_by(label.id)
+        .tip("The lights of the scene. Animated ones move with the clock, until you move them. Own: changed by you.");
 }
 
 fn details(ui: &mut Ui, m: &mut Model) {
@@ -139,7 +144,8 @@ fn aim(ui: &mut Ui, direction: &mut Vec3) {
 
 fn reach(ui: &mut Ui, range: &mut f32, far: f32) {
     let tip = "Distance beyond which the light no longer reaches.";
-    slide(ui, "range", tip, range, 0.1..=far.max(*range).max(1.0), true, "m");
+    let least = 0.1f32.min(1e-3 * far);
+    slide(ui, "range", tip, range, least..=far.max(*range), true, "m");
 }
 
 fn size(ui: &mut Ui, radius: &mut f32) {
@@ -184,7 +190,7 @@ pub fn from_angles(azimuth: f32, elevation: f32) -> Vec3 {
 /// A light of another kind that lights the scene from about where the old one does, as brightly, and is as large from there.
 pub fn converted(light: &Light, kind: usize, bounds: [Vec3; 2]) -> Light {
     let middle = (bounds[0] + bounds[1]) / 2.0;
-    let radius = ((bounds[1] - bounds[0]).length() / 2.0).max(1e-3);
+    let radius = ((bounds[1] - bounds[0]).length() / 2.0).max(1e-9);
     let sun = matches!(light, Light::Directional { .. });
     let direction = light.axis();
     let position = if sun { middle - direction * radius } else { light.position() };

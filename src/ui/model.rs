@@ -18,7 +18,7 @@ use crate::measure::advise::Budget;
 use crate::measure::stability::Run;
 use crate::message;
 use crate::params::Values;
-use crate::scene::{Camera, Scene};
+use crate::scene::{Camera, Clock, Scene};
 use crate::setup::{Arrange, Setup, Side};
 use crate::techniques::{self, Info, lixel_per_pixel};
 use crate::truth::Progress;
@@ -567,6 +567,8 @@ impl Model {
         let own = setup.values().clone();
         setup.params = self.setup.params.clone();
         setup.params.insert(setup.technique.clone(), own);
+        let unit = std::mem::replace(&mut setup.unit, self.setup.unit);
+        setup.take_unit(unit);
         setup.complete();
         setup.fit_path();
         self.camera_chosen = true;
@@ -599,10 +601,18 @@ impl Model {
     pub fn advance(&mut self, seconds: f32) {
         if self.playing {
             let duration = self.duration();
-            self.setup.time = if duration > 0.0 { (self.setup.time + seconds) % duration } else { 0.0 };
+            let time = if duration > 0.0 { (self.setup.time + seconds) % duration } else { 0.0 };
+            self.set_clock(Clock { time, ..self.setup.clock() });
         }
         self.play_on(seconds);
         self.take_sample();
+    }
+
+    /// Sets the scene's clock, and what follows it: no step that can be undone, but for a change of the animation.
+    pub fn set_clock(&mut self, to: Clock) {
+        self.home = self.scene.follow_camera(self.home, [self.setup.clock(), to]);
+        self.setup.set_clock(&self.scene, to);
+        self.history.pass(&self.scene, to.time);
     }
 
     /// Says something for a few seconds.
@@ -699,7 +709,7 @@ impl Model {
 
     /// The scene's extent from corner to corner, metres.
     pub fn diagonal(&self) -> f32 {
-        (self.bounds[1] - self.bounds[0]).length().max(1e-3)
+        (self.bounds[1] - self.bounds[0]).length().max(1e-9)
     }
 
     /// Length of the chosen animation, seconds.
@@ -711,7 +721,7 @@ impl Model {
     /// Undoes a step; the action loads the scene, where that differs.
     pub fn undo(&mut self) -> Option<Action> {
         self.history.commit(&self.setup, true);
-        let (before, told) = self.history.undo(&self.setup)?;
+        let (before, told) = self.history.undo(&self.scene, &self.setup)?;
         self.say_step(format!("Undid: {told}"));
         self.take(before)
     }
@@ -719,7 +729,7 @@ impl Model {
     /// Does an undone step again.
     pub fn redo(&mut self) -> Option<Action> {
         self.history.commit(&self.setup, true);
-        let (after, told) = self.history.redo(&self.setup)?;
+        let (after, told) = self.history.redo(&self.scene, &self.setup)?;
         self.say_step(format!("Redid: {told}"));
         self.take(after)
     }

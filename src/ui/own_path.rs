@@ -224,7 +224,8 @@ fn row(ui: &mut Ui, m: &mut Model, path: &OwnPath, (i, key): (usize, &Key), gone
 /// Whether a camera stands or looks elsewhere than another, by more than what rounding does.
 pub fn camera_moved(a: &Camera, b: &Camera) -> bool {
     let far = |p: glam::Vec3, q: glam::Vec3| p.distance(q) > 1e-4 * a.reach();
-    far(a.position, b.position) || far(a.target, b.target) || (a.fov - b.fov).abs() > 1e-3
+    let tilted = a.up.distance(b.up) > 1e-4 || a.height != b.height;
+    far(a.position, b.position) || far(a.target, b.target) || (a.fov - b.fov).abs() > 1e-3 || tilted
 }
 
 /// The same for a light in a scene of this diagonal, metres.

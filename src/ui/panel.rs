@@ -1,6 +1,6 @@
 //! The side panel: every setting and figure, in sections that fold.
 
-use super::controls::{HEIGHT, Tip, field, parameter, row, set_panel_left, slide};
+use super::controls::{HEIGHT, Tip, field, length_unit, parameter, row, set_length_unit, set_panel_left, slide};
 use super::lighting;
 use super::model::{Action, Model};
 use super::style::TEXT;
@@ -9,6 +9,7 @@ use crate::legend::{Key as Legend, letter, picture_height, strip_height};
 use crate::params::Spec;
 use crate::scene::builtin;
 use crate::scene::builtin::cases;
+use crate::scene::{Camera, Clock};
 use crate::setup::place;
 use crate::techniques::{self, Info, lixel_per_pixel};
 use egui::collapsing_header::{CollapsingState, paint_default_icon};
@@ -31,6 +32,7 @@ pub const LEAST: f32 = 300.0;
 /// Draws the panel's contents; changes go into the model, what only the window can do into `out`.
 pub fn show(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
     set_panel_left(ui.ctx(), Some(ui.max_rect().left()));
+    set_length_unit(ui, m.diagonal());
     head(ui, m, out);
     ui.separator();
     // A space of its own: contents that are too wide are cut off and never widen the panel.
@@ -224,8 +226,10 @@ fn file(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
         },
     );
     let size = m.bounds[1] - m.bounds[0];
-    let facts = format!("{} triangles, {:.1} × {:.1} × {:.1} m", grouped(m.scene.triangles()), size.x, size.y, size.z);
-    ui.label(RichText::new(facts).small().weak()).tip("Size of the scene: width, height and depth in metres.");
+    let (unit, metres) = length_unit(ui);
+    let [x, y, z] = size.to_array().map(|side| f64::from(side) / metres);
+    let facts = format!("{} triangles, {x:.1} × {y:.1} × {z:.1} {unit}", grouped(m.scene.triangles()));
+    ui.label(RichText::new(facts).small().weak()).tip("Size of the scene: width, height and depth.");
     if !m.scene.notes.is_empty() {
         let title = format!("What the loader changed ({})", m.scene.notes.len());
         ui.collapsing(RichText::new(title).small(), |ui| {
@@ -360,7 +364,7 @@ fn parameters(ui: &mut Ui, m: &mut Model) {
         ui.label(RichText::new("The truth has no parameters but its samples, above.").small().weak());
         return;
     };
-    let distance = m.first_reach() as f64;
+    let (distance, unit) = (m.first_reach() as f64, m.setup.unit);
     let other = compare::other_values(m);
     let mut held = std::mem::take(&mut m.pinned);
     let pinned = &mut held;
@@ -380,9 +384,10 @@ fn parameters(ui: &mut Ui, m: &mut Model) {
             ui.allocate_space(vec2(0.0, places.get(&place).copied().unwrap_or_default()));
             return;
         }
-        let value = values.entry(spec.name.into()).or_insert_with(|| spec.default());
+        let default = spec.default_in(unit);
+        let value = values.entry(spec.name.into()).or_insert_with(|| default.clone());
         let mut held = pinned.contains(spec.name);
-        let row = ui.push_id((chosen.id, spec.name), |ui| parameter(ui, spec, value, distance, &mut held));
+        let row = ui.push_id((chosen.id, spec.name), |ui| parameter(ui, spec, value, (distance, default), &mut held));
         places.insert(place, row.response.rect.height());
         if let Some((side, theirs)) = other.get(spec.name).filter(|(_, theirs)| theirs != value) {
             compare::differs(ui, row.response.rect, spec, &format!("{side} has {theirs}."));
@@ -434,12 +439,16 @@ fn camera(ui: &mut Ui, m: &mut Model) {
                 }
                 freeze::button(ui, m);
                 let scene = m.scene.clone();
-                let now = scene.cameras.iter().find(|c| c.camera == m.setup.camera).map_or("free", |c| c.name.as_str());
+                let clock = m.setup.clock();
+                let now = scene.cameras.iter().find(|c| c.at(&scene, clock) == m.setup.camera);
+                let now = now.map_or_else(|| "free".into(), |c| preset_name(&c.name, c.node));
                 let combo = ComboBox::from_id_salt("camera").selected_text(now).width(ui.available_width()).truncate();
                 let shown = combo.show_ui(ui, |ui| {
                     for preset in &scene.cameras {
-                        if ui.selectable_label(preset.camera == m.setup.camera, &preset.name).clicked() {
-                            m.home = preset.camera;
+                        let camera = preset.at(&scene, clock);
+                        let name = preset_name(&preset.name, preset.node);
+                        if ui.selectable_label(camera == m.setup.camera, name).clicked() {
+                            m.home = camera;
                             m.go_home();
                         }
                     }
@@ -448,29 +457,73 @@ fn camera(ui: &mut Ui, m: &mut Model) {
                 shown
                     .response
                     .labelled_by(label.id)
-                    .tip("The cameras of the scene. Free: moved away from all of them.");
+                    .tip("The cameras of the scene. Animated ones move with the clock, until you move them. Free: moved away from all of them.");
             });
         },
         place_of_camera,
     );
 }
 
+/// What a camera or light of the scene is called; one with a node is moved by the scene's animation.
+pub fn preset_name(name: &str, node: Option<u32>) -> String {
+    if node.is_some() { format!("{name} (animated)") } else { name.into() }
+}
+
 fn place_of_camera(ui: &mut Ui, m: &mut Model) {
     freeze::outlines(ui, m);
-    let o = m.scene.origin;
+    let (o, speed) = (m.scene.origin, 0.002 * m.diagonal());
+    let least = (1e-3 * m.setup.unit as f32).max(1e-6);
     let c = &mut m.setup.camera;
-    slide(ui, "field of view", "Vertical angle that the picture covers.", &mut c.fov, 5.0..=120.0, false, "°");
+    projection(ui, c, m.bounds);
     let far = c.far;
     let tip = "Nothing nearer than this is drawn. Techniques that divide depth logarithmically depend on it.";
-    slide(ui, "near", tip, &mut c.near, 1e-3..=(far * 0.5).max(2e-3), true, "m");
+    slide(ui, "near", tip, &mut c.near, least..=(far * 0.5).max(2.0 * least), true, "m");
     let near = c.near;
     let tip = "Nothing farther away than this is drawn.";
     slide(ui, "far", tip, &mut c.far, (near * 2.0)..=(near * 2.0).max(1e5), true, "m");
-    vector(ui, "position", "Where the camera stands: x, y (up), z in metres.", &mut c.position, o, 0.05);
-    let tip = "The point that it looks at and turns around: x, y (up), z in metres.";
-    vector(ui, "target", tip, &mut c.target, o, 0.05);
+    vector(ui, "position", "Where the camera stands: x, y (up), z.", &mut c.position, o, speed);
+    let tip = "The point that it looks at and turns around: x, y (up), z.";
+    vector(ui, "target", tip, &mut c.target, o, speed);
     if c.position == c.target {
-        c.target.z -= 0.01;
+        c.target.z -= 10.0 * least;
+    }
+}
+
+/// Perspective or orthographic, how much the picture covers, and how it is turned.
+fn projection(ui: &mut Ui, c: &mut Camera, bounds: [Vec3; 2]) {
+    let kinds = ["perspective", "orthographic"];
+    let mut kind = c.height.is_some() as usize;
+    let tip = "Perspective: rays meet in the camera. Orthographic: they run side by side, and all depths are shown at one size.";
+    row(ui, "projection", tip, |ui, label| {
+        let combo = ComboBox::from_id_salt("projection").width(ui.available_width());
+        combo.show_index(ui, &mut kind, 2, |i| kinds[i]).labelled_by(label.id);
+    });
+    if (kind == 1) != c.height.is_some() {
+        // What lies at the target keeps its size.
+        let height = c.height_at(c.reach());
+        if let Some(height) = c.height.take() {
+            let back = -c.forward() * 0.5 * height / (0.5 * c.fov.to_radians()).tan();
+            c.position = c.target + back;
+        } else {
+            c.height = Some(height);
+        }
+    }
+    match &mut c.height {
+        Some(height) => {
+            let whole = bounds[0].distance(bounds[1]);
+            let tip = "How much the picture covers from its lower to its upper edge.";
+            slide(ui, "height", tip, height, (1e-3 * whole).max(1e-6)..=(4.0 * whole).max(*height), true, "m");
+        }
+        None => {
+            let tip = "Vertical angle that the picture covers.";
+            slide(ui, "field of view", tip, &mut c.fov, 5.0..=120.0, false, "°");
+        }
+    }
+    let mut roll = c.roll().to_degrees();
+    let before = roll;
+    slide(ui, "roll", "How far the picture is turned clockwise from upright.", &mut roll, -180.0..=180.0, false, "°");
+    if roll != before {
+        c.set_roll(roll.to_radians());
     }
 }
 
@@ -481,13 +534,15 @@ pub fn vector(ui: &mut Ui, name: &str, tip: &str, v: &mut Vec3, origin: DVec3, s
     let before = *v;
     let part = |ui: &mut Ui, width: f32, label: &Response, axis: usize, part: &mut f32| {
         let origin = origin[axis];
-        let now = place::original(*part, origin);
+        let (unit, metres) = length_unit(ui);
+        let now = place::original(*part, origin) / metres;
         let mut shown = now;
-        let drag = DragValue::new(&mut shown).speed(speed).max_decimals(2).suffix(" m");
-        let drag = drag.range(origin - 1e7..=origin + 1e7);
-        field(ui, width, drag, &format!("{} in metres: {now}", AXES[axis])).labelled_by(label.id);
+        let drag =
+            DragValue::new(&mut shown).speed(f64::from(speed) / metres).max_decimals(2).suffix(format!(" {unit}"));
+        let drag = drag.range((origin - 1e7) / metres..=(origin + 1e7) / metres);
+        field(ui, width, drag, &format!("{} in {unit}: {now}", AXES[axis])).labelled_by(label.id);
         if shown != now {
-            *part = place::local(shown, origin);
+            *part = place::local(shown * metres, origin);
         }
     };
     let parts = [&mut v.x, &mut v.y, &mut v.z].into_iter().enumerate();
@@ -529,17 +584,15 @@ fn animation(ui: &mut Ui, m: &mut Model) {
         let combo = ComboBox::from_id_salt("animation").width(width).truncate();
         let combo = combo.show_index(ui, &mut chosen, names.len(), |i| names.get(i).cloned().unwrap_or_default());
         combo.tip("Which of the file's animations plays.");
-        m.setup.animation = chosen as u32;
+        if chosen != m.setup.animation as usize {
+            m.set_clock(Clock { animation: chosen as u32, ..m.setup.clock() });
+        }
     });
-    slide(
-        ui,
-        "time",
-        "Where the animation stands. Drag to scrub.",
-        &mut m.setup.time,
-        0.0..=duration.max(0.01),
-        false,
-        "s",
-    );
+    let mut time = m.setup.time;
+    if slide(ui, "time", "Where the animation stands. Drag to scrub.", &mut time, 0.0..=duration.max(0.01), false, "s")
+    {
+        m.set_clock(Clock { time, ..m.setup.clock() });
+    }
 }
 
 fn capture(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {

@@ -211,7 +211,8 @@ impl Open {
         self.loading += 1;
         self.restoring = false;
         let name = path.file_name().map_or(what.clone(), |n| message::shortened(&n.to_string_lossy()));
-        self.desk.open(self.loading, what, Room::of(&self.gpu));
+        let technique = self.model.as_ref().map(|m| m.setup.technique.clone());
+        self.desk.open(self.loading, what, technique, Room::of(&self.gpu));
         self.say_loading(name);
     }
 

@@ -191,8 +191,8 @@ impl Desk {
         std::thread::spawn(move || work(&post))
     }
 
-    /// Opens a scene, set-up, capture or world.
-    pub fn open(&self, job: u64, what: String, room: Room) {
+    /// Opens a scene, set-up, capture or world; a scene with a light that the technique serves, or the default one.
+    pub fn open(&self, job: u64, what: String, technique: Option<String>, room: Room) {
         self.start(move |post| {
             let path = files::path_of(&what);
             let ending = path.extension().map(|e| e.to_ascii_lowercase());
@@ -205,7 +205,9 @@ impl Desk {
                 return post.send(Done::World(job, path, world));
             }
             let bare = ending.is_none_or(|e| e != "toml" && e != "png");
-            let opened = Setup::open(&what).and_then(|(setup, scene)| prepared(setup, scene, &room, bare));
+            let technique = technique.as_deref().unwrap_or(setup::DEFAULT_TECHNIQUE);
+            let opened =
+                Setup::open_for(&what, &[technique]).and_then(|(setup, scene)| prepared(setup, scene, &room, bare));
             post.send(Done::Loaded(job, opened));
         });
     }

@@ -95,7 +95,7 @@ fn the_range_that_is_seen_is_split() {
     let mut steps = 0;
     for i in 0..200 {
         let position = Vec3::new(40.0 - 0.1 * i as f32, 8.0, 3.0);
-        let camera = Camera { position, target: Vec3::ZERO, fov: 40.0, near: 0.1, far: 1000.0 };
+        let camera = Camera::new(position, Vec3::ZERO, 40.0, 0.1, 1000.0);
         let scope = Scope { camera, light: sun(Vec3::Y), bounds, aspect: 1.5, resolution: 512, margin: 1.0 };
         let range = |range: &str, fit: &str| {
             split_range(&PssmParams { range: range.into(), fit: fit.into(), ..pssm(0.5, 0.0) }, &scope)
@@ -116,7 +116,7 @@ fn the_range_that_is_seen_is_split() {
     }
     assert!((2..30).contains(&steps), "{steps}");
     // Where nothing is seen, all that the camera has.
-    let camera = Camera { position: Vec3::Y * 9.0, target: Vec3::Y * 99.0, fov: 40.0, near: 0.1, far: 1000.0 };
+    let camera = Camera::new(Vec3::Y * 9.0, Vec3::Y * 99.0, 40.0, 0.1, 1000.0);
     let scope = Scope { camera, light: sun(Vec3::Y), bounds, aspect: 1.5, resolution: 512, margin: 1.0 };
     assert_eq!(split_range(&pssm(0.5, 0.0), &scope), [0.1f32 as f64, 1000.0]);
 }
@@ -346,7 +346,7 @@ fn stable_texels_stay_in_the_world() {
         let mut most = 0f64;
         for _ in 0..200 {
             let position = random.point() * 20.0;
-            let camera = Camera { position, target: position + random.point(), fov: 50.0, near: 0.5, far: 60.0 };
+            let camera = Camera::new(position, position + random.point(), 50.0, 0.5, 60.0);
             let seen = Seen { camera: &camera, aspect: 1.5, whole, reach: 0.0 };
             let views = light_views(&p, &c, &splits(&p, 4, 0.5, 60.0), &seen, &[None; 4]);
             // The texel that holds the world's origin, with its fraction.
@@ -715,8 +715,7 @@ fn stable_texels_stay_in_a_lamps_image() {
             let t = i as f32 / 400.0;
             let position = Vec3::new(-6.0 + 10.0 * t, 2.0, 5.0 - 4.0 * t);
             let (sin, cos) = (1.5 * t).sin_cos();
-            let camera =
-                Camera { position, target: position + Vec3::new(sin, -0.2, -cos), fov: 50.0, near: 0.5, far: 60.0 };
+            let camera = Camera::new(position, position + Vec3::new(sin, -0.2, -cos), 50.0, 0.5, 60.0);
             let scope = Scope { camera, light, bounds, aspect: 1.5, resolution: 512, margin: 1.0 };
             let views = lamp_views(&p, &c, &[0.5, 3.0, 8.0, 20.0], &scope, (whole, 0.0), &[None; 3]);
             // A lamp's axis is at (c, 1 / side): the texel in which the axis lies, and the map's sides.

@@ -1,6 +1,7 @@
 //! The program from outside: captures, measurements, lists and errors.
 
 use crate::common::{ok, shadowscope};
+use crate::gltf::motion::turntable;
 use serde_json::Value;
 use std::path::Path;
 use std::process::Command;
@@ -46,6 +47,32 @@ fn captures_repeat_and_reopen_byte_for_byte() {
     assert!(differing > 20 && differing < 160 * 90 / 2, "{differing} pixels differ");
     let softer = pixels("s.png").pixels().zip(pixels("p.png").pixels()).filter(|(a, b)| a != b).count();
     assert!(softer > 20, "{softer} pixels differ where the light has a size");
+}
+
+/// A figure of an animated scene, camera and light reopens as it was, and at another time as if it had been drawn there.
+#[test]
+fn figures_follow_the_files_animation() {
+    let dir = tempfile::tempdir().unwrap();
+    let folder = dir.path();
+    std::fs::write(folder.join("t.glb"), turntable().glb()).unwrap();
+    let start = ["capture", "t.glb", "--size", "64x48", "--camera", "rider", "--light", "star", "--view", "visibility"];
+    for time in ["0", "0.25", "0.75"] {
+        ok(folder, &[&start[..], &["--time", time, "-o", &format!("{time}.png")]].concat());
+    }
+    assert_ne!(read(folder, "0.png"), read(folder, "0.25.png"));
+    for (from, to) in [("0.25", "0.25"), ("0", "0.75"), ("0.75", "0.25")] {
+        ok(folder, &["capture", &format!("{from}.png"), "--time", to, "-o", "again.png"]);
+        assert_eq!(read(folder, "again.png"), read(folder, &format!("{to}.png")), "from {from} to {to}");
+    }
+    // The second animation stands: named, by its number, or in the figure.
+    for (name, time) in [("rest", "0.25"), ("1", "0.75")] {
+        ok(folder, &["capture", "0.25.png", "--animation", name, "--time", time, "-o", "rest.png"]);
+        let pixels = |name: &str| image::open(folder.join(name)).unwrap().to_rgba8();
+        assert_eq!(pixels("rest.png"), pixels("0.png"), "{name}");
+    }
+    let out = shadowscope(folder, &["capture", "t.glb", "--animation", "2", "-o", "x.png"]);
+    let error = String::from_utf8_lossy(&out.stderr).into_owned();
+    assert!(!out.status.success() && error.contains("no animation 2; there are turn, rest"), "{error}");
 }
 
 #[test]

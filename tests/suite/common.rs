@@ -81,15 +81,15 @@ pub fn scene(meshes: Vec<Mesh>, materials: Vec<Material>, camera: Camera, light:
         parent: None,
         local: Local::Matrix(DMat4::IDENTITY),
         meshes: (0..meshes.len() as u32).collect(),
-        instances: vec![],
+        ..Node::default()
     }];
     Scene {
         name: "test".into(),
         meshes,
         nodes,
         materials,
-        cameras: vec![NamedCamera { name: "camera".into(), camera }],
-        lights: vec![NamedLight { name: "light".into(), light }],
+        cameras: vec![NamedCamera { name: "camera".into(), camera, node: None }],
+        lights: vec![NamedLight { name: "light".into(), light, node: None }],
         ..Scene::default()
     }
 }
@@ -180,7 +180,7 @@ pub fn yard() -> Vec<[Vec3; 3]> {
 }
 
 pub fn camera(position: Vec3, target: Vec3) -> Camera {
-    Camera { position, target, fov: 50.0, near: 0.1, far: 200.0 }
+    Camera::new(position, target, 50.0, 0.1, 200.0)
 }
 
 /// A renderer of the scene and the set-up that it starts with, at a size.

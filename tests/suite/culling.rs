@@ -103,7 +103,7 @@ fn casters_that_cover_no_texel_are_left_out_and_no_others() {
     {
         let triangles = awkward(&v, &mut random, 12_000);
         let count = triangles.len() as u32;
-        let corner = |p: &Vec3| Vertex { position: *p, normal: 0, uv: Vec2::ZERO, material: 0, padding: 0 };
+        let corner = |p: &Vec3| Vertex { position: *p, normal: 0, uv: Vec2::ZERO, material: 0, color: 0 };
         let corners: Vec<Vertex> = triangles.iter().flatten().map(corner).collect();
         let fitting = Fitting { count: 1, opaque: count, triangles: count, culled: 1, ..bytemuck::Zeroable::zeroed() };
         let all: Vec<u32> = (0..3 * count).collect();

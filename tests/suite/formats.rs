@@ -1,7 +1,7 @@
 //! Scenes in OBJ, PLY and STL, formats that are refused, and presets beside a scene's file.
 
 use crate::common::{ok, shadowscope};
-use glam::{DVec3, Vec3};
+use glam::{DVec3, Vec3, Vec4};
 use shadowscope::scene::geometry::Geometry;
 use shadowscope::scene::{Mesh, Scene, formats};
 use std::path::Path;
@@ -292,14 +292,16 @@ fn files_that_are_damaged() {
 fn strips_of_a_ply_file() {
     let scene = loaded(
         "strips.ply",
-        b"ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\nproperty uchar red\n\
-          element tristrips 1\nproperty list int int vertex_indices\nend_header\n0 0 0 1\n0 0 1 1\n1 0 0 1\n1 0 1 1\n\
+        b"ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\nproperty uchar red\nproperty uchar green\nproperty uchar blue\n\
+          element tristrips 1\nproperty list int int vertex_indices\nend_header\n0 0 0 255 0 188\n0 0 1 255 0 188\n1 0 0 255 0 188\n1 0 1 255 0 188\n\
           8 0 1 2 3 -1 0 1 2\n",
     );
     assert_eq!(scene.triangles(), 3);
     assert!((area(&scene.meshes[0]) - 1.5).abs() < 1e-6);
     assert!(scene.meshes[0].normals.iter().all(|n| n.abs_diff_eq(Vec3::Y, 1e-6)));
-    assert!(scene.notes[0].contains("4 vertices have colours"), "{:?}", scene.notes);
+    let half = Vec4::new(1.0, 0.0, 0.5, 1.0);
+    assert!(scene.meshes[0].colors.len() == scene.meshes[0].positions.len(), "a colour a vertex");
+    assert!(scene.meshes[0].colors.iter().all(|c| c.abs_diff_eq(half, 0.01)), "{:?}", scene.meshes[0].colors);
 }
 
 #[test]

@@ -10,7 +10,7 @@ use shadowscope::setup::Setup;
 
 /// A level view between two depths under a sun straight above, whose body is that part of the frustum.
 fn level(near: f32, far: f32) -> Scope {
-    let view = Camera { position: Vec3::new(0.0, 1.0, 0.0), target: Vec3::new(0.0, 1.0, -1.0), fov: 60.0, near, far };
+    let view = Camera::new(Vec3::new(0.0, 1.0, 0.0), Vec3::new(0.0, 1.0, -1.0), 60.0, near, far);
     let bounds = [Vec3::new(-1.0, -1.0, -1.0) * 4.0 * far, Vec3::new(1.0, 1.0, 1.0) * 4.0 * far];
     Scope { camera: view, light: sun(Vec3::Y), bounds, aspect: 1.0, resolution: 512, margin: 1.0 }
 }

@@ -8,8 +8,8 @@ use shadowscope::gpu::{self, Gpu};
 use shadowscope::light::{Light, LightView};
 use shadowscope::measure::metrics::FACING;
 use shadowscope::measure::{self};
-use shadowscope::scene::Mesh;
 use shadowscope::scene::builtin::cases;
+use shadowscope::scene::{Clock, Mesh};
 use shadowscope::setup::{Setup, parse_camera, parse_light};
 use std::sync::Arc;
 
@@ -321,8 +321,8 @@ fn rays_without_room_go_in_bands() {
 #[test]
 fn far_rays_find_room() {
     let (mut s, scene) = Setup::open("tests/data/notw-20km.glb").unwrap();
-    s.camera = parse_camera(&scene, "-19994,312,5012:-20000,300,5000:50").unwrap();
-    s.light = parse_light(&scene, "directional:to_light=0.5,1,0.3").unwrap();
+    s.camera = parse_camera(&scene, "-19994,312,5012:-20000,300,5000:50", Clock::default()).unwrap();
+    s.light = parse_light(&scene, "directional:to_light=0.5,1,0.3", Clock::default()).unwrap();
     s.size = [160, 160];
     select(&mut s, "notw", &[]);
     let mut r = Renderer::new(gpu(), Arc::new(scene)).unwrap();

@@ -6,7 +6,7 @@ use shadowscope::capture;
 use shadowscope::frame::Renderer;
 use shadowscope::light::Light;
 use shadowscope::measure::metrics::{self, Errors};
-use shadowscope::scene::{Camera, gltf};
+use shadowscope::scene::{Camera, Clock, gltf};
 use shadowscope::setup::{Setup, parse_camera, parse_light};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -41,13 +41,13 @@ fn measured(path: &Path, at: DVec3) -> Vec<(String, Errors, Vec<f32>)> {
     let (mut setup, scene) = Setup::open(&path.to_string_lossy()).unwrap();
     setup.size = [96, 96];
     let eye = at + DVec3::new(2.0, 4.0, 4.0);
-    setup.camera = parse_camera(&scene, &format!("{}:{}:50", word(eye), word(at))).unwrap();
+    setup.camera = parse_camera(&scene, &format!("{}:{}:50", word(eye), word(at)), Clock::default()).unwrap();
     let lamp = word(at + DVec3::new(2.5, 5.0, 1.5));
     let lights = [
         "directional:to_light=0.5,1,0.3".to_string(),
         format!("spot:position={lamp};direction=-0.5,-1,-0.3;outer_angle=45;range=20"),
     ];
-    let lights: Vec<Light> = lights.iter().map(|l| parse_light(&scene, l).unwrap()).collect();
+    let lights: Vec<Light> = lights.iter().map(|l| parse_light(&scene, l, Clock::default()).unwrap()).collect();
     let mut renderer = Renderer::new(gpu(), Arc::new(scene)).unwrap();
     let mut out = Vec::new();
     for light in lights {
@@ -135,8 +135,8 @@ fn files_hold_the_scenes_own_coordinates() {
     let folder = tempfile::tempdir().unwrap();
     let far = DVec3::new(1e7, 0.0, -1e7);
     let (mut setup, scene) = Setup::open(&moved(folder.path(), far).to_string_lossy()).unwrap();
-    setup.camera = parse_camera(&scene, "10000002.1,4,-9999995.7:1e7,0.3,-1e7:50").unwrap();
-    setup.light = parse_light(&scene, "omni:position=10000000.5,3.7,-1e7;range=20").unwrap();
+    setup.camera = parse_camera(&scene, "10000002.1,4,-9999995.7:1e7,0.3,-1e7:50", Clock::default()).unwrap();
+    setup.light = parse_light(&scene, "omni:position=10000000.5,3.7,-1e7;range=20", Clock::default()).unwrap();
     let text = setup.to_toml(&folder.path().join("a.toml")).unwrap();
     for line in [
         "position = [10000002.1, 4.0, -9999995.7]",

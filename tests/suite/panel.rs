@@ -1,5 +1,6 @@
 //! The window's panel, without a window and without a device.
 
+use crate::gltf::motion::turntable;
 use egui_kittest::kittest::{NodeT, Queryable};
 use egui_kittest::{Harness, Node};
 use shadowscope::chart;
@@ -7,6 +8,7 @@ use shadowscope::light::Light;
 use shadowscope::measure::advise::{Advice, Budget, FIGURES, Figure};
 use shadowscope::measure::{self, Record, params_text, stability};
 use shadowscope::params::{Kind, Value};
+use shadowscope::scene::Clock;
 use shadowscope::scene::builtin::cases;
 use shadowscope::scene::geometry::Geometry;
 use shadowscope::setup::{self, Arrange, Setup};
@@ -1073,7 +1075,7 @@ fn places_are_shown_in_the_files_coordinates() {
         open(&mut harness, section);
     }
     let m = &mut harness.state_mut().model;
-    m.setup.camera = setup::parse_camera(&m.scene, "100002,4,100004.25:100000,0,100000:50").unwrap();
+    m.setup.camera = setup::parse_camera(&m.scene, "100002,4,100004.25:100000,0,100000:50", Clock::default()).unwrap();
     harness.run_steps(3);
     for shown in [100002.0, 4.0, 100004.25, 100000.0] {
         let fields = harness.get_all_by_role(egui::accesskit::Role::SpinButton).filter_map(|n| n.value());
@@ -1087,6 +1089,55 @@ fn places_are_shown_in_the_files_coordinates() {
     assert_eq!(after.target, before.target);
     assert!((after.reach() - before.reach()).abs() < 1e-4 && after.position.distance(before.position) > 1.0);
     assert!(after.position.length() < 10.0, "{after:?}");
+}
+
+/// A camera and a light on animated nodes go along while the clock runs and say so; what is taken in hand stays, and an undone
+/// step gives it back to the animation, where that stands now.
+#[test]
+fn what_is_animated_is_followed_until_it_is_taken_in_hand() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("turntable.glb");
+    std::fs::write(&path, turntable().glb()).unwrap();
+    let mut harness = harness(&path.to_string_lossy(), 2400.0);
+    let shows = |harness: &Harness<'static, State>, what: &str| texts(harness).iter().any(|t| t.0 == what);
+    let named = |harness: &Harness<'static, State>| {
+        let (m, clock) = (&harness.state().model, setup(harness).clock());
+        (setup::parse_camera(&m.scene, "rider", clock).unwrap(), setup::parse_light(&m.scene, "beam", clock).unwrap())
+    };
+    let play = |harness: &mut Harness<'static, State>, seconds: f32| {
+        let m = &mut harness.state_mut().model;
+        m.playing = true;
+        m.advance(seconds);
+        m.playing = false;
+        harness.run_steps(3);
+    };
+    assert!(shows(&harness, "rider (animated)") && shows(&harness, "beam (animated)"));
+    let start = setup(&harness).camera;
+    for _ in 0..3 {
+        play(&mut harness, 0.2);
+        assert_eq!((setup(&harness).camera, setup(&harness).light), named(&harness));
+    }
+    assert!(setup(&harness).camera.position.distance(start.position) > 3.0);
+    assert!(shows(&harness, "rider (animated)") && shows(&harness, "beam (animated)"));
+    assert!(!harness.state().model.history.can_undo(), "time passes without steps");
+    // Back to the start of the camera, not to where it stood then.
+    harness.state_mut().model.setup.camera.orbit(0.3, 0.1);
+    harness.state_mut().model.go_home();
+    assert_eq!(setup(&harness).camera, named(&harness).0);
+
+    harness.state_mut().model.setup.camera.orbit(0.3, 0.1);
+    let own = setup(&harness).camera;
+    play(&mut harness, 0.2);
+    assert_eq!((setup(&harness).camera, setup(&harness).light), (own, named(&harness).1));
+    assert!(shows(&harness, "free") && shows(&harness, "beam (animated)"));
+    harness.state_mut().model.undo();
+    harness.run_steps(3);
+    assert_eq!(setup(&harness).camera, named(&harness).0, "at {}", setup(&harness).time);
+    harness.state_mut().model.redo();
+    assert_eq!(setup(&harness).camera, own);
+    choose(&mut harness, "Camera", "rider (animated)");
+    play(&mut harness, 0.1);
+    assert_eq!(setup(&harness).camera, named(&harness).0);
 }
 
 /// Every text that is painted: where, in what clip rectangle, whether it was shortened, and its colour.
@@ -1548,7 +1599,7 @@ fn another_scene_keeps_technique_parameters_view_and_size() {
     assert_eq!((&back.values()["kernel"], &back.values()["bias"]), (&Value::Int(7), &Value::Float(0.002)));
     // A light that the technique does not serve.
     let (mut lit, scene) = Setup::open("cubes").unwrap();
-    lit.light = setup::scene_light(&scene, "omni").unwrap();
+    lit.light = setup::scene_light(&scene, "omni", Clock::default()).unwrap();
     m.carry(&mut lit);
     lit.check().unwrap();
     assert_eq!((lit.technique.as_str(), lit.view.as_str()), ("cube", "texels"));

@@ -215,7 +215,8 @@ fn shared_structs_agree() {
         light_position "light_position", light_kind "light_kind", light_axis "light_axis", light_range "light_range",
         light_color "light_color", light_cosine "light_cosine", light_half_u "light_half_u", view "view",
         light_half_v "light_half_v", map "map", size "size", band "band", shadow_eye "shadow_eye", frozen "frozen",
-        shadow_forward "shadow_forward", shadow_far "shadow_far", shadow_up "shadow_up", probe "probe");
+        shadow_forward "shadow_forward", shadow_far "shadow_far", shadow_up "shadow_up", probe "probe",
+        orthographic "orthographic", shadow_orthographic "shadow_orthographic", reach "reach", beyond "beyond");
     same!("shot.wgsl", "Shot", ShotUniform, size "size", whole "whole", channels "channels", stretched "stretched",
         layers "layers", columns "columns");
     same!("lines.wgsl", "Segment", Segment, start "start", color "color", end "end", weight "weight");
@@ -237,9 +238,10 @@ fn shared_structs_agree() {
     same!("map/silhouettes.wgsl", "Edge", Edge, ends "ends", first "first", count "count");
     same!("diagram.wgsl", "Stroke", Stroke, from "start", to "end", value "value", padding "padding");
     same!("gbuffer.wgsl", "Vertex", Vertex,
-        position "position", normal "normal", uv "uv", material "material", padding "padding");
+        position "position", normal "normal", uv "uv", material "material", color "color");
     same!("gbuffer.wgsl", "Material", GpuMaterial,
-        base_color "base_color", texture "texture", cutoff "cutoff", double_sided "double_sided", wrap "wrap");
+        base_color "base_color", texture "texture", cutoff "cutoff", double_sided "double_sided", wrap "wrap",
+        texels "texels", nearest "nearest", padding "padding");
     same!("map/casters.wgsl", "LightView", LightView,
         row_x "row_x", row_y "row_y", row_z "row_z", row_w "row_w", axis "axis", near "near", far "far",
         perspective "perspective", texel "texel", resolution "resolution", margin "margin", reach "reach", ahead "ahead", layer "layer",

@@ -9,7 +9,7 @@ use shadowscope::measure::Step;
 use shadowscope::measure::metrics::{Errors, FACING};
 use shadowscope::params::{Condition, Kind, Spec, Test, Value, Values};
 use shadowscope::scene::{
-    Animation, Camera, Channel, Interpolation, Local, Material, Node, Property, Scene, Texture, builtin,
+    Animation, Camera, Channel, Clock, Interpolation, Local, Material, Node, Property, Scene, Texture, builtin,
 };
 use shadowscope::setup::{Base, Setup, scene_camera};
 use shadowscope::techniques::{self, Info};
@@ -18,7 +18,7 @@ use std::collections::{BTreeMap, BTreeSet};
 /// A built-in scene at a size.
 fn built_in(name: &str, camera: &str, size: [u32; 2]) -> (Renderer, Setup) {
     let scene = builtin::build(name).unwrap();
-    let camera = scene_camera(&scene, camera).unwrap();
+    let camera = scene_camera(&scene, camera, Clock::default()).unwrap();
     let (renderer, mut setup) = start(scene, size);
     setup.camera = camera;
     (renderer, setup)
@@ -429,7 +429,7 @@ fn geometry_and_bvh_follow_the_clock() {
     let mut moving = scene(vec![ground, block], vec![material(Vec3::ONE)], view, sun(Vec3::new(0.2, 1.0, 0.0)));
     moving.nodes[0].meshes = vec![0];
     let identity = Local::Trs { translation: DVec3::ZERO, rotation: DQuat::IDENTITY, scale: DVec3::ONE };
-    moving.nodes.push(Node { parent: Some(0), local: identity, meshes: vec![1], instances: vec![] });
+    moving.nodes.push(Node { parent: Some(0), local: identity, meshes: vec![1], ..Node::default() });
     moving.animations.push(Animation {
         name: "slide".into(),
         channels: vec![Channel {
@@ -492,7 +492,7 @@ fn moving(parts: Vec<[Vec3; 3]>, from: (Vec3, f32), to: (Vec3, f32)) -> Scene {
     scene.nodes[0].meshes = vec![0];
     let (translation, scale) = (from.0.as_dvec3(), DVec3::splat(from.1 as f64));
     let local = Local::Trs { translation, rotation: DQuat::IDENTITY, scale };
-    scene.nodes.push(Node { parent: None, local, meshes: vec![1], instances: vec![] });
+    scene.nodes.push(Node { parent: None, local, meshes: vec![1], ..Node::default() });
     let channel = |property, from: Vec3, to: Vec3| Channel {
         node: 1,
         property,

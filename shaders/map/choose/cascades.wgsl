@@ -21,13 +21,17 @@ fn inside(v: LightView, p: vec3f) -> bool {
 fn side_view(pixel: vec2u) -> f32 {
     let eye = frame.shadow_eye;
     let forward = frame.shadow_forward;
-    let tangent = 1.0 / length(frame.shadow_up);
+    // Half the picture's height at a depth is that of 0 and a slope times the depth.
+    let parallel = frame.shadow_orthographic == 1u;
+    let half = 1.0 / length(frame.shadow_up);
+    let slope = select(half, 0.0, parallel);
+    let least = select(0.0, half, parallel);
     let up = normalize(frame.shadow_up);
     // As far as the scene goes, or the camera sees.
     let sides = max(abs(frame.bounds_min - eye), abs(frame.bounds_max - eye));
     let end = min(split(fitting.count), dot(sides, abs(forward)));
     let size = vec2f(frame.size);
-    let scale = max(1.1 * end / size.x, 2.2 * end * tangent / size.y);
+    let scale = max(1.1 * end / size.x, 2.2 * (least + end * slope) / size.y);
     let x = (f32(pixel.x) + 0.5) * scale - 0.05 * end;
     let y = (0.5 * size.y - f32(pixel.y) - 0.5) * scale;
     let p = eye + x * forward + y * up;
@@ -39,7 +43,7 @@ fn side_view(pixel: vec2u) -> f32 {
             return drawn(i, 0.95);
         }
     }
-    if x < split(0u) || x > end || abs(y) > x * tangent {
+    if x < split(0u) || x > end || abs(y) > least + x * slope {
         return drawn(white, 0.0);
     }
     for (var i = 0u; i <= fitting.count; i++) {

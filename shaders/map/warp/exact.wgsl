@@ -253,7 +253,7 @@ fn meet(c: Caster, cell: vec2u, first: u32) {
             let share = e / sum;
             let v = c.triangle;
             if !masked_out(materials[vertices[v.x].material],
-                           share.x * vertices[v.x].uv + share.y * vertices[v.y].uv + share.z * vertices[v.z].uv) {
+                           share.x * texture_place(v.x) + share.y * texture_place(v.y) + share.z * texture_place(v.z)) {
                 // Seen edge-on, the plane is met anywhere: no farther than the triangle goes.
                 var z = clamp(dot(share, c.depths), low, high);
                 if curved() {

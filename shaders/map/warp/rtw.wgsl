@@ -122,6 +122,10 @@ fn farthest() -> f32 {
 }
 
 fn near_share(position: vec3f) -> f32 {
+    // Before an orthographic camera nothing is nearer than another.
+    if frame.orthographic == 1u {
+        return 1.0;
+    }
     let d = distance(position, frame.eye);
     if rtw.falloff == falloff_inverse {
         return min(frame.near / max(d, 1e-6), 1.0);
@@ -131,7 +135,7 @@ fn near_share(position: vec3f) -> f32 {
 
 // The terms that the camera decides; `seen`: the desired view holds the position.
 fn camera_terms(position: vec3f, normal: vec3f, seen: bool) -> f32 {
-    let facing = max(dot(normal, normalize(frame.eye - position)), 0.0);
+    let facing = max(dot(normal, normalize(to_eye(position))), 0.0);
     var sum = with_term(nothing_yet(), rtw.desired_view != 0u, select(0.0, 1.0, seen));
     sum = with_term(sum, rtw.distance_to_eye != 0u, near_share(position));
     return with_term(sum, rtw.surface_normal != 0u, 1.0 + rtw.normal_weight * facing);
@@ -154,7 +158,7 @@ fn pixel_edge(s: Surface) -> bool {
         }
         let other = load_surface(vec2u(pixel));
         // A plane's depth changes fast where the camera grazes it: what counts is how far a pixel is off it.
-        if !other.valid || abs(dot(s.normal, other.position - s.position)) > rtw.edge_threshold * s.depth || dot(s.normal, other.normal) < bent {
+        if !other.valid || abs(dot(s.normal, other.position - s.position)) > rtw.edge_threshold * distance_at(s.depth) || dot(s.normal, other.normal) < bent {
             return true;
         }
     }

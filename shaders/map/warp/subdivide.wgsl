@@ -1,12 +1,13 @@
 // Casters moved through the warp corner by corner, and split where the warp bends their edges.
 
 // A triangle or a part of one: corners in world space; their w: the triangle's number as bits, and c's texture
-// coordinates; `uv`: those of a and b.
+// coordinates; `uv`: those of a and b; `alphas`: what colours take off alpha there.
 struct Piece {
     a: vec4f,
     b: vec4f,
     c: vec4f,
     uv: vec4f,
+    alphas: vec4f,
 }
 
 struct Level {
@@ -42,11 +43,12 @@ struct Part {
 
 fn packed(t: Part) -> Piece {
     return Piece(vec4f(t.a.position, bitcast<f32>(t.triangle)), vec4f(t.b.position, t.c.uv.x),
-                 vec4f(t.c.position, t.c.uv.y), vec4f(t.a.uv, t.b.uv));
+                 vec4f(t.c.position, t.c.uv.y), vec4f(t.a.uv.xy, t.b.uv.xy), vec4f(t.a.uv.z, t.b.uv.z, t.c.uv.z, 0.0));
 }
 
 fn unpacked(p: Piece) -> Part {
-    return Part(Corner(p.a.xyz, p.uv.xy), Corner(p.b.xyz, p.uv.zw), Corner(p.c.xyz, vec2f(p.b.w, p.c.w)),
+    return Part(Corner(p.a.xyz, vec3f(p.uv.xy, p.alphas.x)), Corner(p.b.xyz, vec3f(p.uv.zw, p.alphas.y)),
+                Corner(p.c.xyz, vec3f(p.b.w, p.c.w, p.alphas.z)),
                 bitcast<u32>(p.a.w));
 }
 
@@ -396,14 +398,15 @@ struct PieceCaster {
     @location(1) @interpolate(flat) e1: vec3f,
     @location(2) @interpolate(flat) e2: vec3f,
     @location(3) @interpolate(flat) depths: vec3f,
-    @location(4) @interpolate(flat) uv01: vec4f,
-    @location(5) @interpolate(flat) uv2: vec2f,
+    @location(4) @interpolate(flat) uv0: vec3f,
+    @location(5) @interpolate(flat) uv1: vec3f,
+    @location(10) @interpolate(flat) uv2: vec3f,
     // On a paraboloid instead x: the volume that the whole triangle's corners and the light span.
     @location(6) @interpolate(flat) origin: vec2f,
     @location(7) @interpolate(flat) material: u32,
     // As corners have them, for the linear raster.
     @location(8) depth: f32,
-    @location(9) uv: vec2f,
+    @location(9) uv: vec3f,
 }
 
 @vertex
@@ -421,7 +424,8 @@ fn piece_caster(@builtin(vertex_index) index: u32) -> PieceCaster {
         clips[k] = vec3f(clip.xy - ndc * clip.w, clip.w);
         out.depths[k] = dot(light_view.axis, vec4f(corners[k].position, 1.0));
     }
-    out.uv01 = vec4f(t.a.uv, t.b.uv);
+    out.uv0 = t.a.uv;
+    out.uv1 = t.b.uv;
     out.uv2 = t.c.uv;
     var k = index % 3u;
     if curved() {
@@ -431,7 +435,8 @@ fn piece_caster(@builtin(vertex_index) index: u32) -> PieceCaster {
             clips[i] = light_frame(light_view, whole[i].position);
             out.depths[i] = length(clips[i]);
         }
-        out.uv01 = vec4f(whole[0].uv, whole[1].uv);
+        out.uv0 = whole[0].uv;
+        out.uv1 = whole[1].uv;
         out.uv2 = whole[2].uv;
         if dot(cross(light_view.row_x.xyz, light_view.row_y.xyz), light_view.axis.xyz) > 0.0 {
             k = (3u - k) % 3u;
@@ -484,7 +489,7 @@ fn met(in: PieceCaster) -> vec4f {
 @fragment
 fn piece(in: PieceCaster) -> @builtin(frag_depth) f32 {
     let share = met(in);
-    if masked_out(materials[in.material], share.x * in.uv01.xy + share.y * in.uv01.zw + share.z * in.uv2) {
+    if masked_out(materials[in.material], share.x * in.uv0 + share.y * in.uv1 + share.z * in.uv2) {
         discard;
     }
     return saturate(stored_depth(light_view, share.w));

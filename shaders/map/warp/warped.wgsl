@@ -50,7 +50,8 @@ const stride = 16384u;
 
 struct Corner {
     position: vec3f,
-    uv: vec2f,
+    // As `texture_place` has it.
+    uv: vec3f,
 }
 
 fn map_side() -> f32 {
@@ -195,7 +196,7 @@ fn cut_off(corners: array<Corner, 3>) -> Cut {
 fn triangle_corners(t: vec3u) -> array<Corner, 3> {
     var corners: array<Corner, 3>;
     for (var k = 0u; k < 3u; k++) {
-        corners[k] = Corner(vertices[t[k]].position, vertices[t[k]].uv);
+        corners[k] = Corner(vertices[t[k]].position, texture_place(t[k]));
     }
     return corners;
 }

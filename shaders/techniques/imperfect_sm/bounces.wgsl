@@ -208,7 +208,8 @@ fn shoot(@builtin(global_invocation_id) id: vec3u) {
     let flat = a.position + y * ab + z * ac;
     let position = flat + rounding(flat) * normal;
     let m = materials[a.material];
-    var albedo = m.base_color.rgb;
+    let paint = (1.0 - y - z) * taken_off(a.color) + y * taken_off(b.color) + z * taken_off(c.color);
+    var albedo = m.base_color.rgb * (1.0 - paint.rgb);
     if m.texture > 0u {
         let uv = (1.0 - y - z) * a.uv + y * b.uv + z * c.uv;
         // Coarse: it stands for a patch.

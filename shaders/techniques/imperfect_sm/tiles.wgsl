@@ -55,7 +55,8 @@ fn place_points(@builtin(global_invocation_id) id: vec3u) {
     let b = vertices[index.y];
     let c = vertices[index.z];
     let position = a.position + w.x * (b.position - a.position) + w.y * (c.position - a.position);
-    let uv = a.uv + w.x * (b.uv - a.uv) + w.y * (c.uv - a.uv);
+    let first = texture_place(index.x);
+    let uv = first + w.x * (texture_place(index.y) - first) + w.y * (texture_place(index.z) - first);
     let normal = normalize(cross(b.position - a.position, c.position - a.position) + vec3f(0.0, 1e-37, 0.0));
     let there = select(packed_normal(normal), 0.0, masked_out(materials[a.material], uv));
     textureStore(points_out, vec2u(id.x & 511u, id.x >> 9u), vec4f(position, there));

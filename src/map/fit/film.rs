@@ -51,9 +51,9 @@ fn samples_at(scope: &Scope, image: &LightImage, geometry: &Geometry, side: usiz
     let at = |i: usize| (2 * i + 1) as f64 / side as f64 - 1.0;
     let [right, up] = [eye.right * eye.tangent.x, eye.up * eye.tangent.y];
     let look = |i: usize| -> Option<Sample> {
-        let ray = eye.forward + right * at(i % side) + up * at(i / side);
-        let (t, triangle) = geometry.seen(eye.position, ray, eye.near)?;
-        let point = eye.position + ray * t;
+        let (from, ray) = eye.ray(DVec2::new(at(i % side), at(i / side)));
+        let (t, triangle) = geometry.seen(from, ray, eye.near)?;
+        let point = from + ray * t;
         let [a, b, c] = geometry.corners(triangle).map(|p| p.as_dvec3());
         let normal = (b - a).cross(c - a);
         let normal = normal * -normal.dot(ray).signum();
@@ -61,7 +61,7 @@ fn samples_at(scope: &Scope, image: &LightImage, geometry: &Geometry, side: usiz
             return None;
         }
         // On the triangle's plane.
-        let along = |step: DVec3| (step - ray * (normal.dot(step) / normal.dot(ray))) * t;
+        let along = |step: DVec3| (step - ray * (normal.dot(step) / normal.dot(ray))) * eye.scale(t);
         let place = image.at(point);
         let [x, y, w] = image.rows;
         let depth = w.dot(point.extend(1.0));

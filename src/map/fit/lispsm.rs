@@ -58,7 +58,8 @@ pub fn fit(scope: &Scope, image: &LightImage, body: &[DVec3], by: Strength) -> L
     // Depths at the ends of the line through the nearest point, across the light.
     let (d, z0) = (high.x - low.x, low.y);
     let mut n = optimal(d, z0, z0 + d * across.length()) / by.strength.max(1e-9);
-    if across.length() < 1e-4 || by.strength <= 0.0 {
+    // An orthographic camera's pixels are as large everywhere: there is no perspective to follow.
+    if across.length() < 1e-4 || by.strength <= 0.0 || eye.orthographic {
         n = f64::INFINITY;
     }
     if cosine.abs() > by.fade {

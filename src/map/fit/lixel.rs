@@ -57,7 +57,9 @@ pub fn fit(scope: &Scope, image: &LightImage, plane: &Plane) -> Result<Lixel, &'
             "The light lies in the plane of interest: a map of its own cannot see that, and all pixels look up the ordinary one.",
         );
     }
-    let above = plane.height(eye.position) * light.signum();
+    // An orthographic camera stands as far off as it looks at the plane.
+    let height = if eye.orthographic { -plane.normal.dot(eye.forward) * size } else { plane.height(eye.position) };
+    let above = height * light.signum();
     if above.abs() < 1e-5 * size {
         return Err(
             "The camera lies in the plane of interest and sees it edge-on: all pixels look up the ordinary map.",
@@ -75,7 +77,8 @@ pub fn fit(scope: &Scope, image: &LightImage, plane: &Plane) -> Result<Lixel, &'
         );
     }
     let row = |v: DVec3| v.extend(-v.dot(eye.position));
-    let camera = [row(eye.right / eye.tangent.x), row(eye.up / eye.tangent.y), row(eye.forward)];
+    let depth = if eye.orthographic { DVec4::W } else { row(eye.forward) };
+    let camera = [row(eye.right / eye.tangent.x), row(eye.up / eye.tangent.y), depth];
     let mut warp = onto(scope, image, plane, camera);
     let seen: Vec<DVec2> = corners.iter().map(|p| image.at(*p)).collect();
     // w is 1 at the nearest corner. What is seen lies before the camera, so that its sign is everywhere the same.
@@ -185,11 +188,11 @@ pub fn largest(scope: &Scope, geometry: &Geometry, tolerance: f64) -> Option<Pla
     let look = |i: usize| -> Option<Sample> {
         let share = |k: usize, of: usize| 2.0 * (k as f64 + 0.5) / of as f64 - 1.0;
         let (x, y) = (share(i % COLUMNS, COLUMNS), share(i / COLUMNS, rows));
-        let ray = eye.forward + eye.right * (x * eye.tangent.x) - eye.up * (y * eye.tangent.y);
-        let (depth, triangle) = geometry.seen(eye.position, ray, eye.near).filter(|(depth, _)| *depth < eye.far)?;
-        let (at, plane) = (eye.position + ray * depth, Plane::of(geometry.corners(triangle).map(|p| p.as_dvec3()))?);
+        let (from, ray) = eye.ray(DVec2::new(x, -y));
+        let (depth, triangle) = geometry.seen(from, ray, eye.near).filter(|(depth, _)| *depth < eye.far)?;
+        let (at, plane) = (from + ray * depth, Plane::of(geometry.corners(triangle).map(|p| p.as_dvec3()))?);
         let light = lamp.map_or(-plane.normal.dot(axis), |l| plane.height(l));
-        let lit = light * plane.height(eye.position) > 0.0 && reach.iter().all(|r| r.dot(at.extend(1.0)) >= 0.0);
+        let lit = light * -plane.normal.dot(ray) > 0.0 && reach.iter().all(|r| r.dot(at.extend(1.0)) >= 0.0);
         lit.then_some(Sample { at, plane, triangle })
     };
     let samples: Vec<Sample> = (0..COLUMNS * rows).into_par_iter().filter_map(look).collect();

@@ -69,6 +69,16 @@ pub fn warped(h: &DMat3, p: DVec2) -> (DVec2, f64) {
     (q.truncate() / q.z, q.z)
 }
 
+/// Says of a fit that follows the camera's perspective that an orthographic one has none.
+pub fn tell_even(f: &mut Frame) {
+    if f.camera.height.is_some() {
+        f.tell_note(
+            "An orthographic camera has no perspective for a map to follow: this one is a plain map of what is seen."
+                .into(),
+        );
+    }
+}
+
 /// A frame as the fits see it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scope {
@@ -91,8 +101,10 @@ pub struct Eye {
     pub forward: DVec3,
     pub right: DVec3,
     pub up: DVec3,
-    /// Tangents of half the horizontal and half the vertical field of view.
+    /// Tangents of half the horizontal and half the vertical field of view; of an orthographic camera half its width and height,
+    /// metres.
     pub tangent: DVec2,
+    pub orthographic: bool,
     pub near: f64,
     /// The camera's far plane, or the scene's farthest corner if that is nearer.
     pub far: f64,
@@ -108,8 +120,9 @@ impl Eye {
     pub fn corners(&self) -> [DVec3; 8] {
         let corner = |i: usize| {
             let z = if i < 4 { self.near } else { self.far };
-            let (x, y) = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)][i % 4];
-            self.position + (self.forward + self.right * (x * self.tangent.x) + self.up * (y * self.tangent.y)) * z
+            let side = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)][i % 4];
+            let (from, way) = self.ray(side.into());
+            from + way * z
         };
         [0, 1, 2, 3, 4, 5, 6, 7].map(corner)
     }
@@ -117,15 +130,26 @@ impl Eye {
     /// The frustum's planes, positive inside: near and far first.
     pub fn planes(&self) -> [DVec4; 6] {
         let plane = |n: DVec3, d: f64| n.extend(-n.dot(self.position) - d);
-        let (x, y) = (self.forward * self.tangent.x, self.forward * self.tangent.y);
-        [
-            plane(self.forward, self.near),
-            plane(-self.forward, -self.far),
-            plane(x + self.right, 0.0),
-            plane(x - self.right, 0.0),
-            plane(y + self.up, 0.0),
-            plane(y - self.up, 0.0),
-        ]
+        let ends = [plane(self.forward, self.near), plane(-self.forward, -self.far)];
+        let side = |along: DVec3, tangent: f64| match self.orthographic {
+            true => plane(along, -tangent),
+            false => plane(self.forward * tangent + along, 0.0),
+        };
+        let [x, y] = self.tangent.to_array();
+        let sides = [side(self.right, x), side(-self.right, x), side(self.up, y), side(-self.up, y)];
+        [ends[0], ends[1], sides[0], sides[1], sides[2], sides[3]]
+    }
+
+    /// The ray through a place of the picture, from -1 to 1 to the right and upwards: where it starts, and its direction, 1 long
+    /// along the view.
+    pub fn ray(&self, at: DVec2) -> (DVec3, DVec3) {
+        let aside = self.right * (at.x * self.tangent.x) + self.up * (at.y * self.tangent.y);
+        if self.orthographic { (self.position + aside, self.forward) } else { (self.position, self.forward + aside) }
+    }
+
+    /// How many times as large as at 1 m what the picture shows at a depth is.
+    pub fn scale(&self, depth: f64) -> f64 {
+        if self.orthographic { 1.0 } else { depth }
     }
 }
 
@@ -148,15 +172,14 @@ impl Scope {
     }
 
     pub fn eye(&self) -> Eye {
-        let forward = self.camera.forward().as_dvec3().normalize();
-        let up = if forward.y.abs() > 0.9999 { DVec3::NEG_Z } else { DVec3::Y };
-        let right = forward.cross(up).normalize();
-        let tangent = (self.camera.fov as f64 / 2.0).to_radians().tan();
+        let [right, up, forward] = self.camera.frame();
+        let tangent = self.camera.half_height();
         let mut eye = Eye {
             position: self.camera.position.as_dvec3(),
             forward,
             right,
-            up: right.cross(forward),
+            up,
+            orthographic: self.camera.height.is_some(),
             tangent: DVec2::new(tangent * self.aspect as f64, tangent),
             near: self.camera.near as f64,
             far: self.camera.far as f64,

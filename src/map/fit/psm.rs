@@ -51,6 +51,12 @@ const PARALLEL: f64 = 1e-4;
 /// Fits the map over `seen`, the corners of what the camera sees.
 pub fn fit(scope: &Scope, image: &LightImage, seen: &[DVec3], by: Slide) -> Psm {
     let eye = scope.eye();
+    let plain =
+        Psm { warp: DMat3::IDENTITY, case: None, delta: 0.0, light: DVec4::ZERO, receivers: Vec::new(), plane: None };
+    // There is no perspective to follow.
+    if eye.orthographic {
+        return plain;
+    }
     let depth = |points: &[DVec3]| hull::extent(points.iter().map(|p| DVec2::splat(eye.depth(*p)))).map(|e| e.x);
     let [first, last] = depth(seen);
     // Far enough back for the casters too, and for the least near distance. A spot light's casters reach up to the light, and from
@@ -59,8 +65,6 @@ pub fn fit(scope: &Scope, image: &LightImage, seen: &[DVec3], by: Slide) -> Psm 
     let caster = if lamp { first } else { depth(&casters(scope, image, seen))[0] };
     let start = if by.push { first } else { eye.near.min(first) };
     let mut delta = by.fixed.unwrap_or((by.least_near - start.min(caster)).max(0.0));
-    let plain =
-        Psm { warp: DMat3::IDENTITY, case: None, delta: 0.0, light: DVec4::ZERO, receivers: Vec::new(), plane: None };
     for _ in 0..32 {
         let near = (start + delta).max(by.least_near);
         let far = (last + delta).max(near * 1.001);

@@ -34,7 +34,8 @@ pub fn vanishing(lambda: f64, focus: f64, p: f64) -> Option<f64> {
 /// the view's axis, as a share of the frustum's length.
 pub fn fit(scope: &Scope, image: &LightImage, p: f64, focus: f64) -> Tsm {
     let eye = scope.eye();
-    let body = scope.slice(eye.near, eye.far);
+    // Without a perspective a plain map serves, and of what is seen alone.
+    let body = if eye.orthographic { scope.seen() } else { scope.slice(eye.near, eye.far) };
     let hull = hull::hull(&body.iter().map(|c| image.at(*c)).collect::<Vec<_>>());
     let line = match scope.light {
         Light::Spot { .. } => lamp_line(&eye, image, &body, focus),
@@ -65,7 +66,7 @@ pub fn fit(scope: &Scope, image: &LightImage, p: f64, focus: f64) -> Tsm {
     // A spot light's cone may begin beyond the point in focus: then q is the eye.
     let rule = if delta > 0.0 { vanishing(lambda, delta, p) } else { Some(0.0) };
     let eta = rule.map(|eta| eta.max(top - line.eye)).filter(|eta| *eta > 0.0 && *eta < 1e6 * lambda);
-    if let Some(eta) = eta.filter(|_| clear) {
+    if let Some(eta) = eta.filter(|_| clear && !eye.orthographic) {
         out.q = origin + axis * (top - eta);
         // Tangents from q: the hull's corners at the smallest and largest angle.
         let slope = |c: &DVec2| (*c - out.q).dot(axis.perp()) / (*c - out.q).dot(axis);

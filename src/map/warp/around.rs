@@ -19,7 +19,7 @@ crate::params! {
     pub struct NearParams {
         "Map" {
             /// Depth at which maps begin. Casters nearer to the light than this are drawn as if at it.
-            near: float(0.05, 0.001..=1.0, "m"),
+            near: float(0.05, 0.000001..=1000.0, "m", 0.1 of view),
         }
     }
 }

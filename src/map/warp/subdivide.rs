@@ -13,7 +13,7 @@ use wgpu::BufferUsages as Use;
 /// How often a triangle is split: each time edges are halved.
 const LEVELS: u32 = 14;
 /// Bytes of a piece.
-const PIECE: u64 = 64;
+const PIECE: u64 = 80;
 
 /// As `Level` in WGSL.
 #[repr(C)]

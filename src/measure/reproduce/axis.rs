@@ -14,8 +14,7 @@ use glam::Vec3;
 
 /// A level view over a floor, far 64 times near, so that three logarithmic parts end at 4, 16 and 64 times near. The lowest
 /// row of pixels sees the floor just before the near plane.
-pub const CAMERA: Camera =
-    Camera { position: Vec3::new(0.0, 1.0, 15.0), target: Vec3::new(0.0, 1.0, 0.0), fov: 60.0, near: 1.75, far: 112.0 };
+pub const CAMERA: Camera = Camera::new(Vec3::new(0.0, 1.0, 15.0), Vec3::new(0.0, 1.0, 0.0), 60.0, 1.75, 112.0);
 /// As many rows of pixels as of texels; so narrow that only the direction along the view counts.
 const SIZE: [u32; 2] = [16, 2048];
 const RESOLUTION: u32 = SIZE[1];

@@ -69,8 +69,7 @@ pub fn fits(b: &mut Bench) -> Result<String> {
 }
 
 /// The wall of `st-seam` with the shadow of a long bar.
-const WALL: Camera =
-    Camera { position: Vec3::new(1.2, 1.4, -0.3), target: Vec3::new(-2.0, 1.1, -2.2), fov: 54.0, near: 0.1, far: 90.0 };
+const WALL: Camera = Camera::new(Vec3::new(1.2, 1.4, -0.3), Vec3::new(-2.0, 1.1, -2.2), 54.0, 0.1, 90.0);
 /// Where the first cascade ends, and the strip around that in which both are looked up, metres from the camera.
 const SEAM: f32 = 3.7;
 const STRIP: [f32; 2] = [3.3, 4.1];

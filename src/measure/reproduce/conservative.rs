@@ -4,6 +4,7 @@ use super::morais::{CASES, RESOLUTIONS, SIZES, errors};
 use super::{Bench, holds, with};
 use crate::measure::timing::{self, Times};
 use crate::measure::{Errors, table};
+use crate::scene::Clock;
 use crate::setup::{Setup, scene_camera};
 use anyhow::Result;
 
@@ -230,7 +231,7 @@ pub fn times(b: &mut Bench) -> Result<String> {
         for (i, resolution) in RESOLUTIONS.into_iter().enumerate() {
             b.done(case * RESOLUTIONS.len() + i, THEIRS.len() * RESOLUTIONS.len());
             let (renderer, start) = b.open("bench")?;
-            let camera = scene_camera(renderer.scene(), CASES[case].camera)?;
+            let camera = scene_camera(renderer.scene(), CASES[case].camera, Clock::default())?;
             let start = Setup { camera, size: SIZES[2], ..start };
             let resolution_set = format!("resolution={resolution}");
             let mut setups = vec![with(&start, "rt-hard", &[])?, with(&start, "shadow-map", &[&resolution_set])?];

@@ -2,7 +2,7 @@
 
 use super::{Bench, holds, short, with};
 use crate::measure::{self, Record, table, timing};
-use crate::scene::Camera;
+use crate::scene::{Camera, Clock};
 use crate::setup::{Setup, scene_camera, scene_light};
 use crate::techniques;
 use anyhow::Result;
@@ -17,8 +17,8 @@ const SMALL: [u32; 2] = [200, 125];
 /// The blocks, in the place of his jenga, under one of their lights.
 fn blocks(b: &mut Bench, light: &str) -> Result<Setup> {
     let (renderer, mut setup) = b.open("blocks")?;
-    setup.camera = scene_camera(renderer.scene(), "fallen")?;
-    setup.light = scene_light(renderer.scene(), light)?;
+    setup.camera = scene_camera(renderer.scene(), "fallen", Clock::default())?;
+    setup.light = scene_light(renderer.scene(), light, Clock::default())?;
     setup.size = SIZE;
     Ok(setup)
 }
@@ -195,8 +195,7 @@ pub fn stairs(b: &mut Bench) -> Result<String> {
 }
 
 /// A wall with a corner, boxes and plates on the floor of `st-contact`.
-pub const CORNER: Camera =
-    Camera { position: Vec3::new(0.1, 0.9, 1.7), target: Vec3::new(0.3, 0.0, 0.3), fov: 46.0, near: 0.05, far: 20.0 };
+pub const CORNER: Camera = Camera::new(Vec3::new(0.1, 0.9, 1.7), Vec3::new(0.3, 0.0, 0.3), 46.0, 0.05, 20.0);
 
 /// Figure 5.5: one comparison, the hardware's four, a wide filter of them and the distance from edges, in ever finer maps.
 pub fn coarse(b: &mut Bench) -> Result<String> {
@@ -381,7 +380,7 @@ pub fn artefacts(b: &mut Bench) -> Result<String> {
     for (figure, scene, light, modes) in rows {
         let (renderer, mut start) = b.open(scene)?;
         if let Some(light) = light {
-            start.light = scene_light(renderer.scene(), light)?;
+            start.light = scene_light(renderer.scene(), light, Clock::default())?;
         }
         start.size = SIZE;
         let mut setups: Vec<Setup> = modes.iter().map(|(_, id, sets)| with(&start, id, sets)).collect::<Result<_>>()?;

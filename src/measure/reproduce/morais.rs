@@ -2,6 +2,7 @@
 
 use super::Bench;
 use crate::measure::{self, Errors, table};
+use crate::scene::Clock;
 use crate::setup::scene_camera;
 use anyhow::Result;
 
@@ -46,7 +47,7 @@ pub(super) const RESOLUTIONS: [u32; 4] = [512, 1024, 2048, 4096];
 /// Errors in one of his pictures.
 pub(super) fn errors(b: &mut Bench, camera: &str, size: [u32; 2], technique: &str, sets: &[String]) -> Result<Errors> {
     let (renderer, mut setup) = b.open("bench")?;
-    setup.camera = scene_camera(renderer.scene(), camera)?;
+    setup.camera = scene_camera(renderer.scene(), camera, Clock::default())?;
     setup.size = size;
     setup.select(technique)?;
     for set in sets {

@@ -390,13 +390,7 @@ pub fn shares(b: &mut Bench) -> Result<String> {
 
 /// Figures 3.4 to 3.6: the sun and a lamp across, ahead of and behind the camera, in the space after its perspective.
 pub fn post_perspective(b: &mut Bench) -> Result<String> {
-    let camera = Camera {
-        position: Vec3::new(0.0, 1.5, 9.0),
-        target: Vec3::new(0.0, 1.0, 0.0),
-        fov: 45.0,
-        near: 1.0,
-        far: 40.0,
-    };
+    let camera = Camera::new(Vec3::new(0.0, 1.5, 9.0), Vec3::new(0.0, 1.0, 0.0), 45.0, 1.0, 40.0);
     let forward = camera.forward();
     let up = Vec3::X.cross(forward);
     let sun = |up_by: f32, ahead: f32| Light::Directional {

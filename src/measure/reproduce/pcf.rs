@@ -5,7 +5,7 @@ use super::{Bench, holds, short, with};
 use crate::frame::{Ask, Place};
 use crate::measure::metrics::{self, FACING};
 use crate::measure::{self, table};
-use crate::scene::Camera;
+use crate::scene::{Camera, Clock};
 use crate::setup::{Setup, scene_camera, scene_light};
 use crate::truth::Samples;
 use anyhow::{Context, Result};
@@ -21,13 +21,7 @@ const KERNELS: [(usize, &str, &[&str]); 4] = [
 ];
 
 /// The shadow in the corner of the wall of `st-contact`.
-const DETAIL: Camera = Camera {
-    position: Vec3::new(0.95, 0.5, 1.1),
-    target: Vec3::new(0.72, 0.0, 0.42),
-    fov: 40.0,
-    near: 0.05,
-    far: 20.0,
-};
+const DETAIL: Camera = Camera::new(Vec3::new(0.95, 0.5, 1.1), Vec3::new(0.72, 0.0, 0.42), 40.0, 0.05, 20.0);
 
 /// Figures 2.17 and 2.12: ever more single comparisons.
 pub fn samples(b: &mut Bench) -> Result<String> {
@@ -107,8 +101,8 @@ pub fn order(b: &mut Bench) -> Result<String> {
     const BIAS: f32 = 0.02;
     b.done(0, 1);
     let (renderer, mut start) = b.open("blocks")?;
-    start.camera = scene_camera(renderer.scene(), "above")?;
-    start.light = scene_light(renderer.scene(), "spot")?;
+    start.camera = scene_camera(renderer.scene(), "above", Clock::default())?;
+    start.light = scene_light(renderer.scene(), "spot", Clock::default())?;
     let start = Setup { size: SIZE, truth_samples: Samples::Fixed(16), ..start };
     let setup = with(&start, "pcf", &["mode=grid", "kernel=3", "slope_bias=0", &format!("bias={BIAS}")])?;
     renderer.render(&setup, Ask { analysis: true, picture: false, ..Ask::of(&setup) })?;

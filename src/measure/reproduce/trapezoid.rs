@@ -4,6 +4,7 @@ use super::{Bench, axis, short};
 use crate::map::fit::tsm::{self, Tsm};
 use crate::map::fit::{LightImage, Scope, hull, msf, warped};
 use crate::measure::table;
+use crate::scene::Clock;
 use crate::setup::{Setup, scene_camera};
 use anyhow::{Context, Result};
 use glam::{DMat3, DVec2};
@@ -57,7 +58,7 @@ const DRAWN: std::ops::RangeInclusive<f64> = 0.5..=0.95;
 
 pub fn run(b: &mut Bench) -> Result<String> {
     let (renderer, mut trees) = b.open("bench")?;
-    trees.camera = scene_camera(renderer.scene(), "trees-side")?;
+    trees.camera = scene_camera(renderer.scene(), "trees-side", Clock::default())?;
     let (_, mut floor) = b.open("st-single-plane")?;
     (floor.camera, floor.light) = (axis::CAMERA, axis::zenith());
     let views = [("Side-Trees", "trees", trees), ("A level view over a floor, the sun in the zenith", "floor", floor)];

@@ -131,7 +131,7 @@ impl Builder {
                 rgba.extend(texel(x, y).map(|c| (c.clamp(0.0, 1.0) * 255.0).round() as u8));
             }
         }
-        self.scene.textures.push(Texture { width, height, rgba, wrap: [Wrap::Repeat; 2] });
+        self.scene.textures.push(Texture { width, height, rgba, wrap: [Wrap::Repeat; 2], ..Texture::default() });
         self.scene.textures.len() as u32 - 1
     }
 
@@ -198,7 +198,7 @@ impl Builder {
             parent: None,
             local: Local::Matrix(DMat4::IDENTITY),
             meshes: (0..scene.meshes.len() as u32).collect(),
-            instances: Vec::new(),
+            ..Node::default()
         }];
         scene.cameras = cameras;
         scene.lights = lights;
@@ -208,12 +208,12 @@ impl Builder {
 
 /// A camera with a name; metres and degrees.
 pub fn camera(name: &str, position: Vec3, target: Vec3, fov: f32, near: f32, far: f32) -> NamedCamera {
-    NamedCamera { name: name.into(), camera: Camera { position, target, fov, near, far } }
+    NamedCamera { name: name.into(), camera: Camera::new(position, target, fov, near, far), node: None }
 }
 
 /// A light with a name.
 pub fn light(name: &str, light: Light) -> NamedLight {
-    NamedLight { name: name.into(), light }
+    NamedLight { name: name.into(), light, node: None }
 }
 
 /// Points from a flat list of coordinate pairs.

@@ -1,11 +1,13 @@
 //! Bounds-checked reading of a file's buffers: every count, offset and stride is checked against
 //! the bytes that are there before anything is allocated.
 
+use super::packed::{self, Primitives, Views};
 use super::{broken, get, uri};
 use ::gltf::json::accessor::{ComponentType, Type};
 use ::gltf::json::validation::Checked;
 use ::gltf::json::{Accessor, Index, Root, buffer::View};
 use anyhow::Result;
+use glam::Vec4;
 use std::borrow::Cow;
 use std::path::Path;
 
@@ -16,10 +18,12 @@ const MAX_ZEROS: u64 = 1 << 22;
 pub struct Accessors<'a> {
     root: &'a Root,
     buffers: Vec<Cow<'a, [u8]>>,
+    views: Views,
+    primitives: Primitives,
 }
 
 impl<'a> Accessors<'a> {
-    /// Reads all buffers; `bin` is the .glb file's binary chunk.
+    /// Reads all buffers and unpacks what is compressed; `bin` is the .glb file's binary chunk.
     pub fn new(root: &'a Root, bin: Option<&'a [u8]>, folder: &Path) -> Result<Self> {
         let mut buffers = Vec::with_capacity(root.buffers.len());
         for (index, buffer) in root.buffers.iter().enumerate() {
@@ -27,6 +31,10 @@ impl<'a> Accessors<'a> {
             let data: Cow<[u8]> = match (&buffer.uri, bin) {
                 (Some(uri), _) => uri::fetch(uri, folder, &owner)?.into(),
                 (None, Some(bin)) if index == 0 => bin.into(),
+                (None, _) if packed::is_fallback(buffer) => {
+                    buffers.push(Cow::default());
+                    continue;
+                }
                 (None, _) => return Err(broken(format!("{owner} has no data"))),
             };
             if buffer.byte_length.0 > data.len() as u64 {
@@ -38,12 +46,20 @@ impl<'a> Accessors<'a> {
             }
             buffers.push(data);
         }
-        Ok(Self { root, buffers })
+        let views = packed::views(root, &buffers);
+        let mut accessors = Self { root, buffers, views, primitives: Primitives::new() };
+        accessors.primitives = packed::primitives(root, &accessors);
+        Ok(accessors)
     }
 
     /// The bytes of a buffer view.
     pub fn view(&self, index: Index<View>, owner: &str) -> Result<&[u8]> {
         let view = get(&self.root.buffer_views, index, "buffer view", owner)?;
+        match self.views.get(&index.value()) {
+            Some(Ok(bytes)) => return Ok(bytes),
+            Some(Err(reason)) => return Err(broken(format!("buffer view {index} cannot be unpacked: {reason}"))),
+            None => {}
+        }
         get(&self.root.buffers, view.buffer, "buffer", owner)?;
         let buffer = &self.buffers[view.buffer.value()];
         let start = view.byte_offset.unwrap_or_default().0;
@@ -60,20 +76,18 @@ impl<'a> Accessors<'a> {
 
     /// `N` floats an element, integers normalised if the accessor says so.
     pub fn floats<const N: usize>(&self, index: Index<Accessor>, role: &str) -> Result<Vec<[f32; N]>> {
-        self.read(index, role, |component, normalized| {
-            Some(match (component, normalized) {
-                (ComponentType::F32, _) => |b| f32::from_le_bytes([b[0], b[1], b[2], b[3]]),
-                (ComponentType::U32, _) => |b| u32_at(b) as f32,
-                (ComponentType::I8, false) => |b| f32::from(b[0] as i8),
-                (ComponentType::U8, false) => |b| f32::from(b[0]),
-                (ComponentType::I16, false) => |b| f32::from(i16::from_le_bytes([b[0], b[1]])),
-                (ComponentType::U16, false) => |b| f32::from(u16::from_le_bytes([b[0], b[1]])),
-                (ComponentType::I8, true) => |b| (f32::from(b[0] as i8) / 127.0).max(-1.0),
-                (ComponentType::U8, true) => |b| f32::from(b[0]) / 255.0,
-                (ComponentType::I16, true) => |b| (f32::from(i16::from_le_bytes([b[0], b[1]])) / 32767.0).max(-1.0),
-                (ComponentType::U16, true) => |b| f32::from(u16::from_le_bytes([b[0], b[1]])) / 65535.0,
-            })
-        })
+        self.read(index, role, |component, normalized| Some(as_float(component, normalized)))
+    }
+
+    /// Linear colours, opaque where the accessor has no alpha. Integers are shares, whether it says so or not.
+    pub fn colors(&self, index: Index<Accessor>, role: &str) -> Result<Vec<Vec4>> {
+        let accessor = get(&self.root.accessors, index, "accessor", role)?;
+        let reader = |component, _| Some(as_float(component, true));
+        if accessor.type_ == Checked::Valid(Type::Vec3) {
+            let colors = self.read::<f32, 3>(index, role, reader)?;
+            return Ok(colors.into_iter().map(|[r, g, b]| Vec4::new(r, g, b, 1.0)).collect());
+        }
+        Ok(self.read::<f32, 4>(index, role, reader)?.into_iter().map(Vec4::from_array).collect())
     }
 
     /// `N` unsigned integers an element.
@@ -96,6 +110,19 @@ impl<'a> Accessors<'a> {
     ) -> Result<Vec<[T; N]>> {
         let accessor = get(&self.root.accessors, index, "accessor", role)?;
         let owner = format!("accessor {index} ({role})");
+        match self.primitives.get(&index.value()) {
+            Some(Ok(unpacked)) => {
+                let (component, width) = (unpacked.component, unpacked.width);
+                let convert = reader(component, accessor.normalized).filter(|_| width == N);
+                let convert = convert
+                    .ok_or_else(|| broken(format!("{owner} unpacks to {width} {component:?} components an element")))?;
+                let stride = size(component) * N;
+                let count = unpacked.bytes.len() / stride;
+                return self.elements(&unpacked.bytes, 0, stride, size(component), count as u64, convert, &owner);
+            }
+            Some(Err(reason)) => return Err(broken(format!("{owner} cannot be unpacked: {reason}"))),
+            None => {}
+        }
         let (Checked::Valid(kind), Checked::Valid(component)) = (&accessor.type_, &accessor.component_type) else {
             return Err(broken(format!("{owner} has an unknown type")));
         };
@@ -175,6 +202,21 @@ impl<'a> Accessors<'a> {
         }
         let bytes = &bytes[offset as usize..];
         Ok((0..count as usize).map(|i| std::array::from_fn(|c| convert(&bytes[i * stride + c * size..]))).collect())
+    }
+}
+
+fn as_float(component: ComponentType, normalized: bool) -> fn(&[u8]) -> f32 {
+    match (component, normalized) {
+        (ComponentType::F32, _) => |b| f32::from_le_bytes([b[0], b[1], b[2], b[3]]),
+        (ComponentType::U32, _) => |b| u32_at(b) as f32,
+        (ComponentType::I8, false) => |b| f32::from(b[0] as i8),
+        (ComponentType::U8, false) => |b| f32::from(b[0]),
+        (ComponentType::I16, false) => |b| f32::from(i16::from_le_bytes([b[0], b[1]])),
+        (ComponentType::U16, false) => |b| f32::from(u16::from_le_bytes([b[0], b[1]])),
+        (ComponentType::I8, true) => |b| (f32::from(b[0] as i8) / 127.0).max(-1.0),
+        (ComponentType::U8, true) => |b| f32::from(b[0]) / 255.0,
+        (ComponentType::I16, true) => |b| (f32::from(i16::from_le_bytes([b[0], b[1]])) / 32767.0).max(-1.0),
+        (ComponentType::U16, true) => |b| f32::from(u16::from_le_bytes([b[0], b[1]])) / 65535.0,
     }
 }
 

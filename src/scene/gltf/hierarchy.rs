@@ -1,8 +1,8 @@
 //! The file's node hierarchy, checked to be trees.
 
-use super::{Transform, broken, get, name_of};
+use super::{Transform, broken, counted, get, name_of};
 use crate::scene::Local;
-use ::gltf::json::Root;
+use ::gltf::json::{Node, Root};
 use anyhow::Result;
 use glam::{DMat4, DQuat, DVec3};
 
@@ -10,10 +10,13 @@ use glam::{DMat4, DQuat, DVec3};
 pub struct Hierarchy {
     pub parents: Vec<Option<usize>>,
     pub locals: Vec<Local>,
-    /// To the file's coordinates, at the file's pose.
-    pub world: Vec<DMat4>,
-    /// The nodes of the drawn scene, parents before their children.
+    /// The nodes of the scene, and those that these hang below, parents before their children.
     pub scene: Vec<usize>,
+    /// Whether what hangs on a node is there: the scene holds it, and neither it nor a node above is invisible
+    /// (KHR_node_visibility).
+    pub drawn: Vec<bool>,
+    /// What the scene lists other than as glTF has it, and what is invisible.
+    pub notes: Vec<String>,
 }
 
 impl Hierarchy {
@@ -21,19 +24,22 @@ impl Hierarchy {
     pub fn new(root: &Root, transforms: &[Transform]) -> Result<Self> {
         let count = root.nodes.len();
         let mut parents = vec![None; count];
+        let mut children = vec![Vec::new(); count];
+        let mut shared = 0;
         for (index, node) in root.nodes.iter().enumerate() {
             for child in node.children.iter().flatten() {
                 get(&root.nodes, *child, "node", &label(root, index))?;
-                if let Some(other) = parents[child.value()].replace(index) {
-                    return Err(broken(format!(
-                        "{} has two parents, nodes {other} and {index}",
-                        label(root, child.value())
-                    )));
+                match &mut parents[child.value()] {
+                    Some(_) => shared += 1,
+                    parent => {
+                        *parent = Some(index);
+                        children[index].push(child.value());
+                    }
                 }
             }
         }
         let tops = (0..count).filter(|&index| parents[index].is_none());
-        let order = descend(root, tops.clone().collect());
+        let order = descend(&children, tops.clone().collect());
         if order.len() < count {
             // With one parent each, what no root leads to hangs in a ring.
             let mut reached = vec![false; count];
@@ -50,7 +56,7 @@ impl Hierarchy {
             );
         }
         let mut world = vec![DMat4::IDENTITY; count];
-        for index in order {
+        for &index in &order {
             let parent = parents[index].map_or(DMat4::IDENTITY, |parent| world[parent]);
             world[index] = parent * locals[index].matrix();
             if !world[index].as_mat4().is_finite() {
@@ -78,28 +84,74 @@ impl Hierarchy {
             }
             _ => tops.collect::<Vec<_>>(),
         };
-        // A node that is listed as a root and hangs below another would be drawn twice.
-        let mut listed = vec![false; count];
-        for &top in &tops {
-            if std::mem::replace(&mut listed[top], true) || parents[top].is_some() {
-                return Err(broken(format!(
-                    "the scene lists {}, which is not a root or stands there twice",
-                    label(root, top)
-                )));
+        // Files list nodes that hang below others, and nodes twice: each is drawn once, where the hierarchy has it.
+        let mut scene = Vec::with_capacity(order.len());
+        let (mut placed, mut listed, mut drawn) = (vec![false; count], vec![false; count], vec![false; count]);
+        let mut odd = 0;
+        for top in tops {
+            odd += usize::from(std::mem::replace(&mut listed[top], true) || parents[top].is_some());
+            let mut above = Vec::new();
+            let mut parent = parents[top];
+            while let Some(index) = parent.filter(|&index| !placed[index]) {
+                above.push(index);
+                parent = parents[index];
+            }
+            let mut place = |index: usize| {
+                if !std::mem::replace(&mut placed[index], true) {
+                    scene.push(index);
+                }
+            };
+            above.into_iter().rev().for_each(&mut place);
+            let mut open = vec![top];
+            while let Some(index) = open.pop() {
+                if !std::mem::replace(&mut drawn[index], true) {
+                    place(index);
+                    open.extend(children[index].iter().rev());
+                }
             }
         }
-        Ok(Self { scene: descend(root, tops), parents, locals, world })
+        let mut hidden = vec![false; count];
+        let mut invisible = 0;
+        for index in order {
+            let own = drawn[index] && !visible(&root.nodes[index]);
+            invisible += usize::from(own);
+            hidden[index] = own || parents[index].is_some_and(|parent| hidden[parent]);
+            drawn[index] &= !hidden[index];
+        }
+        let notes = [
+            counted(
+                shared,
+                "node is the child of two nodes or of one twice; it hangs below the first alone.",
+                "nodes are children of two nodes or of one twice; each hangs below the first alone.",
+            ),
+            counted(
+                odd,
+                "node that the scene lists hangs below another or stands there twice; it is drawn once.",
+                "nodes that the scene lists hang below others or stand there twice; each is drawn once.",
+            ),
+            counted(
+                invisible,
+                "node is invisible and not drawn, with all that hangs below it.",
+                "nodes are invisible and not drawn, with all that hangs below them.",
+            ),
+        ];
+        Ok(Self { scene, parents, locals, drawn, notes: notes.into_iter().flatten().collect() })
     }
 }
 
+/// What KHR_node_visibility says of a node itself.
+fn visible(node: &Node) -> bool {
+    let extension = node.extensions.as_ref().and_then(|e| e.others.get("KHR_node_visibility"));
+    extension.and_then(|e| e.get("visible")?.as_bool()).unwrap_or(true)
+}
+
 /// `tops` and all below them, parents before children.
-fn descend(root: &Root, mut tops: Vec<usize>) -> Vec<usize> {
+fn descend(children: &[Vec<usize>], mut tops: Vec<usize>) -> Vec<usize> {
     tops.reverse();
     let mut order = Vec::new();
     while let Some(index) = tops.pop() {
         order.push(index);
-        let children = root.nodes[index].children.as_deref().unwrap_or_default();
-        tops.extend(children.iter().rev().map(|child| child.value()));
+        tops.extend(children[index].iter().rev());
     }
     order
 }

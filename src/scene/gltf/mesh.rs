@@ -3,13 +3,13 @@
 use super::accessors::Accessors;
 use super::material::{Materials, TexCoords};
 use super::{MAX_TRIANGLES, broken, get, name_of, too_many};
-use crate::scene::Mesh;
+use crate::scene::{Mesh, Offset, Skinning};
 use ::gltf::json::accessor::Accessor;
 use ::gltf::json::mesh::{Mode, MorphTarget, Primitive, Semantic};
 use ::gltf::json::validation::Checked;
 use ::gltf::json::{Index, Node, Root};
-use anyhow::Result;
-use glam::{Mat3, Mat4, Vec2, Vec3};
+use anyhow::{Result, anyhow};
+use glam::{DVec3, Vec2, Vec3, Vec4};
 use std::collections::HashMap;
 
 /// What was left out or changed on the way, for the notes.
@@ -22,9 +22,6 @@ pub struct Counts {
     pub mended_normals: usize,
     pub mended_uvs: usize,
     pub without_uvs: usize,
-    pub vertex_colors: usize,
-    pub skinned: usize,
-    pub morphed: usize,
 }
 
 /// The meshes met so far.
@@ -34,10 +31,11 @@ pub struct Meshes<'a> {
     pub materials: Materials<'a>,
     pub list: Vec<Mesh>,
     pub counts: Counts,
-    /// Vertices in `list`.
+    /// Vertices in `list`, and what morph targets and skins hold of them.
     stored: u64,
-    /// The scene's meshes of a mesh of the file.
-    shared: HashMap<usize, Vec<u32>>,
+    deforming: u64,
+    /// The scene's meshes of a mesh of the file, with or without a skin.
+    shared: HashMap<(usize, bool), Vec<u32>>,
 }
 
 impl<'a> Meshes<'a> {
@@ -49,36 +47,48 @@ impl<'a> Meshes<'a> {
             list: Vec::new(),
             counts: Counts::default(),
             stored: 0,
+            deforming: 0,
             shared: HashMap::new(),
         }
     }
 
-    /// The scene's meshes for a node. With `joints`, the matrices of its skin, they are in the space
-    /// that those lead to; else in the node's space.
-    pub fn of_node(&mut self, node: &Node, joints: Option<&[Mat4]>, owner: &str) -> Result<Vec<u32>> {
-        let Some(index) = node.mesh else { return Ok(Vec::new()) };
+    /// The scene's meshes for a node, and the weights of their morph targets; `joints`: how many its skin has, if it has one.
+    pub fn of_node(&mut self, node: &Node, joints: Option<usize>, owner: &str) -> Result<(Vec<u32>, Vec<f32>)> {
+        let Some(index) = node.mesh else { return Ok(Default::default()) };
         let mesh = get(&self.root.meshes, index, "mesh", owner)?;
-        let own = joints.is_some() || node.weights.is_some();
-        if !own && let Some(known) = self.shared.get(&index.value()) {
-            return Ok(known.clone());
-        }
         let owner = format!("mesh {index}{}", name_of(mesh.name.as_deref()));
-        let weights = node.weights.as_deref().or(mesh.weights.as_deref()).unwrap_or_default();
-        let first = self.list.len() as u32;
-        for primitive in &mesh.primitives {
-            if let Some(mesh) = self.primitive(primitive, weights, joints, &owner)? {
-                self.stored += mesh.positions.len() as u64;
-                self.list.push(mesh);
+        let shared = (index.value(), joints.is_some());
+        if !self.shared.contains_key(&shared) {
+            let first = self.list.len() as u32;
+            for primitive in &mesh.primitives {
+                if let Some(mesh) = self.primitive(primitive, joints.is_some(), &owner)? {
+                    self.stored += mesh.positions.len() as u64;
+                    self.list.push(mesh);
+                }
+                if self.stored > 3 * MAX_TRIANGLES {
+                    return Err(too_many(self.stored / 3));
+                }
             }
-            if self.stored > 3 * MAX_TRIANGLES {
-                return Err(too_many(self.stored / 3));
+            self.shared.insert(shared, (first..self.list.len() as u32).collect());
+        }
+        let list = self.shared[&shared].clone();
+        let mut targets = 0;
+        for mesh in list.iter().map(|mesh| &self.list[*mesh as usize]) {
+            targets = targets.max(mesh.targets.len());
+            let most =
+                mesh.skinning.iter().flat_map(|skinning| &skinning.joints).map(|(joint, _)| *joint as usize).max();
+            if let (Some(joint), Some(joints)) = (most, joints)
+                && joint >= joints
+            {
+                return Err(broken(format!("{owner} uses joint {joint} of a skin with {joints} joints")));
             }
         }
-        let meshes: Vec<u32> = (first..self.list.len() as u32).collect();
-        if !own {
-            self.shared.insert(index.value(), meshes.clone());
+        let mut weights = node.weights.as_ref().or(mesh.weights.as_ref()).cloned().unwrap_or_default();
+        weights.resize(targets, 0.0);
+        if weights.iter().any(|weight| !weight.is_finite()) {
+            return Err(broken(format!("the weights of the morph targets of {owner} are not finite")));
         }
-        Ok(meshes)
+        Ok((list, weights))
     }
 
     /// About how many triangles of memory one of `list` takes: one with more vertices than it uses takes as much as if it
@@ -88,13 +98,7 @@ impl<'a> Meshes<'a> {
         mesh.indices.len().max(mesh.positions.len()) as u64 / 3
     }
 
-    fn primitive(
-        &mut self,
-        primitive: &Primitive,
-        weights: &[f32],
-        joints: Option<&[Mat4]>,
-        owner: &str,
-    ) -> Result<Option<Mesh>> {
+    fn primitive(&mut self, primitive: &Primitive, skinned: bool, owner: &str) -> Result<Option<Mesh>> {
         let Checked::Valid(mode) = primitive.mode else {
             return Err(broken(format!("{owner} has a primitive of unknown mode")));
         };
@@ -110,7 +114,7 @@ impl<'a> Meshes<'a> {
 
         let mut positions = self.vectors(positions, &format!("POSITION of {owner}"))?;
         let count = positions.len();
-        let mut normals = match attribute(Semantic::Normals) {
+        let normals = match attribute(Semantic::Normals) {
             Some(index) => {
                 let role = format!("NORMAL of {owner}");
                 let normals = self.vectors(index, &role)?;
@@ -150,54 +154,68 @@ impl<'a> Meshes<'a> {
             mended = true;
         }
         self.counts.mended_uvs += usize::from(mended);
-        self.counts.vertex_colors += usize::from(attribute(Semantic::Colors(0)).is_some());
+        let mut colors = match attribute(Semantic::Colors(0)) {
+            Some(index) => {
+                let role = format!("COLOR_0 of {owner}");
+                same_length(self.accessors.colors(index, &role)?, count, &role)?
+            }
+            None => Vec::new(),
+        };
 
-        if let Some(targets) = &primitive.targets {
-            self.counts.morphed += 1;
-            for (target, &weight) in targets.iter().zip(weights) {
-                self.morph(target, weight, &mut positions, normals.as_deref_mut(), owner)?;
-            }
-        }
-        if let Some(joints) = joints {
-            let blend = self.blend(primitive, joints, count, owner)?;
-            for (position, matrix) in positions.iter_mut().zip(&blend) {
-                *position = matrix.transform_point3(*position);
-            }
-            for (normal, matrix) in normals.iter_mut().flatten().zip(&blend) {
-                *normal = Mat3::from_mat4(*matrix).inverse().transpose() * *normal;
-            }
-            // No node is left whose determinant would tell that the triangles are mirrored.
-            for triangle in indices.chunks_exact_mut(3) {
-                if blend[triangle[0] as usize].determinant() < 0.0 {
-                    triangle.swap(1, 2);
-                }
-            }
-            self.counts.skinned += 1;
-        }
         if let Some(at) = positions.iter().position(|position| !position.is_finite()) {
             return Err(broken(format!("the position of vertex {at} of {owner} is not finite")));
         }
 
+        let mut targets = Vec::new();
+        for target in primitive.targets.iter().flatten() {
+            targets.push(self.target(target, count, owner)?);
+        }
+        let mut skinning = if skinned { Some(self.skinning(primitive, count, owner)?) } else { None };
+
         let all = indices.len();
-        drop_degenerate(&positions, &mut indices);
+        let deforms = skinned || targets.iter().any(|target| !target.is_empty());
+        drop_degenerate(&positions, &mut indices, deforms);
         self.counts.degenerate += (all - indices.len()) / 3;
         if indices.is_empty() {
             return Ok(None);
         }
+        let flat = normals.is_none();
         let normals = match normals {
             Some(mut normals) => {
                 self.counts.mended_normals += usize::from(mend_normals(&positions, &indices, &mut normals));
+                for (target, file) in targets.iter_mut().zip(primitive.targets.iter().flatten()) {
+                    if file.normals.is_none() && !target.is_empty() {
+                        turn_normals(target, &positions, &normals, &indices);
+                    }
+                }
                 normals
             }
             None => {
                 // Flat shading: each corner its own vertex.
+                for target in &mut targets {
+                    *target = of_corners(target, count, &indices);
+                    self.deforms(target.len())?;
+                }
+                if let Some(shared) = &skinning {
+                    let of = |&corner: &u32| shared.of(corner as usize);
+                    self.deforms(indices.iter().map(|corner| of(corner).len()).sum())?;
+                    let mut own = Skinning::default();
+                    for corner in &indices {
+                        own.joints.extend(of(corner));
+                        own.ends.push(own.joints.len() as u32);
+                    }
+                    skinning = Some(own);
+                }
                 positions = indices.iter().map(|&i| positions[i as usize]).collect();
                 uvs = indices.iter().map(|&i| uvs[i as usize]).collect();
+                if !colors.is_empty() {
+                    colors = indices.iter().map(|&i| colors[i as usize]).collect::<Vec<Vec4>>();
+                }
                 indices = (0..indices.len() as u32).collect();
                 positions.chunks_exact(3).flat_map(|p| [flat_normal(p); 3]).collect()
             }
         };
-        Ok(Some(Mesh { positions, normals, uvs, indices, material }))
+        Ok(Some(Mesh { positions, normals, uvs, colors, indices, material, flat, targets, skinning }))
     }
 
     fn vectors(&self, index: Index<Accessor>, role: &str) -> Result<Vec<Vec3>> {
@@ -222,34 +240,31 @@ impl<'a> Meshes<'a> {
         }
     }
 
-    /// Adds a morph target's offsets.
-    fn morph(
-        &self,
-        target: &MorphTarget,
-        weight: f32,
-        positions: &mut [Vec3],
-        normals: Option<&mut [Vec3]>,
-        owner: &str,
-    ) -> Result<()> {
-        if weight == 0.0 {
-            return Ok(());
+    /// What a morph target moves.
+    fn target(&mut self, target: &MorphTarget, count: usize, owner: &str) -> Result<Vec<Offset>> {
+        let role = format!("morph target of {owner}");
+        let read = |index: Option<Index<Accessor>>| match index {
+            Some(index) => same_length(self.vectors(index, &role)?, count, &role).map(Some),
+            None => Ok(None),
+        };
+        let (positions, normals) = (read(target.positions)?, read(target.normals)?);
+        let at = |list: &Option<Vec<Vec3>>, i: usize| list.as_ref().map_or(Vec3::ZERO, |list| list[i]);
+        let all = (0..count).map(|i| (i, at(&positions, i), at(&normals, i)));
+        if let Some((vertex, ..)) =
+            all.clone().find(|(_, position, normal)| !(position.is_finite() && normal.is_finite()))
+        {
+            return Err(broken(format!("the {role} moves vertex {vertex} by what is not finite")));
         }
-        let parts = [(target.positions, Some(positions)), (target.normals, normals)];
-        for part in parts {
-            let (Some(index), Some(values)) = part else { continue };
-            let role = format!("morph target of {owner}");
-            let offsets = same_length(self.vectors(index, &role)?, values.len(), &role)?;
-            for (value, offset) in values.iter_mut().zip(offsets) {
-                *value += weight * offset;
-            }
-        }
-        Ok(())
+        let moved = all.filter(|(_, position, normal)| (*position, *normal) != (Vec3::ZERO, Vec3::ZERO));
+        let offsets: Vec<Offset> =
+            moved.map(|(i, position, normal)| Offset { vertex: i as u32, position, normal }).collect();
+        self.deforms(offsets.len())?;
+        Ok(offsets)
     }
 
-    /// The matrix of each vertex of a skinned primitive.
-    fn blend(&self, primitive: &Primitive, joints: &[Mat4], count: usize, owner: &str) -> Result<Vec<Mat4>> {
-        let mut sum = vec![Mat4::ZERO; count];
-        let mut total = vec![0.0; count];
+    /// The joints of the vertices of a skinned primitive.
+    fn skinning(&mut self, primitive: &Primitive, count: usize, owner: &str) -> Result<Skinning> {
+        let mut sets = Vec::new();
         for set in 0.. {
             let attribute = |semantic| primitive.attributes.get(&Checked::Valid(semantic)).copied();
             let (Some(indices), Some(weights)) = (attribute(Semantic::Joints(set)), attribute(Semantic::Weights(set)))
@@ -260,27 +275,37 @@ impl<'a> Meshes<'a> {
             let indices = same_length(self.accessors.integers::<4>(indices, &role)?, count, &role)?;
             let role = format!("WEIGHTS_{set} of {owner}");
             let weights = same_length(self.accessors.floats::<4>(weights, &role)?, count, &role)?;
-            for (vertex, (indices, weights)) in indices.into_iter().zip(weights).enumerate() {
-                for (joint, weight) in indices.into_iter().zip(weights) {
-                    if weight == 0.0 {
-                        continue;
-                    }
-                    let Some(matrix) = joints.get(joint as usize) else {
-                        return Err(broken(format!(
-                            "{owner} uses joint {joint} of a skin with {} joints",
-                            joints.len()
-                        )));
-                    };
-                    sum[vertex] += *matrix * weight;
-                    total[vertex] += weight;
-                }
+            if weights.iter().flatten().any(|weight| !weight.is_finite()) {
+                return Err(broken(format!("{role} has weights that are not finite")));
             }
+            self.deforms(count)?;
+            sets.push((indices, weights));
         }
-        for (matrix, total) in sum.iter_mut().zip(total) {
+        let mut skinning = Skinning::default();
+        for vertex in 0..count {
+            let start = skinning.joints.len();
+            let of_sets = sets.iter().flat_map(|(joints, weights)| joints[vertex].into_iter().zip(weights[vertex]));
+            skinning.joints.extend(of_sets.filter(|(_, weight)| *weight != 0.0));
             // A vertex without weights goes with the first joint.
-            *matrix = if total == 0.0 { joints[0] } else { *matrix * (1.0 / total) };
+            if skinning.joints[start..].iter().map(|(_, weight)| f64::from(*weight)).sum::<f64>() == 0.0 {
+                skinning.joints.truncate(start);
+                skinning.joints.push((0, 1.0));
+            }
+            skinning.ends.push(skinning.joints.len() as u32);
         }
-        Ok(sum)
+        Ok(skinning)
+    }
+
+    /// Counts what morph targets and skins hold, and refuses too much of it.
+    fn deforms(&mut self, more: usize) -> Result<()> {
+        self.deforming += more as u64;
+        if self.deforming <= MAX_TRIANGLES {
+            return Ok(());
+        }
+        Err(anyhow!(
+            "its morph targets and skins move {} vertices, more than the {MAX_TRIANGLES} that are kept; simplify it first",
+            self.deforming
+        ))
     }
 }
 
@@ -292,27 +317,63 @@ fn same_length<T>(values: Vec<T>, count: usize, role: &str) -> Result<Vec<T>> {
 }
 
 /// The front face's normal; its length is twice the area. In 64 bits, so that tiny triangles keep theirs.
-fn scaled_normal(a: Vec3, b: Vec3, c: Vec3) -> glam::DVec3 {
+fn scaled_normal(a: Vec3, b: Vec3, c: Vec3) -> DVec3 {
     let [a, b, c] = [a, b, c].map(Vec3::as_dvec3);
     (b - a).cross(c - a)
 }
 
 fn flat_normal(corners: &[Vec3]) -> Vec3 {
-    scaled_normal(corners[0], corners[1], corners[2]).normalize_or(glam::DVec3::Y).as_vec3()
+    scaled_normal(corners[0], corners[1], corners[2]).normalize_or(DVec3::Y).as_vec3()
 }
 
-/// Removes triangles without area.
-fn drop_degenerate(positions: &[Vec3], indices: &mut Vec<u32>) {
+/// Removes triangles without area; of a mesh that deforms those that have none in any pose, as a corner stands in them twice.
+fn drop_degenerate(positions: &[Vec3], indices: &mut Vec<u32>, deforms: bool) {
     let mut kept = 0;
     for i in (0..indices.len()).step_by(3) {
         let corners = [indices[i], indices[i + 1], indices[i + 2]];
         let [a, b, c] = corners.map(|index| positions[index as usize]);
-        if scaled_normal(a, b, c) != glam::DVec3::ZERO {
+        let twice = corners[0] == corners[1] || corners[1] == corners[2] || corners[2] == corners[0];
+        if !twice && (deforms || scaled_normal(a, b, c) != DVec3::ZERO) {
             indices[kept..kept + 3].copy_from_slice(&corners);
             kept += 3;
         }
     }
     indices.truncate(kept);
+}
+
+/// A morph target of a mesh whose triangles' corners become vertices of their own.
+fn of_corners(target: &[Offset], count: usize, indices: &[u32]) -> Vec<Offset> {
+    let mut of_vertex = vec![None; count];
+    target.iter().for_each(|offset| of_vertex[offset.vertex as usize] = Some(offset));
+    let corners = indices.iter().zip(0..).filter_map(|(&i, corner)| Some((of_vertex[i as usize]?, corner)));
+    corners.map(|(offset, vertex)| Offset { vertex, ..*offset }).collect()
+}
+
+/// Gives a morph target without normals the offsets by which the means of the faces around each vertex turn. Vertices that
+/// only texture coordinates part have the same faces around them.
+fn turn_normals(target: &mut Vec<Offset>, positions: &[Vec3], normals: &[Vec3], indices: &[u32]) {
+    let mut offsets = vec![Vec3::ZERO; positions.len()];
+    target.iter().for_each(|offset| offsets[offset.vertex as usize] = offset.position);
+    let moved: Vec<Vec3> = positions.iter().zip(&offsets).map(|(position, offset)| *position + *offset).collect();
+    let mut places = HashMap::new();
+    let place =
+        |vertex: usize| (positions[vertex].to_array().map(f32::to_bits), normals[vertex].to_array().map(f32::to_bits));
+    let first: Vec<u32> = (0..positions.len()).map(|i| *places.entry(place(i)).or_insert(i as u32)).collect();
+    // What the faces around a vertex span before and after.
+    let mut sums = vec![[DVec3::ZERO; 2]; positions.len()];
+    for triangle in indices.chunks_exact(3) {
+        for (positions, side) in [(positions, 0), (&moved[..], 1)] {
+            let [a, b, c] = [triangle[0], triangle[1], triangle[2]].map(|index| positions[index as usize]);
+            let face = scaled_normal(a, b, c);
+            triangle.iter().for_each(|index| sums[first[*index as usize] as usize][side] += face);
+        }
+    }
+    let all = (0..).zip(offsets.into_iter().zip(&first)).filter_map(|(vertex, (position, first))| {
+        let [before, after] = sums[*first as usize].map(DVec3::normalize_or_zero);
+        let normal = (after - before).as_vec3();
+        ((position, normal) != (Vec3::ZERO, Vec3::ZERO)).then_some(Offset { vertex, position, normal })
+    });
+    *target = all.collect();
 }
 
 /// Makes all normals unit length, with the mean of the faces around where one has no direction.
@@ -331,7 +392,7 @@ fn mend_normals(positions: &[Vec3], indices: &[u32], normals: &mut [Vec3]) -> bo
         let [a, b, c] = [triangle[0], triangle[1], triangle[2]].map(|index| positions[index as usize]);
         for &index in triangle {
             if normals[index as usize] == Vec3::ZERO {
-                *means.entry(index).or_insert(glam::DVec3::ZERO) += scaled_normal(a, b, c);
+                *means.entry(index).or_insert(DVec3::ZERO) += scaled_normal(a, b, c);
             }
         }
     }
@@ -339,7 +400,7 @@ fn mend_normals(positions: &[Vec3], indices: &[u32], normals: &mut [Vec3]) -> bo
     for (index, normal) in normals.iter_mut().enumerate() {
         if *normal == Vec3::ZERO {
             let mean = means.get(&(index as u32)).copied().unwrap_or_default();
-            *normal = mean.try_normalize().unwrap_or(glam::DVec3::Y).as_vec3();
+            *normal = mean.try_normalize().unwrap_or(DVec3::Y).as_vec3();
         }
     }
     used

@@ -8,16 +8,17 @@ mod animation;
 mod hierarchy;
 mod material;
 mod mesh;
+mod packed;
 mod punctual;
 mod uri;
 
-use super::{Local, Node, Scene, origin, presets};
+use super::{Node, Scene, Skin, origin, presets};
 use crate::files;
 use crate::message::{self, counted, list, quoted, shortened};
 use ::gltf::json::{self, Index, Root};
 use accessors::Accessors;
 use anyhow::{Result, anyhow, bail};
-use glam::{DMat4, DQuat, DVec3, Mat4, Quat, Vec3};
+use glam::{Mat4, Quat, Vec3};
 use hierarchy::{Hierarchy, label};
 use mesh::Meshes;
 use serde::Deserialize;
@@ -31,14 +32,32 @@ pub(super) const MAX_TRIANGLES: u64 = 30_000_000;
 /// Each takes a matrix, and any number of nodes can share what places them.
 const MAX_INSTANCES: u64 = 1 << 22;
 
-/// What we understand beyond plain glTF, apart from the ignored KHR_materials_*.
-const SUPPORTED: [&str; 6] = [
+/// What we understand beyond plain glTF.
+const SUPPORTED: [&str; 11] = [
+    "KHR_draco_mesh_compression",
     "KHR_lights_punctual",
     "KHR_materials_pbrSpecularGlossiness",
     "KHR_mesh_quantization",
+    "KHR_meshopt_compression",
+    "KHR_node_visibility",
+    "KHR_texture_basisu",
     "KHR_texture_transform",
     "EXT_mesh_gpu_instancing",
+    "EXT_meshopt_compression",
     "EXT_texture_webp",
+];
+
+/// Without these a scene is drawn all the same, though a file may require them; and without what belongs to materials or
+/// textures.
+const NOT_DRAWN: [&str; 8] = [
+    "EXT_instance_features",
+    "EXT_mesh_features",
+    "EXT_structural_metadata",
+    "KHR_animation_pointer",
+    "KHR_interactivity",
+    "KHR_node_hoverability",
+    "KHR_node_selectability",
+    "KHR_xmp_json_ld",
 ];
 
 /// Loads the default scene of a glTF file. Errors are one sentence that names the file.
@@ -62,47 +81,62 @@ fn read(path: &Path) -> Result<Scene> {
     let mut meshes = Meshes::new(&root, &accessors);
 
     let mut scene_nodes = vec![None; root.nodes.len()];
-    let mut skinned = Vec::new();
     let (mut drawn, mut instanced) = (0u64, 0u64);
+    let mut skins = Skins { list: Vec::new(), of_file: vec![None; root.skins.len()] };
     for (place, &index) in hierarchy.scene.iter().enumerate() {
         scene_nodes[index] = Some(place as u32);
         let node = &root.nodes[index];
         let owner = label(&root, index);
-        let mut placed = Node {
-            parent: hierarchy.parents[index].and_then(|parent| scene_nodes[parent]),
-            local: hierarchy.locals[index],
-            meshes: Vec::new(),
-            instances: match node.mesh {
-                Some(_) => instances(&root, node, &accessors, &owner, &mut instanced)?.unwrap_or_default(),
-                None => Vec::new(),
-            },
+        let parent = hierarchy.parents[index].and_then(|parent| scene_nodes[parent]);
+        let local = hierarchy.locals[index];
+        if !hierarchy.drawn[index] {
+            scene.nodes.push(Node { parent, local, ..Node::default() });
+            continue;
+        }
+        let skin = node.skin.filter(|_| node.mesh.is_some());
+        let skin = skin.map(|index| skins.of_node(&root, &accessors, index, &owner)).transpose()?;
+        let joints = skin.map(|skin| skins.list[skin as usize].joints.len());
+        let (list, weights) = meshes.of_node(node, joints, &owner)?;
+        let mut instances = match node.mesh {
+            Some(_) => instances(&root, node, &accessors, &owner, &mut instanced)?.unwrap_or_default(),
+            None => Vec::new(),
         };
-        let joints = joints(&root, &hierarchy, &accessors, node, &owner)?;
-        let list = meshes.of_node(node, joints.as_ref().map(|(_, matrices)| &matrices[..]), &owner)?;
+        if skin.is_some() {
+            // The joints alone place a skinned mesh.
+            instances.clear();
+        }
         // Counted as it grows: nodes share meshes, and a small file can ask for more than any memory holds.
         let once: u64 = list.iter().map(|mesh| meshes.weight(*mesh)).sum();
-        drawn = drawn.saturating_add(once.saturating_mul(placed.instances.len().max(1) as u64));
+        drawn = drawn.saturating_add(once.saturating_mul(instances.len().max(1) as u64));
         if drawn > MAX_TRIANGLES {
             return Err(too_many(drawn));
         }
-        match joints {
-            // The joints alone place a skinned mesh.
-            Some((place, _)) => skinned.push((place, list)),
-            None => placed.meshes = list,
-        }
-        scene.nodes.push(placed);
+        scene.nodes.push(Node { parent, local, meshes: list, instances, weights, skin });
     }
-    for (place, meshes) in skinned {
-        let local = Local::Trs { translation: place, rotation: DQuat::IDENTITY, scale: DVec3::ONE };
-        scene.nodes.push(Node { parent: None, local, meshes, instances: Vec::new() });
+    scene.skins = skins.list;
+    for joint in scene.skins.iter_mut().flat_map(|skin| &mut skin.joints) {
+        // Joints may stand outside the drawn scene.
+        let mut missing = Vec::new();
+        let mut next = Some(*joint as usize);
+        while let Some(index) = next.filter(|&index| scene_nodes[index].is_none()) {
+            missing.push(index);
+            next = hierarchy.parents[index];
+        }
+        for index in missing.into_iter().rev() {
+            scene_nodes[index] = Some(scene.nodes.len() as u32);
+            let parent = hierarchy.parents[index].and_then(|parent| scene_nodes[parent]);
+            scene.nodes.push(Node { parent, local: hierarchy.locals[index], ..Node::default() });
+        }
+        *joint = scene_nodes[*joint as usize].unwrap_or_default();
     }
 
     if drawn == 0 {
         bail!("it holds no triangles to draw; choose a file with a triangle mesh in its default scene");
     }
 
-    let (textures, reduced) = meshes.materials.textures(&accessors, folder)?;
-    scene.textures = textures;
+    let reduced;
+    (scene.textures, reduced) = meshes.materials.textures(&accessors, folder);
+    scene.notes.extend(hierarchy.notes.iter().cloned());
     let (animations, skipped) = animation::read(&root, &accessors, &scene_nodes, &scene.nodes)?;
     scene.animations = animations;
     scene.notes.extend(notes(&root, &meshes, reduced, &skipped));
@@ -169,6 +203,7 @@ struct Transform {
 fn parse(text: &[u8]) -> Result<(Root, Vec<Transform>)> {
     let invalid = |error| broken(format!("its JSON is not valid glTF ({error})"));
     let mut value: Value = json::deserialize::from_slice(text).map_err(invalid)?;
+    tidy(&mut value);
     let asset = &value["asset"];
     let version = asset["minVersion"].as_str().or(asset["version"].as_str()).unwrap_or_default();
     if !version.starts_with("2.") {
@@ -191,30 +226,51 @@ fn parse(text: &[u8]) -> Result<(Root, Vec<Transform>)> {
     Ok((json::deserialize::from_value(value).map_err(invalid)?, transforms))
 }
 
+/// Takes out `extras`, which may be any JSON, and makes whole numbers integers: exporters write them as 4.0 too.
+fn tidy(value: &mut Value) {
+    match value {
+        Value::Object(members) => {
+            members.remove("extras");
+            members.values_mut().for_each(tidy);
+        }
+        Value::Array(items) => items.iter_mut().for_each(tidy),
+        Value::Number(number) => {
+            // Up to 2^53 every whole number is a float of its own; zero keeps its sign.
+            let whole = |x: &f64| x.fract() == 0.0 && *x != 0.0 && x.abs() < 9e15 || x.to_bits() == 0;
+            if let Some(whole) = number.as_f64().filter(|_| number.is_f64()).filter(whole) {
+                *number = (whole as i64).into();
+            }
+        }
+        _ => {}
+    }
+}
+
 /// Refuses what cannot be drawn without an extension, and notes the extensions that are ignored.
 fn check_extensions(root: &Root) -> Result<Vec<String>> {
     let known = |name: &&String| SUPPORTED.contains(&name.as_str());
-    let shading = |name: &&String| name.starts_with("KHR_materials_");
-    let missing: Vec<_> = root.extensions_required.iter().filter(|name| !known(name) && !shading(name)).collect();
+    let material = |name: &&String| name.contains("_materials_");
+    let spared = |name: &&String| material(name) || name.contains("_texture_") || NOT_DRAWN.contains(&name.as_str());
+    let missing: Vec<_> = root.extensions_required.iter().filter(|name| !known(name) && !spared(name)).collect();
     if !missing.is_empty() {
         bail!(
             "it requires {}, which Shadowscope cannot read; export it without",
             list(missing.into_iter().map(String::as_str))
         );
     }
-    let ignored: Vec<_> = root.extensions_used.iter().filter(|name| !known(name)).collect();
-    let (materials, others): (Vec<_>, Vec<_>) = ignored.into_iter().partition(shading);
-    let mut notes = Vec::new();
-    if !materials.is_empty() {
-        notes.push(format!(
-            "Of materials only the base colour is drawn; {} is ignored.",
-            list(materials.into_iter().map(String::as_str))
-        ));
-    }
-    if !others.is_empty() {
-        notes.push(format!("The file is drawn without {}.", list(others.into_iter().map(String::as_str))));
-    }
-    Ok(notes)
+    let required = |name: &String| root.extensions_required.contains(name);
+    let used = root.extensions_used.iter().filter(|name| !required(name));
+    let ignored = root.extensions_required.iter().chain(used).filter(|name| !known(name));
+    let (materials, others): (Vec<_>, Vec<_>) = ignored.partition(material);
+    let told = |names: Vec<&String>, what: &str| {
+        let (required, used): (Vec<_>, Vec<_>) = names.into_iter().partition(|name| required(name));
+        let says = |names: Vec<&String>, verb: &str| {
+            (!names.is_empty()).then(|| format!("{verb} {}", list(names.into_iter().map(String::as_str))))
+        };
+        let says = [says(required, "requires"), says(used, "uses")].into_iter().flatten().collect::<Vec<_>>();
+        (!says.is_empty()).then(|| format!("The file {}, {what}.", says.join(" and ")))
+    };
+    let notes = [told(materials, "of which only the base colour is drawn"), told(others, "without which it is drawn")];
+    Ok(notes.into_iter().flatten().collect())
 }
 
 /// EXT_mesh_gpu_instancing: one matrix an instance. `before`: how many the file's other nodes have; these are added.
@@ -266,39 +322,45 @@ fn instances(
     Ok(Some(matrices))
 }
 
-/// The matrices of a skinned node's joints for vertices in the bind pose, and the place in the file's coordinates that
-/// they are relative to: the first joint's, as 32-bit vertices are fine only near zero.
-fn joints(
-    root: &Root,
-    hierarchy: &Hierarchy,
-    accessors: &Accessors,
-    node: &json::Node,
-    owner: &str,
-) -> Result<Option<(DVec3, Vec<Mat4>)>> {
-    let Some(index) = node.skin.filter(|_| node.mesh.is_some()) else { return Ok(None) };
-    let skin = get(&root.skins, index, "skin", owner)?;
-    let owner = format!("skin {index}{}", name_of(skin.name.as_deref()));
-    let inverse_bind = match skin.inverse_bind_matrices {
-        Some(accessor) => accessors.floats::<16>(accessor, &format!("inverse bind matrices of {owner}"))?,
-        None => vec![Mat4::IDENTITY.to_cols_array(); skin.joints.len()],
-    };
-    if skin.joints.is_empty() || inverse_bind.len() < skin.joints.len() {
-        return Err(broken(format!(
-            "{owner} has {} joints and {} inverse bind matrices",
-            skin.joints.len(),
-            inverse_bind.len()
-        )));
+/// The skins met so far. Their joints are nodes of the file, until all nodes of the scene are known.
+struct Skins {
+    list: Vec<Skin>,
+    /// Of each skin of the file its place in `list`.
+    of_file: Vec<Option<u32>>,
+}
+
+impl Skins {
+    fn of_node(&mut self, root: &Root, accessors: &Accessors, index: Index<json::Skin>, owner: &str) -> Result<u32> {
+        let skin = get(&root.skins, index, "skin", owner)?;
+        if let Some(known) = self.of_file[index.value()] {
+            return Ok(known);
+        }
+        let owner = format!("skin {index}{}", name_of(skin.name.as_deref()));
+        let inverse_bind = match skin.inverse_bind_matrices {
+            Some(accessor) => accessors.floats::<16>(accessor, &format!("inverse bind matrices of {owner}"))?,
+            None => vec![Mat4::IDENTITY.to_cols_array(); skin.joints.len()],
+        };
+        if skin.joints.is_empty() || inverse_bind.len() < skin.joints.len() {
+            return Err(broken(format!(
+                "{owner} has {} joints and {} inverse bind matrices",
+                skin.joints.len(),
+                inverse_bind.len()
+            )));
+        }
+        let mut joints = Vec::with_capacity(skin.joints.len());
+        for joint in &skin.joints {
+            get(&root.nodes, *joint, "node", &owner)?;
+            joints.push(joint.value() as u32);
+        }
+        let inverse_bind: Vec<Mat4> = inverse_bind[..joints.len()].iter().map(Mat4::from_cols_array).collect();
+        if let Some(at) = inverse_bind.iter().position(|matrix| !matrix.is_finite()) {
+            return Err(broken(format!("the inverse bind matrix of joint {at} of {owner} is not finite")));
+        }
+        let place = self.list.len() as u32;
+        self.list.push(Skin { joints, inverse_bind });
+        self.of_file[index.value()] = Some(place);
+        Ok(place)
     }
-    let mut place = None;
-    let mut matrices = Vec::with_capacity(skin.joints.len());
-    for (joint, inverse_bind) in skin.joints.iter().zip(inverse_bind) {
-        get(&root.nodes, *joint, "node", &owner)?;
-        let world = hierarchy.world[joint.value()];
-        let place = *place.get_or_insert(world.w_axis.truncate());
-        let inverse_bind = Mat4::from_cols_array(&inverse_bind).as_dmat4();
-        matrices.push((DMat4::from_translation(-place) * world * inverse_bind).as_mat4());
-    }
-    Ok(place.map(|place| (place, matrices)))
 }
 
 /// What the user should know about what is drawn differently.
@@ -339,21 +401,6 @@ fn notes(root: &Root, meshes: &Meshes, reduced: usize, skipped: &animation::Skip
             "textured primitives have no texture coordinates and show one texel.",
         ),
         counted(
-            counts.vertex_colors,
-            "primitive has vertex colours, which are not drawn.",
-            "primitives have vertex colours, which are not drawn.",
-        ),
-        counted(
-            counts.skinned,
-            "skinned primitive stands still at the file's pose.",
-            "skinned primitives stand still at the file's pose.",
-        ),
-        counted(
-            counts.morphed,
-            "primitive with morph targets keeps the file's default weights.",
-            "primitives with morph targets keep the file's default weights.",
-        ),
-        counted(
             meshes.materials.blended,
             "material with alphaMode BLEND is drawn as opaque.",
             "materials with alphaMode BLEND are drawn as opaque.",
@@ -370,8 +417,8 @@ fn notes(root: &Root, meshes: &Meshes, reduced: usize, skipped: &animation::Skip
         ),
         counted(
             skipped.weights,
-            "animation channel of morph weights is left out.",
-            "animation channels of morph weights are left out.",
+            "animation channel of weights is left out, as its node has no morph targets.",
+            "animation channels of weights are left out, as their nodes have no morph targets.",
         ),
         counted(
             skipped.others,
@@ -381,7 +428,19 @@ fn notes(root: &Root, meshes: &Meshes, reduced: usize, skipped: &animation::Skip
     ]
     .into_iter()
     .flatten()
+    .chain(few(meshes.materials.missing.clone(), "images"))
     .collect()
+}
+
+/// Notes of one kind, cut off where there are many; `rest` is what the others are called.
+fn few(mut notes: Vec<String>, rest: &str) -> Vec<String> {
+    const MOST: usize = 4;
+    let more = notes.len().saturating_sub(MOST);
+    if more > 0 {
+        notes.truncate(MOST);
+        notes.push(format!("So it is with {more} more {rest}."));
+    }
+    notes
 }
 
 /// An error about contents that no right file has.

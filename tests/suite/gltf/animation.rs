@@ -85,7 +85,7 @@ fn what_cannot_move_is_left_out_and_noted() {
     };
     assert_eq!(
         notes(|json| json["animations"][0]["channels"][0]["target"]["path"] = "weights".into()),
-        ["1 animation channel of morph weights is left out."]
+        ["1 animation channel of weights is left out, as its node has no morph targets."]
     );
     assert!(
         notes(|json| json["animations"][0]["channels"][0]["target"]["path"] = "pointer".into())[0].contains("channel")

@@ -5,8 +5,11 @@ mod file;
 mod geometry;
 mod malformed;
 mod material;
+pub mod motion;
 mod nodes;
 mod origin;
+mod packed;
+mod surfaces;
 mod views;
 
 use file::{File, base64, load_bytes, load_in, one_sentence, picture};
@@ -88,10 +91,9 @@ fn uris_that_lead_out_of_the_folder_are_refused() {
 #[test]
 fn required_extensions_that_are_not_known_are_refused_by_name() {
     let mut file = File::triangle();
-    file.json["extensionsRequired"] =
-        json!(["KHR_mesh_quantization", "KHR_draco_mesh_compression", "EXT_meshopt_compression"]);
+    file.json["extensionsRequired"] = json!(["KHR_mesh_quantization", "KHR_gaussian_splatting", "MPEG_media"]);
     let message = file.error();
-    assert!(message.contains("KHR_draco_mesh_compression, EXT_meshopt_compression"), "{message}");
+    assert!(message.contains("requires KHR_gaussian_splatting, MPEG_media"), "{message}");
     assert!(!message.contains("quantization"), "{message}");
 }
 
@@ -101,7 +103,73 @@ fn extensions_that_only_shade_are_noted() {
     file.json["extensionsRequired"] = json!(["KHR_materials_unlit", "KHR_texture_transform"]);
     file.json["extensionsUsed"] = json!(["KHR_materials_unlit", "KHR_materials_sheen", "VENDOR_thing"]);
     let notes = file.load().notes;
-    assert_eq!(notes.len(), 2);
-    assert!(notes[0].contains("KHR_materials_unlit, KHR_materials_sheen"), "{notes:?}");
-    assert!(notes[1].contains("VENDOR_thing"), "{notes:?}");
+    assert_eq!(
+        notes,
+        [
+            "The file requires KHR_materials_unlit and uses KHR_materials_sheen, of which only the base colour is drawn.",
+            "The file uses VENDOR_thing, without which it is drawn.",
+        ]
+    );
+    // What changes nothing that is drawn, and textures, whose materials are drawn without them.
+    file.json["extensionsRequired"] = json!(["KHR_animation_pointer", "EXT_texture_avif"]);
+    file.json["extensionsUsed"] = json!(["EXT_texture_avif"]);
+    let notes = file.load().notes;
+    assert_eq!(notes, ["The file requires KHR_animation_pointer, EXT_texture_avif, without which it is drawn."]);
+}
+
+/// `extras` may be any JSON on any object.
+#[test]
+fn extras_of_any_kind_are_passed_over() {
+    for extras in [json!([1, "two", {}]), json!("text"), json!(4.5), json!(null), json!(true), json!({ "a": [] })] {
+        let mut file = File::triangle();
+        let uvs = file.floats("VEC2", &[0.0; 6]);
+        file.primitive()["attributes"]["TEXCOORD_0"] = uvs.into();
+        file.texture(
+            json!({ "uri": format!("data:;base64,{}", base64(&picture(image::ImageFormat::Png))) }),
+            json!({}),
+        );
+        file.json["buffers"] = json!([{ "byteLength": file.bin.len() }]);
+        file.json["scenes"] = json!([{ "nodes": [0] }]);
+        let mut places = vec![String::new()];
+        malformed::collect("", &file.json, &mut places);
+        for place in places {
+            if let Some(object) = file.json.pointer_mut(&place).and_then(|value| value.as_object_mut()) {
+                object.insert("extras".into(), extras.clone());
+            }
+        }
+        assert_eq!(file.load().meshes[0].positions, [Vec3::ZERO, Vec3::X, Vec3::Y], "{extras}");
+    }
+}
+
+/// Some exporters write 4.0 where glTF asks for a whole number.
+#[test]
+fn whole_numbers_may_be_written_as_floats() {
+    fn widened(value: &mut serde_json::Value) {
+        match value {
+            serde_json::Value::Number(number) => *value = number.as_f64().unwrap().into(),
+            serde_json::Value::Array(items) => items.iter_mut().for_each(widened),
+            serde_json::Value::Object(items) => items.values_mut().for_each(widened),
+            _ => {}
+        }
+    }
+    let mut file = malformed::rich();
+    let plain = file.load();
+    file.json["buffers"] = json!([{ "byteLength": file.bin.len() }]);
+    widened(&mut file.json);
+    assert!(file.json.to_string().contains("\"count\":3.0"));
+    let scene = file.load();
+    assert_eq!(scene.report(), plain.report());
+    assert_eq!(scene.meshes[1].positions, plain.meshes[1].positions);
+    file.json["accessors"][0]["count"] = json!(3.5);
+    assert!(file.error().contains("not valid glTF"));
+}
+
+/// A matrix or scale of zero leaves nothing to look at.
+#[test]
+fn geometry_without_extent_is_told() {
+    let mut file = File::triangle();
+    file.json["nodes"][0]["matrix"] = json!(vec![0.0; 16]);
+    assert!(file.error().contains("no extent"), "{}", file.error());
+    file.json["nodes"] = json!([{ "mesh": 0, "scale": [0, 0, 0], "translation": [4, 5, 6] }]);
+    assert!(file.error().contains("no extent"), "{}", file.error());
 }

@@ -3,7 +3,7 @@
 use super::file::{File, I8, I16};
 use glam::{DVec3, Mat4, Quat, Vec3};
 use serde_json::json;
-use shadowscope::scene::geometry::world_matrices;
+use shadowscope::scene::pose::world_matrices;
 use shadowscope::scene::{Local, Scene};
 use std::f32::consts::FRAC_1_SQRT_2;
 
@@ -52,7 +52,6 @@ fn trees_that_are_none_are_refused() {
     let cases = [
         (json!([{ "mesh": 0, "name": "a" }, { "children": [2] }, { "children": [1] }]), "node 1", "cycle"),
         (json!([{ "mesh": 0, "children": [0] }]), "node 0", "cycle"),
-        (json!([{ "mesh": 0, "name": "leaf" }, { "children": [0] }, { "children": [0] }]), "\"leaf\"", "two parents"),
         (json!([{ "mesh": 0, "children": [7] }]), "node 0", "node 7"),
         (json!([{ "mesh": 3 }]), "node 0", "mesh 3"),
         (json!([{ "mesh": 0, "translation": [0, 1e39, 0] }]), "node 0", "not finite"),
@@ -66,13 +65,86 @@ fn trees_that_are_none_are_refused() {
         assert!(message.contains(place) && message.contains(reason), "{message}");
     }
     let mut file = File::triangle();
-    file.json["scenes"] = json!([{ "nodes": [0, 0] }]);
-    assert!(file.error().contains("node 0"));
     file.json["scenes"] = json!([{ "nodes": [4] }]);
     assert!(file.error().contains("node 4"));
     file.json["scenes"] = json!([{ "nodes": [0] }]);
     file.json["scene"] = json!(1);
     assert!(file.error().contains("default scene is scene 1, but the file has 1"));
+}
+
+/// Nodes that hang below others, listed or not, and nodes that are listed twice: drawn once, where the hierarchy has them.
+#[test]
+fn scenes_that_list_nodes_oddly() {
+    let mut file = File::triangle();
+    file.json["nodes"] = json!([
+        { "mesh": 0, "translation": [1, 0, 0] },
+        { "mesh": 0, "translation": [0, 1, 0] },
+        { "children": [0, 1], "translation": [0, 0, 1] },
+        { "mesh": 0, "children": [2], "translation": [10, 0, 0] },
+    ]);
+    let drawn = |scene: &Scene| -> Vec<Vec3> {
+        let places = (0..scene.nodes.len()).filter(|&node| !scene.nodes[node].meshes.is_empty());
+        places.map(|node| world(scene, node, Vec3::ZERO)).collect()
+    };
+    let (first, second, top) = (Vec3::new(11.0, 0.0, 1.0), Vec3::new(10.0, 1.0, 1.0), Vec3::new(10.0, 0.0, 0.0));
+    for (list, expected, odd) in [
+        (json!([0]), vec![first], Some("1 node that")),
+        (json!([0, 1]), vec![first, second], Some("2 nodes that")),
+        (json!([1, 3]), vec![top, second, first], Some("1 node that")),
+        (json!([3, 0, 3]), vec![top, first, second], Some("2 nodes that")),
+        (json!([3]), vec![top, first, second], None),
+    ] {
+        file.json["scenes"] = json!([{ "nodes": list }]);
+        let scene = file.load();
+        assert_eq!(drawn(&scene), expected, "{list}");
+        let note = scene.notes.iter().find(|note| note.contains("the scene lists"));
+        assert_eq!(note.is_some(), odd.is_some(), "{:?}", scene.notes);
+        assert!(odd.is_none_or(|odd| note.unwrap().starts_with(odd)), "{note:?}");
+    }
+}
+
+/// A node below two others, or below one twice, is drawn once.
+#[test]
+fn nodes_with_two_parents_hang_below_the_first() {
+    let mut file = File::triangle();
+    file.json["nodes"] = json!([
+        { "mesh": 0 },
+        { "children": [0, 0], "translation": [1, 0, 0] },
+        { "children": [0], "translation": [2, 0, 0] },
+    ]);
+    let scene = file.load();
+    assert_eq!(scene.triangles(), 1);
+    let drawn = scene.nodes.iter().position(|node| !node.meshes.is_empty()).unwrap();
+    assert_eq!(world(&scene, drawn, Vec3::ZERO), Vec3::X);
+    assert!(scene.notes[0].starts_with("2 nodes are children of two nodes"), "{:?}", scene.notes);
+}
+
+/// KHR_node_visibility: neither meshes nor cameras nor lights at or below an invisible node.
+#[test]
+fn invisible_nodes_are_not_drawn() {
+    let hidden = |rest: serde_json::Value, visible: bool| {
+        let mut node = rest;
+        node["extensions"] = json!({ "KHR_node_visibility": { "visible": visible },
+            "KHR_lights_punctual": { "light": 0 } });
+        node
+    };
+    let mut file = File::triangle();
+    file.json["extensionsRequired"] = json!(["KHR_node_visibility"]);
+    file.json["extensions"] = json!({ "KHR_lights_punctual": { "lights": [{ "type": "point" }] } });
+    file.push("cameras", json!({ "type": "perspective", "perspective": { "yfov": 1, "znear": 0.1 } }));
+    file.json["nodes"] = json!([
+        hidden(json!({ "mesh": 0, "name": "seen" }), true),
+        hidden(json!({ "mesh": 0, "children": [2], "name": "gone" }), false),
+        hidden(json!({ "mesh": 0, "camera": 0, "name": "below" }), true),
+    ]);
+    let scene = file.load();
+    assert_eq!(scene.triangles(), 1);
+    let lights: Vec<_> = scene.lights.iter().map(|light| light.name.as_str()).collect();
+    assert_eq!(lights, ["seen", "sun", "low-sun", "spot", "omni"]);
+    assert!(scene.cameras.iter().all(|camera| camera.name != "below"));
+    assert!(scene.notes.iter().any(|note| note.starts_with("1 node is invisible")), "{:?}", scene.notes);
+    file.json["nodes"][0] = hidden(json!({ "mesh": 0 }), false);
+    assert!(file.error().contains("no triangles"));
 }
 
 #[test]

@@ -89,7 +89,7 @@ fn animations() {
     assert!((at(0.75) - at(0.0)).abs_diff_eq(Vec3::X, 1e-6), "{} {}", at(0.0), at(0.75));
 }
 
-/// Skinned vertices are computed on loading, when the place of the scene is not known yet.
+/// The joints hold the distance, and a vertex lies between theirs.
 #[test]
 fn skins() {
     let mut file = File::triangle();
@@ -103,7 +103,22 @@ fn skins() {
         { "translation": [0, 0.25, 1], "children": [2] },
         { "translation": [1.5, 0, 0], "rotation": [0, 0, FRAC_1_SQRT_2, FRAC_1_SQRT_2] },
     ]);
-    same_everywhere(&file, &[0.0]);
+    let input = file.floats("SCALAR", &[0.0, 1.0]);
+    let turns = file.floats("VEC4", &[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 0.0]);
+    let offsets = file.floats("VEC3", &[0., 0., 2., 0., 0., 2., 0., 1., 0.]);
+    let weights = file.floats("SCALAR", &[0.0, 1.0]);
+    file.primitive()["targets"] = json!([{ "POSITION": offsets }]);
+    file.push(
+        "animations",
+        json!({
+            "samplers": [{ "input": input, "output": turns }, { "input": input, "output": weights }],
+            "channels": [
+                { "sampler": 0, "target": { "node": 2, "path": "rotation" } },
+                { "sampler": 1, "target": { "node": 0, "path": "weights" } },
+            ],
+        }),
+    );
+    same_everywhere(&file, &[0.0, 0.3, 0.8]);
 }
 
 /// A file's numbers have 64 bits, of which 32 would place the second part half a metre off.

@@ -120,13 +120,135 @@ fn lights_of_the_file_come_first_and_where_they_are() {
     assert!(file.error().contains("light 12"));
 }
 
+/// Values that mean nothing, or more than a light here may have: drawn with others, and told.
+#[test]
+fn odd_values_of_lights_are_told() {
+    let mut file = File::triangle();
+    let cases = [
+        (json!({ "type": "spot", "spot": { "outerConeAngle": FRAC_PI_2 } }), "outerConeAngle 1.5707964; 88.5°", 88.5),
+        (json!({ "type": "spot", "spot": { "outerConeAngle": 0 } }), "outerConeAngle 0; 45°", 45.0),
+        (json!({ "type": "spot", "spot": { "outerConeAngle": -1 } }), "outerConeAngle -1; 45°", 45.0),
+        (json!({ "type": "spot", "spot": { "outerConeAngle": 3 } }), "outerConeAngle 3; 45°", 45.0),
+        (json!({ "type": "spot", "spot": { "outerConeAngle": 0.5 }, "range": -2 }), "range -2; ", 0.5f32.to_degrees()),
+        (json!({ "type": "spot", "spot": { "outerConeAngle": 0.5 }, "range": 0 }), "range 0; ", 0.5f32.to_degrees()),
+        (
+            json!({ "type": "spot", "spot": { "outerConeAngle": 0.5 }, "range": 1e39 }),
+            "range inf; ",
+            0.5f32.to_degrees(),
+        ),
+        (
+            json!({ "type": "spot", "spot": { "outerConeAngle": 0.5 }, "range": 1e30 }),
+            "1000000000 m",
+            0.5f32.to_degrees(),
+        ),
+    ];
+    file.json["nodes"] = json!([{ "mesh": 0 },
+        { "translation": [0, 0, 3], "extensions": { "KHR_lights_punctual": { "light": 0 } } }]);
+    for (lamp, note, expected) in cases {
+        file.json["extensions"] = json!({ "KHR_lights_punctual": { "lights": [lamp] } });
+        let scene = file.load();
+        assert!(scene.notes.iter().any(|n| n.contains("\"light 0\"") && n.contains(note)), "{:?}", scene.notes);
+        let Light::Spot { outer_angle, range, .. } = light(&scene, "light 0") else { panic!() };
+        assert!((outer_angle - expected).abs() < 1e-4, "{outer_angle}");
+        assert!((3.0..=1e9).contains(&range), "{range}");
+        shadowscope::setup::Setup::new("test", &scene).unwrap().check().unwrap();
+    }
+    // No colour and no intensity is no light.
+    for (color, intensity) in [([0, 0, 0], 7), ([1, 1, 1], 0), ([-1, 0, 0], 1)] {
+        file.json["extensions"] = json!({ "KHR_lights_punctual": { "lights":
+            [{ "type": "point", "color": color, "intensity": intensity }] } });
+        let scene = file.load();
+        assert_eq!(light(&scene, "light 0").color(), Vec3::ZERO);
+        assert!(scene.notes.iter().any(|n| n.starts_with("1 light has the colour or the intensity zero")));
+    }
+}
+
+#[test]
+fn odd_values_of_cameras_are_told() {
+    let mut file = File::triangle();
+    file.json["nodes"] = json!([{ "mesh": 0 }, { "translation": [0.5, 0.5, 4], "camera": 0 }]);
+    for (perspective, note) in [
+        (json!({ "yfov": 0, "znear": 0.1 }), "yfov 0; 45°"),
+        (json!({ "yfov": -1, "znear": 0.1 }), "yfov -1; 45°"),
+        (json!({ "yfov": 3.2, "znear": 0.1 }), "yfov 3.2; 45°"),
+        (json!({ "yfov": 3.1, "znear": 0.1 }), "yfov 3.1; 170°"),
+        (json!({ "yfov": 1, "znear": 0 }), "znear 0; "),
+        (json!({ "yfov": 1, "znear": -5 }), "znear -5; "),
+        (json!({ "yfov": 1, "znear": 10, "zfar": 1 }), "zfar 1; "),
+        (json!({ "yfov": 1, "znear": 1, "zfar": 1 }), "zfar 1; "),
+    ] {
+        file.json["cameras"] = json!([{ "type": "perspective", "perspective": perspective }]);
+        let scene = file.load();
+        assert_eq!(scene.notes.len(), 1, "{:?}", scene.notes);
+        assert!(scene.notes[0].contains("\"camera 0\"") && scene.notes[0].contains(note), "{:?}", scene.notes);
+        let camera = camera(&scene, "camera 0");
+        assert!((1.0..=170.0).contains(&camera.fov) && camera.near > 0.0 && camera.far > camera.near);
+        shadowscope::setup::Setup::new("test", &scene).unwrap().check().unwrap();
+    }
+    // Without an extent there is nothing to see; a near plane in the camera is allowed.
+    file.json["cameras"] = json!([{ "type": "orthographic",
+        "orthographic": { "xmag": 0, "ymag": 0, "znear": 0, "zfar": 40 } }]);
+    let scene = file.load();
+    assert_eq!(scene.notes, ["The camera \"camera 0\" has ymag 0; a perspective of 45° is taken."]);
+    assert_eq!(camera(&scene, "camera 0").height, None);
+}
+
+/// A file opens with its first light that shines and that the technique serves; which, a note says.
+#[test]
+fn the_light_suits_the_technique() {
+    let mut file = File::triangle();
+    file.json["extensions"] = json!({ "KHR_lights_punctual": { "lights": [
+        { "type": "point", "name": "dark", "intensity": 0 },
+        { "type": "point", "name": "bulb" },
+        { "type": "directional", "name": "sky" },
+    ] } });
+    let lamp = |light: u32| json!({ "extensions": { "KHR_lights_punctual": { "light": light } } });
+    file.json["nodes"] = json!([{ "mesh": 0 }, lamp(0), lamp(1), lamp(2)]);
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("lamps.glb");
+    std::fs::write(&path, file.glb()).unwrap();
+    let path = path.to_string_lossy();
+    let kind = |techniques: &[&str]| {
+        let (setup, scene) = shadowscope::setup::Setup::open_for(&path, techniques).unwrap();
+        let note = scene.notes.iter().find(|note| note.starts_with("Light comes from")).cloned();
+        (setup.light.kind(), setup.light.color() != Vec3::ZERO, note.unwrap_or_default())
+    };
+    let (name, shines, note) = kind(&["shadow-map"]);
+    assert_eq!((name, shines), ("directional", true));
+    assert!(note.contains("\"sky\" instead of \"dark\""), "{note}");
+    let (name, shines, note) = kind(&["cube"]);
+    assert_eq!((name, shines), ("omni", true));
+    assert!(note.contains("\"bulb\" instead of \"dark\" (it stays dark)"), "{note}");
+    // None serves both: one is served.
+    assert_eq!(kind(&["cube", "pssm"]).0, "omni");
+    assert_eq!(kind(&["all"]).0, "omni");
+    // Nothing asked for, as where a light is named.
+    assert_eq!(kind(&[]), ("omni", false, String::new()));
+    let toml = folder.path().join("own.toml");
+    std::fs::write(&toml, "scene = \"lamps.glb\"\ntechnique = \"pssm\"\n").unwrap();
+    let (setup, scene) = shadowscope::setup::Setup::open(&toml.to_string_lossy()).unwrap();
+    assert_eq!(setup.light.kind(), "directional");
+    assert!(scene.notes.iter().any(|note| note.contains("\"sky\"")), "{:?}", scene.notes);
+    // The command line, and a light that is named.
+    let capture = |rest: &[&str]| {
+        let args = ["capture", &path, "--technique", "pssm", "--size", "32x24", "-o", "a.png"];
+        crate::common::shadowscope(folder.path(), &[&args[..], rest].concat())
+    };
+    let out = capture(&[]);
+    let said = String::from_utf8_lossy(&out.stderr).into_owned();
+    assert!(out.status.success() && said.contains("Light comes from \"sky\""), "{said}");
+    let out = capture(&["--light", "bulb"]);
+    let said = String::from_utf8_lossy(&out.stderr).into_owned();
+    assert!(!out.status.success() && said.contains("not omni"), "{said}");
+}
+
 #[test]
 fn cameras_of_the_file_come_first_and_where_they_are() {
     let mut file = File::triangle();
     file.json["cameras"] = json!([
         { "type": "perspective", "name": "overview", "perspective": { "yfov": FRAC_PI_4, "znear": 0.5, "zfar": 50 } },
         { "type": "perspective", "perspective": { "yfov": 1, "znear": 0.1 } },
-        { "type": "orthographic", "orthographic": { "xmag": 1, "ymag": 1, "znear": 0, "zfar": 1 } },
+        { "type": "orthographic", "orthographic": { "xmag": 2, "ymag": 1.5, "znear": 0, "zfar": 40 } },
     ]);
     file.json["nodes"] = json!([
         { "mesh": 0 },
@@ -137,17 +259,25 @@ fn cameras_of_the_file_come_first_and_where_they_are() {
     ]);
     let scene = file.load();
     let names: Vec<_> = scene.cameras.iter().map(|camera| camera.name.as_str()).collect();
-    assert_eq!(names, ["overview", "plan", "overview 2", "low"]);
+    assert_eq!(names, ["overview", "plan", "camera 2", "overview 2", "low"]);
     let first = camera(&scene, "overview");
     assert_eq!((first.position, first.target), (Vec3::new(0.5, 0.5, 8.0), Vec3::new(0.5, 0.5, 0.0)));
     assert!((first.fov - 45.0).abs() < 1e-3);
     assert_eq!((first.near, first.far), (0.5, 50.0));
     let plan = camera(&scene, "plan");
     assert!((plan.far - 10.0 * 2f32.sqrt()).abs() < 1e-4);
-    let view = glam::camera::rh::view::look_at_mat4(plan.position, plan.target, Vec3::Y);
-    assert!(view.is_finite());
-    assert!(view.transform_vector3(Vec3::NEG_Z).y > 0.99);
-    assert_eq!(scene.notes, ["1 orthographic camera is left out."]);
+    assert!(plan.view().transform_vector3(Vec3::NEG_Z).y > 0.9999);
+    let even = camera(&scene, "camera 2");
+    assert_eq!((even.height, even.far), (Some(3.0), 40.0));
+    // From the file's zero to what is higher than 0.
+    assert!((even.forward() - Vec3::NEG_Z).length() < 1e-6 && even.near > 0.0);
+    assert!(scene.notes.is_empty(), "{:?}", scene.notes);
+
+    // A picture that is turned by 30° stays so.
+    let (sin, cos) = (FRAC_PI_2 / 6.0).sin_cos();
+    file.json["nodes"][1]["rotation"] = json!([0, 0, sin, cos]);
+    let rolled = camera(&file.load(), "overview");
+    assert!((rolled.axes().1 - Vec3::new(-0.5, 0.75f32.sqrt(), 0.0)).length() < 1e-5);
 
     file.json["nodes"][1]["camera"] = 9.into();
     assert!(file.error().contains("camera 9"));

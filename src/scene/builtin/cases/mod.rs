@@ -91,7 +91,7 @@ fn sun(azimuth: f32, elevation: f32) -> Light {
 
 /// A case's only camera, as it stands at 0.
 fn eye(camera: Camera) -> Vec<NamedCamera> {
-    vec![NamedCamera { name: "default".into(), camera }]
+    vec![NamedCamera { name: "default".into(), camera, node: None }]
 }
 
 /// A camera for [`eye`]; metres and degrees.

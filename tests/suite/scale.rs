@@ -1,0 +1,79 @@
+//! Scenes of any size: what nobody chose is in proportion to the scene.
+
+use crate::common::*;
+use crate::laws::in_turn;
+use glam::Vec3;
+use shadowscope::light::Light;
+use shadowscope::measure;
+use shadowscope::params::Value;
+use shadowscope::scene::{Camera, Scene};
+use shadowscope::setup::Setup;
+use shadowscope::techniques;
+
+/// The yard so many times as large, with what looks at it.
+fn yard_of(size: f32, light: Light) -> Scene {
+    let triangles: Vec<_> = yard().iter().map(|t| t.map(|p| p * size)).collect();
+    let view = camera(Vec3::new(6.0, 5.0, 9.0) * size, Vec3::new(0.0, 0.5, 0.0) * size);
+    let view = Camera { near: view.near * size, far: view.far * size, ..view };
+    let mut light = light;
+    light.place_mut().into_iter().for_each(|place| *place *= size);
+    match &mut light {
+        Light::Spot { range, radius, .. } | Light::Omni { range, radius, .. } => {
+            (*range, *radius) = (*range * size, *radius * size)
+        }
+        Light::RectArea { half_u, half_v, range, .. } => {
+            (*half_u, *half_v, *range) = (*half_u * size, *half_v * size, *range * size)
+        }
+        _ => {}
+    }
+    let diagonal = 34.0 * size;
+    Scene { diagonal, ..scene(vec![mesh(&triangles, 0)], vec![material(Vec3::ONE)], view, light) }
+}
+
+#[test]
+fn every_technique_is_as_right_in_a_scene_of_any_size() {
+    let lights = [
+        sun(Vec3::new(-0.5, 0.8, 0.3)),
+        lamp(Vec3::new(0.3, 4.0, 2.0)),
+        plate(Vec3::new(-4.0, 5.0, 2.0), Vec3::ZERO, 0.6),
+    ];
+    let mut wrong = Vec::new();
+    for light in lights {
+        let mut at = [1.0, 1e-3, 1e3].map(|size| start(yard_of(size, light), [96, 72]));
+        for info in techniques::ALL.iter().filter(|i| in_turn(i, &lights) == Some(light)) {
+            let mut share = |i: usize| {
+                let (r, s) = &mut at[i];
+                choose(s, info, 512, &[]);
+                let e = measure::errors(r, s).unwrap();
+                assert!(e.shadow_correct + e.lit_incorrect > 50, "{}: {e:?}", info.id);
+                (e.lit_incorrect + e.shadow_incorrect) as f64 / e.facing as f64
+            };
+            // Half of them in a small scene, half in a large one.
+            let (there, here) = (share(0), share(1 + info.mark / 2 % 2));
+            if here > 1.3 * there + 0.004 {
+                wrong.push(format!("{}: {here:.4}, {there:.4} at its own size", info.id));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{wrong:#?}");
+}
+
+#[test]
+fn lengths_that_nobody_chose_follow_the_scene() {
+    let bias = |s: &Setup| {
+        let mut s = s.clone();
+        s.select("shadow-map").unwrap();
+        s.params["shadow-map"]["bias"].clone()
+    };
+    let of = |size: f32| Setup::new("test", &yard_of(size, sun(Vec3::Y))).unwrap();
+    assert_eq!(bias(&of(1.0)), Value::Float(0.002));
+    assert_eq!(bias(&of(1e-3)), Value::Float(3.4e-5));
+    // A chosen one stays where the scene changes; the others follow.
+    let mut s = of(1.0);
+    s.select("pssm").unwrap();
+    s.set("pssm.bias=0.5", &[]).unwrap();
+    s.take_unit(of(1e-3).unit);
+    assert_eq!((bias(&s), s.params["pssm"]["bias"].clone()), (Value::Float(3.4e-5), Value::Float(0.5)));
+    s.take_unit(1.0);
+    assert_eq!(bias(&s), Value::Float(0.002));
+}
