@@ -80,8 +80,8 @@ pub struct FrameUniform {
     pub shadow_orthographic: u32,
     pub reach: f32,
     pub beyond: f32,
-    pub triangle_count: u32,
     pub padding: [u32; 3],
+    pub triangle_count: u32,
 }
 
 /// How far from the light, or under the sun from the caster, an orthographic picture's volumes end, and the depth along the

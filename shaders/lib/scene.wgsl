@@ -101,17 +101,17 @@ fn wrapped(x: f32, mode: u32, inset: f32) -> f32 {
     return clamp(select(mirrored, x, mode == 2u), inset, 1.0 - inset);
 }
 
-fn is_large(m: Material) -> bool {
+fn is_large_texture(m: Material) -> bool {
     return m.texture > 65536u;
 }
 
-fn layer_of(m: Material) -> u32 {
+fn texture_layer(m: Material) -> u32 {
     return (m.texture & 65535u) - 1u;
 }
 
 // Side of its layer at a level, texels.
 fn texture_side(m: Material, level: u32) -> u32 {
-    if is_large(m) {
+    if is_large_texture(m) {
         return textureDimensions(large_textures, level).x;
     }
     return textureDimensions(textures, level).x;
@@ -119,10 +119,10 @@ fn texture_side(m: Material, level: u32) -> u32 {
 
 // A material's texture at a level, `level` being one of the images of its layer.
 fn texture_at_level(m: Material, uv: vec2f, level: f32) -> vec4f {
-    if is_large(m) {
-        return textureSampleLevel(large_textures, texture_sampler, material_uv(m, uv), layer_of(m), level);
+    if is_large_texture(m) {
+        return textureSampleLevel(large_textures, texture_sampler, material_uv(m, uv), texture_layer(m), level);
     }
-    return textureSampleLevel(textures, texture_sampler, material_uv(m, uv), layer_of(m), level);
+    return textureSampleLevel(textures, texture_sampler, material_uv(m, uv), texture_layer(m), level);
 }
 
 fn material_uv(m: Material, uv: vec2f) -> vec2f {
@@ -138,10 +138,10 @@ fn nearest_texel(m: Material, uv: vec2f, size: vec2f, level: u32) -> vec4f {
     // The array is as large as the image, or larger: the image's texel is found first.
     let middle = (clamp(floor(place * size), vec2f(0.0), size - 1.0) + 0.5) / size;
     let texel = vec2i(middle * f32(texture_side(m, level)));
-    if is_large(m) {
-        return textureLoad(large_textures, texel, layer_of(m), level);
+    if is_large_texture(m) {
+        return textureLoad(large_textures, texel, texture_layer(m), level);
     }
-    return textureLoad(textures, texel, layer_of(m), level);
+    return textureLoad(textures, texel, texture_layer(m), level);
 }
 
 // The texture where a pixel sees it; `dx`, `dy`: how far its coordinates change to the next pixel.
@@ -163,10 +163,10 @@ fn texture_seen(m: Material, uv: vec2f, dx: vec2f, dy: vec2f) -> vec4f {
             return mix(finer, coarser, fract(level));
         }
     }
-    if is_large(m) {
-        return textureSampleGrad(large_textures, texture_sampler, material_uv(m, uv), layer_of(m), dx, dy);
+    if is_large_texture(m) {
+        return textureSampleGrad(large_textures, texture_sampler, material_uv(m, uv), texture_layer(m), dx, dy);
     }
-    return textureSampleGrad(textures, texture_sampler, material_uv(m, uv), layer_of(m), dx, dy);
+    return textureSampleGrad(textures, texture_sampler, material_uv(m, uv), texture_layer(m), dx, dy);
 }
 
 // Whether a masked material has a surface at these texture coordinates, whose third says what the vertices' colours take off
