@@ -43,7 +43,7 @@ pub fn upload(gpu: &Gpu, scene: &Scene) -> Result<wgpu::TextureView> {
             let image = if (t.width, t.height) == (side, side) {
                 image
             } else {
-                let filter = match t.filter.magnified_nearest {
+                let filter = match t.filter.magnified_nearest && t.width.max(t.height) <= side {
                     true => image::imageops::FilterType::Nearest,
                     false => image::imageops::FilterType::Triangle,
                 };
