@@ -1,14 +1,14 @@
 //! Pictures to files, with the set-up inside, and the set-up out of them again.
 
+use crate::files;
 use crate::frame::{Ask, Renderer, Truth};
 use crate::legend::{self, Key};
 use crate::measure::metrics;
 use crate::scene::geometry::shading_normal;
 use crate::setup::Setup;
 use crate::techniques;
-use anyhow::{Context, Result, bail, ensure};
-use std::fs::File;
-use std::io::{BufReader, BufWriter, Write};
+use anyhow::{Context, Result, anyhow, bail, ensure};
+use std::io::Cursor;
 use std::path::Path;
 
 /// Keyword of the PNG text chunk (iTXt) that holds the set-up as TOML.
@@ -16,14 +16,13 @@ const KEYWORD: &str = "shadowscope-setup";
 
 /// Renders a set-up at its size and writes it: .png the view with the set-up inside, .exr the raw 32-bit
 /// floats of the views visibility, truth, depth (one channel), position, normals (shading normals) and aliasing (three),
-/// and of counts the map itself (several below each other), a number per texel. Returns what is to be said: that a
-/// folder had to be made, and what the picture shows wrong ([`Renderer::notes`]).
+/// and of counts the map itself (several below each other), a number per texel. Returns what is to be said of
+/// what the picture shows wrong ([`Renderer::notes`]).
 ///
 /// # Errors
 /// A light that the technique does not serve, another file ending, or what the file system says.
 pub fn capture(renderer: &mut Renderer, setup: &Setup, path: &Path) -> Result<Vec<String>> {
     check(&setup.view, path)?;
-    let made = missing_folder(path);
     // Raw values are of one technique.
     let alone;
     let setup = if is_exr(path) {
@@ -37,14 +36,13 @@ pub fn capture(renderer: &mut Renderer, setup: &Setup, path: &Path) -> Result<Ve
     if is_exr(path) {
         write_exr(renderer, setup, path)?;
     } else {
-        create_folder(path)?;
         let (mut size, mut picture) = (setup.size, renderer.read_picture()?);
         if setup.legend {
             (size, picture) = legend::below(&key(renderer, setup)?, size, &picture)?;
         }
         write_png(path, size, &picture, Some(&setup.to_toml(path)?))?;
     }
-    Ok(made.into_iter().chain(unshadowed(setup)).chain(renderer.notes()?).collect())
+    Ok(unshadowed(setup).into_iter().chain(renderer.notes()?).collect())
 }
 
 /// As [`capture`], as a .png of exactly this size with the legend in it: the picture is as much lower as the strip is high.
@@ -56,7 +54,6 @@ pub fn figure(renderer: &mut Renderer, setup: &Setup, whole: [u32; 2], path: &Pa
     ensure!(!is_exr(path), "{}: raw values have no legend; a figure's file name ends in .png", path.display());
     check(&setup.view, path)?;
     serve(setup)?;
-    let made = missing_folder(path);
     let [width, full] = whole;
     let no_room = || format!("{width} × {full} pixels leave no room for the legend");
     let mut setup = Setup { legend: true, size: whole, ..setup.clone() };
@@ -73,13 +70,12 @@ pub fn figure(renderer: &mut Renderer, setup: &Setup, whole: [u32; 2], path: &Pa
         if ends == full || ends < full && again > 1 {
             let (_, mut picture) = legend::below(&key, setup.size, &renderer.read_picture()?)?;
             picture.resize(4 * width as usize * full as usize, 255);
-            create_folder(path)?;
             write_png(path, whole, &picture, Some(&setup.to_toml(path)?))?;
             break;
         }
         setup.size[1] = full.checked_sub(strip).filter(|height| *height > 0 && again < 8).with_context(no_room)?;
     }
-    Ok(made.into_iter().chain(unshadowed(&setup)).chain(renderer.notes()?).collect())
+    Ok(unshadowed(&setup).into_iter().chain(renderer.notes()?).collect())
 }
 
 /// Refuses a light that one of the sides does not serve.
@@ -139,46 +135,11 @@ pub fn is_exr(path: &Path) -> bool {
     path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"))
 }
 
-/// What is said of a file whose folder has to be made first.
-fn missing_folder(file: &Path) -> Option<String> {
-    let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty() && !folder.exists())?;
-    Some(format!("The folder {} was not there and has been made.", folder.display()))
-}
-
-/// Makes the folder that a file is to lie in.
-pub fn create_folder(file: &Path) -> Result<()> {
-    if let Some(folder) = file.parent() {
-        std::fs::create_dir_all(folder).with_context(|| format!("{} cannot be made", folder.display()))?;
-    }
-    Ok(())
-}
-
-/// Writes a file whole or not at all: what was there stays until the new contents are safe on the disk.
-pub fn save(path: &Path, contents: &[u8]) -> Result<()> {
-    let doing = || format!("{} cannot be written", path.display());
-    create_folder(path)?;
-    if path.exists() && !path.is_file() {
-        // A pipe or a device.
-        return std::fs::write(path, contents).with_context(doing);
-    }
-    let mut beside = path.as_os_str().to_owned();
-    beside.push(".new");
-    let written = File::create(&beside).and_then(|mut file| {
-        file.write_all(contents)?;
-        file.sync_all()
-    });
-    let done = written.and_then(|()| std::fs::rename(&beside, path));
-    if done.is_err() {
-        // What is half written helps nobody.
-        let _ = std::fs::remove_file(&beside);
-    }
-    done.with_context(doing)
-}
-
 /// Writes four bytes per pixel, rows from the top, as PNG, with a set-up as an iTXt chunk if given.
 pub fn write_png(path: &Path, size: [u32; 2], rgba: &[u8], setup: Option<&str>) -> Result<()> {
     let doing = || format!("{} cannot be written", path.display());
-    let mut encoder = png::Encoder::new(BufWriter::new(File::create(path).with_context(doing)?), size[0], size[1]);
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, size[0], size[1]);
     encoder.set_color(png::ColorType::Rgba);
     encoder.set_depth(png::BitDepth::Eight);
     encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
@@ -187,7 +148,8 @@ pub fn write_png(path: &Path, size: [u32; 2], rgba: &[u8], setup: Option<&str>) 
     }
     let mut writer = encoder.write_header().with_context(doing)?;
     writer.write_image_data(rgba).with_context(doing)?;
-    writer.finish().with_context(doing)
+    writer.finish().with_context(doing)?;
+    files::save(path, &bytes)
 }
 
 /// Reads the set-up inside a captured PNG.
@@ -196,15 +158,19 @@ pub fn write_png(path: &Path, size: [u32; 2], rgba: &[u8], setup: Option<&str>) 
 /// No file, no PNG, or a PNG without a set-up.
 pub fn read_setup(path: &Path) -> Result<String> {
     let name = path.display();
-    let file = File::open(path).with_context(|| format!("{name} cannot be read"))?;
-    let mut decoder = png::Decoder::new(BufReader::new(file));
+    let file =
+        files::open(path, files::MOST_DATA).map_err(|e| anyhow!("{name} cannot be read: {}", files::reason(&e)))?;
+    let mut decoder = png::Decoder::new(file);
     let not_png = || format!("{name} is not a PNG file that can be read");
     decoder.read_header_info().with_context(not_png)?;
     let reader = decoder.read_info().with_context(not_png)?;
-    let chunks = &reader.info().utf8_text;
-    let Some(chunk) = chunks.iter().find(|c| c.keyword == KEYWORD) else {
+    let Some(mut chunk) = reader.info().utf8_text.iter().find(|c| c.keyword == KEYWORD).cloned() else {
         bail!("{name} holds no set-up; only pictures captured by shadowscope do");
     };
+    // A text may be compressed a thousandfold.
+    let most = files::MOST_TEXT as usize;
+    let bound = || format!("the set-up inside {name} cannot be read, or has more than {} MiB", most >> 20);
+    chunk.decompress_text_with_limit(most).with_context(bound)?;
     chunk.get_text().with_context(|| format!("the set-up inside {name} cannot be read"))
 }
 
@@ -246,7 +212,6 @@ fn write_exr(renderer: &Renderer, setup: &Setup, path: &Path) -> Result<()> {
             three(renderer.read_surface()?.iter().zip(&position).map(normal).collect())
         }
     };
-    create_folder(path)?;
     let mut attributes = LayerAttributes::named(setup.view.as_str());
     let mut comments = setup.to_toml(path)?;
     if setup.view == "position" {
@@ -256,7 +221,9 @@ fn write_exr(renderer: &Renderer, setup: &Setup, path: &Path) -> Result<()> {
     }
     attributes.comments = Text::new_or_none(comments);
     let layer = Layer::new((w, h), attributes, Encoding::SMALL_LOSSLESS, channels);
-    Image::from_layer(layer).write().to_file(path).with_context(doing)
+    let mut bytes = Cursor::new(Vec::new());
+    Image::from_layer(layer).write().to_buffered(&mut bytes).with_context(doing)?;
+    files::save(path, bytes.get_ref())
 }
 
 /// Reads `WxH`.

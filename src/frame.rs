@@ -26,7 +26,7 @@ use crate::gpu::{Account, Buffer, Gpu, Pass, Raster, Recorder, Slot, Timer};
 use crate::light::{Light, LightView};
 use crate::measure::causes::Causes;
 use crate::params::{Group, Values};
-use crate::scene::geometry::{Geometry, SceneGpu};
+use crate::scene::geometry::{Geometry, Room, SceneGpu};
 use crate::scene::{Camera, Scene};
 use crate::setup::{Base, Setup};
 use crate::techniques::{self, Info, Technique};
@@ -706,6 +706,7 @@ impl Renderer {
     /// # Errors
     /// A scene larger than the adapter takes, or a shader that does not compile.
     pub fn new(gpu: Arc<Gpu>, scene: Arc<Scene>) -> Result<Renderer> {
+        Room::of(&gpu).check(&scene)?;
         let geometry = Geometry::new(&scene, 0, 0.0)?;
         Renderer::with_geometry(gpu, scene, geometry)
     }

@@ -5,12 +5,14 @@
 //! technique, truth, picture) → [`measure`] (errors and times) → [`cli`] and [`ui`].
 //! Underneath: [`gpu`] (device, passes bound by name), [`mod@params`] (declared once), [`light`],
 //! [`map`] (where shadow maps look × how they are looked up), [`flatland`] (the same in two dimensions),
-//! [`techniques`] (a file each), [`contact`] (shadows on top of any of them), [`truth`] (the exact shadow, band by band), [`view`] (ways to look, in colours of [`palette`], explained by a [`legend`]), [`capture`] (files).
+//! [`techniques`] (a file each), [`contact`] (shadows on top of any of them), [`truth`] (the exact shadow, band by band), [`view`] (ways to look, in colours of [`palette`], explained by a [`legend`]), [`capture`] (pictures with their set-up inside).
+//! [`files`] reads and writes, [`message`] quotes.
 
 pub mod capture;
 pub mod chart;
 pub mod cli;
 pub mod contact;
+pub mod files;
 pub mod flatland;
 pub mod frame;
 pub mod gpu;
@@ -19,6 +21,7 @@ pub mod light;
 pub mod listed_rays;
 pub mod map;
 pub mod measure;
+pub mod message;
 pub mod palette;
 pub mod params;
 pub mod path;

@@ -4,16 +4,19 @@
 
 mod lights;
 pub mod place;
+mod presets;
 mod shape;
 
 pub use lights::{Lamp, MOST_LIGHTS};
 
 use crate::capture;
 use crate::contact;
+use crate::files;
 use crate::light::{KINDS, Light, MAX_RADIUS};
+use crate::message;
 use crate::params::{Kind, Value, Values};
 use crate::path::{self, OwnPath};
-use crate::scene::{Camera, Clock, NamedLight, Scene, builtin, gltf};
+use crate::scene::{Camera, Clock, NamedLight, Scene, builtin, formats};
 use crate::techniques::{self, Info};
 use crate::truth::Samples;
 use crate::view::{self, View};
@@ -21,7 +24,7 @@ use anyhow::{Context, Result, bail, ensure};
 use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// Everything a frame depends on. Saved as TOML; lengths in metres, angles in degrees. Here camera and light stand in scene
@@ -29,7 +32,7 @@ use std::sync::Arc;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(remote = "Self", deny_unknown_fields)]
 pub struct Setup {
-    /// A built-in scene's name or the path of a glTF file.
+    /// A built-in scene's name or the path of a scene's file; bytes of it that are no text as [`files::name_of`] writes them.
     pub scene: String,
     /// Scene space's zero in the scene's own coordinates, [`Scene::origin`]. No part of a file as TOML: the scene knows it.
     #[serde(default, skip_serializing_if = "is_zero")]
@@ -302,7 +305,7 @@ impl Setup {
         Ok(setup)
     }
 
-    /// Opens a built-in scene by name, a glTF file, a set-up (.toml) or a capture (.png).
+    /// Opens a built-in scene by name, a scene's file, a set-up (.toml) or a capture (.png).
     ///
     /// # Errors
     /// One sentence that names the file, the key and what is allowed.
@@ -310,18 +313,19 @@ impl Setup {
         Setup::open_for(what, &[])
     }
 
-    /// As [`Setup::open`]; of a glTF file with a light that these techniques serve.
+    /// As [`Setup::open`]; of a scene's file with a light that these techniques serve.
     pub fn open_for(what: &str, techniques: &[&str]) -> Result<(Setup, Scene)> {
-        let path = Path::new(what);
-        let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
+        let path = &files::path_of(what);
+        let extension = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
+        let told = path.display();
         match extension.as_str() {
             "toml" => {
-                let text = std::fs::read_to_string(path).with_context(|| format!("{what} cannot be read"))?;
-                Setup::from_toml(&text, path).with_context(|| format!("{what} is not a usable set-up"))
+                let text = files::read_text(path)?;
+                Setup::from_toml(&text, path).with_context(|| format!("{told} is not a usable set-up"))
             }
             "png" => {
                 let text = capture::read_setup(path)?;
-                Setup::from_toml(&text, path).with_context(|| format!("the set-up inside {what} cannot be used"))
+                Setup::from_toml(&text, path).with_context(|| format!("the set-up inside {told} cannot be used"))
             }
             _ => {
                 let mut scene = load_scene(what)?;
@@ -342,7 +346,7 @@ impl Setup {
         shape::check(&table)?;
         rename_views(&mut table);
         let Some(name) = table.get("scene").and_then(|v| v.as_str()) else {
-            bail!("the key scene is missing; give a built-in scene's name or the path of a glTF file");
+            bail!("the key scene is missing; give a built-in scene's name or the path of a scene's file");
         };
         let name = beside(name, path.parent().unwrap_or(Path::new("")));
         let mut scene = load_scene(&name)?;
@@ -398,13 +402,15 @@ impl Setup {
     /// The set-up as TOML text for a file: the path of its scene counts from that file's folder.
     pub fn to_toml(&self, file: &Path) -> Result<String> {
         let mut setup = self.clone();
-        let folder = file.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
         if !builtin::is_builtin(&self.scene)
-            && let (Ok(scene), Ok(folder)) = (Path::new(&self.scene).canonicalize(), folder.canonicalize())
+            && let (Ok(scene), Some(folder)) = (files::path_of(&self.scene).canonicalize(), resolved_folder(file))
             && let Some(path) = pathdiff::diff_paths(scene, folder)
         {
-            // Slashes are understood everywhere.
-            setup.scene = path.to_string_lossy().replace('\\', "/");
+            setup.scene = files::name_of(path.as_os_str());
+            if cfg!(windows) {
+                // Slashes are understood everywhere.
+                setup.scene = setup.scene.replace('\\', "/");
+            }
         }
         setup.text().context("the set-up cannot be written as TOML")
     }
@@ -698,7 +704,7 @@ impl Setup {
                     Some(spec) => spec.check(&key, value)?,
                     None => {
                         let names: Vec<&str> = info.specs().map(|s| s.name).collect();
-                        bail!("{key} is unknown; {id} has {}", names.join(", "))
+                        bail!("{} is unknown; {id} has {}", message::shortened(&key), names.join(", "))
                     }
                 };
             }
@@ -808,22 +814,26 @@ pub(crate) fn check_direction(key: &str, value: Vec3) -> Result<()> {
 /// Folds a parser's message of several lines into one sentence.
 pub(crate) fn one_line(message: &str) -> anyhow::Error {
     let lines = message.lines().map(str::trim).filter(|l| !l.is_empty() && *l != "|" && !l.contains("| ^"));
+    let lines = lines.map(|line| message::cut(line, 200));
     anyhow::anyhow!("{}", lines.collect::<Vec<_>>().join(" "))
 }
 
-/// Loads a built-in scene or a glTF file.
+/// Loads a built-in scene or a file, with the cameras and lights of the presets beside it.
 pub fn load_scene(name: &str) -> Result<Scene> {
     if let Some(scene) = builtin::build(name) {
         return Ok(scene);
     }
-    let path = Path::new(name);
-    let is_gltf = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("gltf") || e.eq_ignore_ascii_case("glb"));
+    let path = files::path_of(name);
     ensure!(
-        is_gltf,
-        "{name} is neither a built-in scene ({}) nor a .gltf, .glb, .toml or .png file",
-        builtin::NAMES.join(", ")
+        formats::is_named(&path) || path.exists(),
+        "{} is neither a built-in scene ({}) nor a file; those of scenes end in .{}, set-ups in .toml, captures in .png",
+        message::shortened(name),
+        builtin::NAMES.join(", "),
+        formats::ENDINGS.join(", .")
     );
-    gltf::load(path)
+    let mut scene = formats::load(&path)?;
+    presets::add(&mut scene, &path)?;
+    Ok(scene)
 }
 
 /// The place of a glTF file's light to begin with where its first gives none, or where that is not served by all of these techniques: the
@@ -850,8 +860,15 @@ fn suited_light(name: &str, scene: &mut Scene, techniques: &[&str]) -> Option<us
 
 /// A scene's name as a set-up in `folder` means it: a path counts from there if such a file exists.
 fn beside(name: &str, folder: &Path) -> String {
-    let path = folder.join(name);
-    if !builtin::is_builtin(name) && path.exists() { path.to_string_lossy().into_owned() } else { name.into() }
+    let path = folder.join(files::path_of(name));
+    if !builtin::is_builtin(name) && path.exists() { files::name_of(path.as_os_str()) } else { name.into() }
+}
+
+/// The folder that a file is in or will be in, without links.
+fn resolved_folder(file: &Path) -> Option<PathBuf> {
+    let folder = std::path::absolute(file).ok()?.parent()?.to_path_buf();
+    let there = folder.ancestors().find(|at| at.exists())?;
+    Some(there.canonicalize().ok()?.join(folder.strip_prefix(there).ok()?))
 }
 
 /// One of the scene's cameras by name, as it stands at a moment.
@@ -859,8 +876,8 @@ pub fn scene_camera(scene: &Scene, name: &str, clock: Clock) -> Result<Camera> {
     match scene.cameras.iter().find(|c| c.name == name) {
         Some(c) => Ok(c.at(scene, clock)),
         None => {
-            let names: Vec<&str> = scene.cameras.iter().map(|c| c.name.as_str()).collect();
-            bail!("{} has no camera named {name}; there are {}", scene.name, names.join(", "))
+            let names = message::list(scene.cameras.iter().map(|c| c.name.as_str()));
+            bail!("{} has no camera named {}; there are {names}", scene.name, message::shortened(name))
         }
     }
 }
@@ -870,8 +887,8 @@ pub fn scene_light(scene: &Scene, name: &str, clock: Clock) -> Result<Light> {
     match scene.lights.iter().find(|l| l.name == name) {
         Some(l) => Ok(l.at(scene, clock)),
         None => {
-            let names: Vec<&str> = scene.lights.iter().map(|l| l.name.as_str()).collect();
-            bail!("{} has no light named {name}; there are {}", scene.name, names.join(", "))
+            let names = message::list(scene.lights.iter().map(|l| l.name.as_str()));
+            bail!("{} has no light named {}; there are {names}", scene.name, message::shortened(name))
         }
     }
 }

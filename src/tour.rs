@@ -2,6 +2,7 @@
 
 use crate::capture::{self, write_png};
 use crate::cli::progress_bar;
+use crate::files;
 use crate::frame::Renderer;
 use crate::gpu::Gpu;
 use crate::scene::builtin;
@@ -18,9 +19,11 @@ const CAPTION: u32 = 26;
 
 /// Writes `SCENE-TECHNIQUE.png` for all of them, and `contact-sheet.png`, into a folder.
 pub fn write(folder: &Path, adapter: Option<&str>) -> Result<()> {
-    let gpu = Arc::new(Gpu::new(adapter)?);
     let sheet_path = folder.join("contact-sheet.png");
-    capture::create_folder(&sheet_path)?;
+    if let Some(note) = files::check_target(&sheet_path)? {
+        eprintln!("{note}");
+    }
+    let gpu = Arc::new(Gpu::new(adapter)?);
     let columns = techniques::ALL.len() as u32;
     let rows = builtin::NAMES.len() as u32;
     let sheet_size = [columns * (SIZE[0] / 2 + GAP) + GAP, rows * (SIZE[1] / 2 + GAP + CAPTION) + GAP];

@@ -1,6 +1,6 @@
 //! `advise`: the cheapest configuration within an error budget.
 
-use super::{Wanted, chosen, failures, named, print, progress, try_file};
+use super::{Wanted, check_target, chosen, failures, named, print, progress};
 use crate::chart;
 use crate::frame::Renderer;
 use crate::gpu::Gpu;
@@ -42,7 +42,7 @@ pub fn run(mut wanted: Wanted, ids: Vec<String>, limits: Limits, adapter: Option
     }
     let json_file = limits.output.as_deref().map(super::sweep::is_json).transpose()?;
     if let Some(path) = &limits.output {
-        try_file(path)?;
+        check_target(path)?;
     }
     let (axes, (mut setup, scene)) = (wanted.axes()?, wanted.open(&ids)?);
     setup.view = "shaded".into();

@@ -1,7 +1,7 @@
 //! `chart`: error against cost from measured rows.
 
-use crate::capture;
 use crate::chart::{self, Axis, COSTS, ERRORS};
+use crate::files;
 use crate::measure::{self, Record};
 use anyhow::{Result, bail, ensure};
 use std::path::PathBuf;
@@ -37,6 +37,7 @@ pub fn run(wanted: &Wanted) -> Result<()> {
     let name = wanted.output.display();
     let ends = |e: &str| wanted.output.extension().is_some_and(|f| f.eq_ignore_ascii_case(e));
     ensure!(ends("svg") || ends("png"), "{name}: a chart's file name ends in .svg or .png");
+    super::check_target(&wanted.output)?;
     let mut rows: Vec<Record> = Vec::new();
     for path in &wanted.results {
         rows.append(&mut measure::read(path)?);
@@ -55,7 +56,7 @@ pub fn run(wanted: &Wanted) -> Result<()> {
         false => chart::svg(&rows, x, y, &wanted.title)?,
     };
     let bytes = if ends("png") { chart::png(&svg, wanted.width)? } else { svg.into_bytes() };
-    capture::save(&wanted.output, &bytes)?;
+    files::save(&wanted.output, &bytes)?;
     eprintln!("wrote {name}");
     Ok(())
 }

@@ -1,6 +1,7 @@
 //! `flatland`: Chong's tables for his scenes and for others.
 
 use super::print;
+use crate::files;
 use crate::flatland::{Flatland, scenes, table::Report};
 use anyhow::{Context, Result, bail};
 
@@ -29,6 +30,6 @@ fn open(scene: &str) -> Result<Flatland> {
         let names: Vec<_> = named.iter().map(|(name, _)| format!("\"{name}\"")).collect();
         bail!("{scene} is neither a scene of flatland ({}, random-1, random-2, …) nor a .toml file", names.join(", "));
     }
-    let text = std::fs::read_to_string(scene).with_context(|| format!("{scene} cannot be read"))?;
+    let text = files::read_text(&files::path_of(scene))?;
     Flatland::from_toml(&text).with_context(|| format!("{scene} is no world of flatland"))
 }

@@ -1,6 +1,6 @@
 //! `measure`: techniques side by side at one set-up.
 
-use super::{More, Wanted, chosen, failures, print, progress, try_file};
+use super::{More, Wanted, check_target, chosen, failures, print, progress};
 use crate::frame::Renderer;
 use crate::gpu::Gpu;
 use crate::measure::{self, Step, table};
@@ -24,6 +24,7 @@ pub struct Output {
 pub fn run(wanted: Wanted, ids: Vec<String>, output: Output, adapter: Option<&str>) -> Result<()> {
     let both = [&output.json, &output.csv].map(|p| p.as_ref().is_some_and(|p| p.as_os_str() == "-"));
     ensure!(both != [true, true], "standard output takes either --json or --csv; give one of them a file");
+    [&output.json, &output.csv].into_iter().flatten().try_for_each(|path| check_target(path))?;
     let (mut setup, scene) = wanted.open(&ids)?;
     // A capture may show a map that only its own technique has.
     setup.view = "shaded".into();
@@ -32,9 +33,6 @@ pub fn run(wanted: Wanted, ids: Vec<String>, output: Output, adapter: Option<&st
         setup.select(id)?;
     }
     wanted.apply(&mut setup, &scene, &named)?;
-    for path in [&output.json, &output.csv].into_iter().flatten() {
-        try_file(path)?;
-    }
     let (ids, mut failed) = chosen(&ids, &setup)?;
     let mut work = Vec::new();
     for (i, id) in ids.iter().enumerate() {

@@ -16,12 +16,12 @@ use crate::measure::{Axis, reproduce};
 use crate::scene::{Clock, Scene, builtin};
 use crate::setup::{self, Arrange, Overlay, Setup, Side};
 use crate::truth::Samples;
-use crate::{capture, techniques, tour, ui};
+use crate::{capture, files, techniques, tour, ui};
 use anyhow::{Context, Result, bail, ensure};
+use clap::builder::{OsStringValueParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::cell::Cell;
-use std::fs::File;
 use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -33,7 +33,8 @@ use std::sync::Arc;
 struct Cli {
     #[command(subcommand)]
     command: Option<Command>,
-    /// What to open: a built-in scene, a glTF file, a set-up (.toml), a captured picture (.png) or a world of flatland (.toml).
+    /// What to open: a built-in scene, a scene's file, a set-up (.toml), a captured picture (.png) or a world of flatland (.toml).
+    #[arg(value_parser = name())]
     setup: Option<String>,
     /// Use the first graphics adapter whose name contains this.
     #[arg(long, global = true)]
@@ -125,6 +126,7 @@ enum Command {
     /// Compare the light's film lines in a world of two dimensions: pixels a texel, as in Chong 2003.
     Flatland {
         /// One of his four scenes, random-1 and so on, or a world from the lab (.toml); all four of his if none is named.
+        #[arg(value_parser = name())]
         scene: Option<String>,
         /// As JSON.
         #[arg(long)]
@@ -255,7 +257,8 @@ impl More {
 /// What is drawn, and what differs from the set-up.
 #[derive(Args)]
 struct Wanted {
-    /// A built-in scene, a glTF file, a set-up (.toml) or a captured picture (.png).
+    /// A built-in scene, a scene's file, a set-up (.toml) or a captured picture (.png).
+    #[arg(value_parser = name())]
     setup: String,
     /// Width and height in pixels, such as 1920x1080.
     #[arg(long)]
@@ -283,6 +286,11 @@ struct Wanted {
     sets: Vec<String>,
 }
 
+/// Takes what may be a path, whatever its bytes ([`files::name_of`]).
+fn name() -> impl TypedValueParser<Value = String> {
+    OsStringValueParser::new().map(|path| files::name_of(&path))
+}
+
 #[derive(Clone, Copy, clap::ValueEnum)]
 enum Listed {
     Scenes,
@@ -307,6 +315,7 @@ pub fn run() -> Result<ExitCode> {
         Some(Command::Capture { wanted, output, view, technique, figure }) => {
             // What can be refused early is, before a scene is loaded and drawn.
             capture::check(view.as_deref().unwrap_or("truth"), &output)?;
+            check_target(&output)?;
             let own = technique.clone().unwrap_or(setup::DEFAULT_TECHNIQUE.into());
             let (mut setup, scene) = wanted.open(&[own])?;
             if let Some(technique) = &technique {
@@ -395,7 +404,7 @@ impl Wanted {
 /// Opens the window, or where there is no display writes the tour.
 fn open(what: Option<&str>, adapter: Option<&str>) -> Result<()> {
     // What is not there is said before a window opens.
-    if let Some(what) = what.filter(|w| !builtin::is_builtin(w) && !Path::new(w).exists()) {
+    if let Some(what) = what.filter(|w| !builtin::is_builtin(w) && !files::path_of(w).exists()) {
         Setup::open(what)?;
     }
     match ui::run(what, adapter)? {
@@ -467,6 +476,7 @@ fn failures(failed: &[String], of: usize) -> Result<()> {
 
 fn reproduce(ids: &[String], folder: Option<&Path>, adapter: Option<&str>) -> Result<()> {
     reproduce::check(ids)?;
+    folder.map_or(Ok(()), check_folder)?;
     let bar = progress();
     let tick = &mut |done, what: &str| show(&bar, done, what.into());
     let text = reproduce::run(Arc::new(Gpu::new(adapter)?), ids, folder, tick)?;
@@ -478,14 +488,20 @@ fn cannot_write(path: &Path) -> String {
     format!("{} cannot be written", path.display())
 }
 
-/// Makes sure that results can be written to a file later, so that no measurement is lost to a wrong path. What the
-/// file holds stays until then.
-fn try_file(path: &Path) -> Result<()> {
-    if path.as_os_str() != "-" {
-        capture::create_folder(path)?;
-        File::options().append(true).create(true).open(path).with_context(|| cannot_write(path))?;
+/// Makes sure that results can be written to a file later, or to standard output (-), and says if its folder has to be made.
+fn check_target(path: &Path) -> Result<()> {
+    if path.as_os_str() != "-"
+        && let Some(note) = files::check_target(path)?
+    {
+        eprintln!("{note}");
     }
     Ok(())
+}
+
+/// The same for a folder.
+fn check_folder(folder: &Path) -> Result<()> {
+    ensure!(!folder.exists() || folder.is_dir(), "{} is a file; give the name of a folder", folder.display());
+    check_target(&folder.join("index.html"))
 }
 
 /// Writes to standard output; a reader that has gone away is no error.

@@ -1,7 +1,8 @@
 //! `stability`: techniques along paths on which some fail, or along one's own.
 
-use super::{named, print, progress, show, try_file};
+use super::{check_folder, check_target, named, print, progress, show};
 use crate::chart;
+use crate::files;
 use crate::frame::Renderer;
 use crate::gpu::Gpu;
 use crate::measure::stability::{self, Point, Run, Stability, Track};
@@ -22,6 +23,7 @@ use std::sync::Arc;
 pub struct Wanted {
     /// Cases, and set-ups (.toml, .png) with a path of their own; all cases if nothing is named. `list cases` says what each
     /// provokes.
+    #[arg(value_parser = super::name())]
     cases: Vec<String>,
     /// Techniques, separated by commas, or all.
     #[arg(long, value_delimiter = ',', default_value = "all")]
@@ -65,8 +67,9 @@ pub fn run(wanted: Wanted, adapter: Option<&str>) -> Result<()> {
             cases::find(text).is_none() && !is_setup(text),
             "--json {text}: write --json behind the cases, or a file's name behind it"
         );
-        try_file(path)?;
+        check_target(path)?;
     }
+    wanted.output.as_deref().map_or(Ok(()), check_folder)?;
     // What can be refused is, before anything is measured.
     let mut starts: Vec<Start> = Vec::new();
     for id in wanted.ids() {
@@ -107,7 +110,7 @@ pub fn run(wanted: Wanted, adapter: Option<&str>) -> Result<()> {
     }
     match &wanted.json {
         Some(path) if path.as_os_str() == "-" => print(&(serde_json::to_string_pretty(&all)? + "\n")),
-        Some(path) => capture::save(path, (serde_json::to_string_pretty(&all)? + "\n").as_bytes()),
+        Some(path) => files::save(path, (serde_json::to_string_pretty(&all)? + "\n").as_bytes()),
         None => Ok(()),
     }
 }
@@ -147,7 +150,7 @@ impl Wanted {
                     format!("{id} has no path of its own; record one in the window (F3) or write its [[path.keys]]")
                 })?;
                 ensure!(path.keys.len() > 1, "the path of {id} has one key; it takes two to go anywhere");
-                let name = Path::new(id).file_stem().map_or(id.into(), |n| n.to_string_lossy().into_owned());
+                let name = files::path_of(id).file_stem().map_or(id.into(), |n| n.to_string_lossy().into_owned());
                 (name, Route::Own(path), setup, scene)
             }
             None => {
@@ -264,12 +267,11 @@ struct Table {
 impl Table {
     fn create(folder: &Path) -> Result<Table> {
         let path = folder.join("stability.csv");
-        try_file(&path)?;
         Ok(Table { path, table: stability::Table::new()? })
     }
 
     fn save(self) -> Result<()> {
-        capture::save(&self.path, &self.table.finish()?)
+        files::save(&self.path, &self.table.finish()?)
     }
 }
 
@@ -284,7 +286,7 @@ fn draw(renderer: &mut Renderer, route: &Route, start: &Setup, found: &Stability
         let png = chart::png(&svg, 1200)?;
         let of = if figure == Figure::Error { String::new() } else { format!("-{}", figure.name()) };
         for (ending, bytes) in [("svg", svg.as_bytes()), ("png", &png)] {
-            capture::save(&folder.join(format!("{}{of}.{ending}", found.case)), bytes)?;
+            files::save(&folder.join(format!("{}{of}.{ending}", found.case)), bytes)?;
         }
     }
     for track in &found.tracks {

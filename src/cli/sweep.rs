@@ -1,12 +1,14 @@
 //! `sweep` and `merge`: many configurations into one file, in parts if need be.
 
-use super::{More, Wanted, cannot_write, chosen, failures, named, print, progress};
-use crate::capture::create_folder;
+use super::{More, Wanted, cannot_write, check_folder, check_target, chosen, failures, named, print, progress};
+use crate::files;
 use crate::frame::Renderer;
 use crate::gpu::Gpu;
 use crate::measure::{self, Record, Shard, Step};
+use crate::message::shortened;
 use crate::setup::Setup;
 use anyhow::{Context, Result, bail, ensure};
+use serde_json::Value;
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::path::{Path, PathBuf};
@@ -32,6 +34,8 @@ pub struct Output {
 
 pub fn run(mut wanted: Wanted, ids: Vec<String>, output: Output, adapter: Option<&str>) -> Result<()> {
     let json = is_json(&output.output)?;
+    check_target(&output.output)?;
+    output.report.as_deref().map_or(Ok(()), check_folder)?;
     let shard = output.shard.as_deref().map(Shard::parse).transpose()?;
     let axes = wanted.axes()?;
     let (mut setup, scene) = wanted.open(&ids)?;
@@ -43,7 +47,6 @@ pub fn run(mut wanted: Wanted, ids: Vec<String>, output: Output, adapter: Option
     let part = |(i, _): &(u64, Setup)| shard.is_none_or(|s| s.has(*i));
     let work: BTreeMap<u64, Setup> = (0..).zip(all).filter(part).collect();
     ensure!(!work.is_empty(), "this part of the sweep has no configurations: there are {total} in all");
-    create_folder(&output.output)?;
 
     // Rows stand in a file beside the result until all are there, so that nothing measured is lost.
     let mut path = output.output.clone().into_os_string();
@@ -123,17 +126,16 @@ pub fn run(mut wanted: Wanted, ids: Vec<String>, output: Output, adapter: Option
 /// Joins the parts of a sweep.
 pub fn merge(parts: &[PathBuf], output: &Path) -> Result<()> {
     let json = is_json(output)?;
+    check_target(output)?;
     let mut all: BTreeMap<u64, Record> = BTreeMap::new();
     for path in parts {
         for row in measure::read(path)? {
             if let Some(first) = all.values().next() {
-                let of = |r: &Record| anyhow::Ok((r.configurations, r.setup()?.around()));
-                ensure!(
-                    of(&row)? == of(first)?,
-                    "{} is part of another sweep than {}",
-                    path.display(),
-                    parts[0].display()
-                );
+                if let Some(what) =
+                    difference(&row, row.setup()?.around(), first.configurations, first.setup()?.around())?
+                {
+                    bail!("{} is part of another sweep than {}: {what}", path.display(), parts[0].display());
+                }
                 ensure!(
                     (&row.adapter, &row.driver) == (&first.adapter, &first.driver),
                     "{} was measured on {} ({}), {} on {} ({}); times of two adapters do not belong into one sweep",
@@ -156,7 +158,6 @@ pub fn merge(parts: &[PathBuf], output: &Path) -> Result<()> {
     let total = all.values().next().map_or(0, |r| r.configurations);
     let missing: Vec<String> = (0..total).filter(|i| !all.contains_key(i)).map(|i| i.to_string()).collect();
     let rows: Vec<Record> = all.into_values().collect();
-    create_folder(output)?;
     measure::write(&rows, output, json)?;
     if !missing.is_empty() {
         let named = if missing.len() > 20 { format!("{} …", missing[..20].join(", ")) } else { missing.join(", ") };
@@ -178,7 +179,8 @@ pub fn is_json(path: &Path) -> Result<bool> {
 
 /// The rows of a file that may end in the middle of one.
 fn readable(path: &Path) -> Result<Vec<Record>> {
-    let mut reader = csv::Reader::from_path(path).with_context(|| format!("{} cannot be read", path.display()))?;
+    let file = files::open(path, files::MOST_DATA).with_context(|| format!("{} cannot be read", path.display()))?;
+    let mut reader = csv::Reader::from_reader(file);
     let whole = |row: Result<Record, csv::Error>| row.ok().filter(|r| r.setup().is_ok());
     Ok(reader.deserialize().map_while(whole).collect())
 }
@@ -189,13 +191,36 @@ fn agree(rows: &[Record], work: &BTreeMap<u64, Setup>, total: u64) -> Result<()>
         let setup = work
             .get(&row.index)
             .with_context(|| format!("configuration {} is not among those asked for", row.index))?;
-        ensure!(
-            row.configurations == total && row.setup()? == *setup,
-            "configuration {} is {} there and {} here",
-            row.index,
-            row.technique,
-            setup.technique
-        );
+        if let Some(what) = difference(row, row.setup()?, total, setup.clone())? {
+            bail!("configuration {} is another one: {what}", row.index);
+        }
     }
     Ok(())
+}
+
+/// What differs first between a row that is there and what is asked for here; None if nothing does.
+fn difference(row: &Record, there: Setup, total: u64, here: Setup) -> Result<Option<String>> {
+    if row.configurations != total {
+        return Ok(Some(format!("there are {} configurations there and {total} here", row.configurations)));
+    }
+    if there == here {
+        return Ok(None);
+    }
+    let found = differing(String::new(), &serde_json::to_value(there)?, &serde_json::to_value(here)?);
+    Ok(Some(found.unwrap_or_else(|| "a number was rounded".into())))
+}
+
+fn differing(key: String, there: &Value, here: &Value) -> Option<String> {
+    match (there, here) {
+        (a, b) if a == b => None,
+        (Value::Object(a), Value::Object(b)) => a.keys().chain(b.keys()).find_map(|name| {
+            let inner = if key.is_empty() { name.clone() } else { format!("{key}.{name}") };
+            let [a, b] = [a, b].map(|values| values.get(name).unwrap_or(&Value::Null));
+            differing(inner, a, b)
+        }),
+        _ => {
+            let told = |value: &Value| if value.is_null() { "not set".into() } else { shortened(&value.to_string()) };
+            Some(format!("{} is {} there and {} here", shortened(&key), told(there), told(here)))
+        }
+    }
 }

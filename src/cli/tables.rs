@@ -1,7 +1,7 @@
 //! `table` and `tables`: measured tables as Markdown, and those of a page refreshed where they stand.
 
 use super::{Cli, Command, chosen, print, progress, show};
-use crate::capture;
+use crate::files;
 use crate::frame::Renderer;
 use crate::gpu::Gpu;
 use crate::measure::{self, Column, Record, Step, table};
@@ -96,7 +96,7 @@ pub fn refresh(pages: &[PathBuf], adapter: Option<&str>) -> Result<()> {
             "{} was changed while its tables were measured, and is left as it is",
             path.display()
         );
-        capture::save(path, out.as_bytes())?;
+        files::save(path, out.as_bytes())?;
         bar.suspend(|| eprintln!("wrote {}", path.display()));
     }
     bar.finish_and_clear();
@@ -104,7 +104,7 @@ pub fn refresh(pages: &[PathBuf], adapter: Option<&str>) -> Result<()> {
 }
 
 fn read(page: &Path) -> Result<String> {
-    std::fs::read_to_string(page).with_context(|| format!("{} cannot be read", page.display()))
+    files::read_text(page)
 }
 
 /// A table in a page.

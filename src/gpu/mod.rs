@@ -74,6 +74,9 @@ const WANTED: wgpu::Features = wgpu::Features::TIMESTAMP_QUERY
     .union(wgpu::Features::TEXTURE_FORMAT_16BIT_NORM)
     .union(wgpu::Features::TEXTURE_ADAPTER_SPECIFIC_FORMAT_FEATURES);
 
+const OUT_OF_MEMORY: &str =
+    "its memory is used up; close other programs, or take a smaller picture, a lower resolution or fewer triangles";
+
 /// The instance that windows and the command line share.
 pub fn instance() -> wgpu::Instance {
     wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle())
@@ -140,8 +143,12 @@ impl Gpu {
         .with_context(|| format!("{} refused to open", info.name))?;
         let slot = error.clone();
         device.on_uncaptured_error(Arc::new(move |e: wgpu::Error| {
+            let told = match e {
+                wgpu::Error::OutOfMemory { .. } => OUT_OF_MEMORY.into(),
+                e => e.to_string(),
+            };
             if let Ok(mut slot) = slot.lock() {
-                slot.get_or_insert_with(|| e.to_string());
+                slot.get_or_insert(told);
             }
         }));
         Ok(Gpu {

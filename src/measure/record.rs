@@ -1,9 +1,9 @@
 //! One measured configuration as one flat row: the same names in CSV, JSON, charts and docs/measures.md.
 
-use crate::capture;
+use crate::files;
 use crate::params::Value;
 use crate::setup::Setup;
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result, anyhow, ensure};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
@@ -314,8 +314,8 @@ pub fn read_json(from: impl std::io::Read) -> Result<Vec<Record>> {
 /// No such file, or one that holds no rows of ours.
 pub fn read(path: &Path) -> Result<Vec<Record>> {
     let name = path.display();
-    let file = std::fs::File::open(path).with_context(|| format!("{name} cannot be read"))?;
-    let file = std::io::BufReader::new(file);
+    let file =
+        files::open(path, files::MOST_DATA).map_err(|e| anyhow!("{name} cannot be read: {}", files::reason(&e)))?;
     let json = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json"));
     let rows = if json { read_json(file) } else { read_csv(file) };
     let rows: Vec<Record> = rows.with_context(|| format!("{name} does not hold measured rows"))?;
@@ -335,7 +335,7 @@ pub fn write(rows: &[Record], path: &Path, json: bool) -> Result<()> {
     } else {
         write_csv(rows, &mut text)?
     }
-    capture::save(path, &text)
+    files::save(path, &text)
 }
 
 /// Whether two rows' times cannot be told apart: the intervals of their medians, widened by what frames of one

@@ -7,6 +7,7 @@ use super::table::per_light;
 use super::{Axis, Record, expand, tied};
 use crate::capture;
 use crate::chart::{self, COSTS, ERRORS, escape};
+use crate::files;
 use crate::frame::Renderer;
 use crate::setup::{Lamp, Setup};
 use crate::techniques;
@@ -37,7 +38,6 @@ pub fn write(records: &[Record], title: &str, folder: &Path, renderer: &mut Rend
     }
     base.params = kept;
     let toml = folder.join("report.toml");
-    capture::create_folder(&toml)?;
     let setup_text = base.to_toml(&toml)?;
     save(&toml, setup_text.as_bytes())?;
 
@@ -58,7 +58,7 @@ pub fn write(records: &[Record], title: &str, folder: &Path, renderer: &mut Rend
 }
 
 fn save(path: &Path, bytes: &[u8]) -> Result<()> {
-    capture::save(path, bytes)
+    files::save(path, bytes)
 }
 
 /// What was measured and how, and the command that does it again.
@@ -364,7 +364,8 @@ fn extremes(records: &[Record], folder: &Path, renderer: &mut Renderer) -> Resul
             let file = format!("{}-{}-{view}.png", r.technique, i + 1);
             let path = folder.join(&file);
             capture::capture(renderer, &setup, &path)?;
-            let bytes = std::fs::read(&path).with_context(|| format!("{} cannot be read", path.display()))?;
+            let bytes =
+                files::read(&path, files::MOST_DATA).with_context(|| format!("{} cannot be read", path.display()))?;
             let data = base64::engine::general_purpose::STANDARD.encode(bytes);
             let (file, said) = (escape(&file), format!("{}, {view}", escape(&name(r, &varying))));
             pictures += &format!("<img src=\"data:image/png;base64,{data}\" alt=\"{said}\" title=\"{file}\">");

@@ -56,6 +56,7 @@ impl Axis {
         let Some(spec) = info.specs().find(|s| s.name == self.name) else { return Ok(None) };
         let key = format!("{technique}.{}", self.name);
         let mut out = Vec::new();
+        let mut held = BTreeSet::new();
         for part in self.values.split(',') {
             for text in match range(part) {
                 Some(numbers) => numbers.with_context(|| format!("--set {key}={}", self.values))?,
@@ -65,10 +66,11 @@ impl Axis {
                 let whole = matches!(spec.kind, Kind::Int { .. }).then(|| text.parse::<f64>().ok()).flatten();
                 let text = whole.filter(|v| v.fract() == 0.0).map_or(text, |v| format!("{v:.0}"));
                 let value = spec.parse(&key, &text)?;
-                if !out.contains(&value) {
+                if held.insert(value.to_string()) {
                     out.push(value);
                 }
             }
+            ensure!(out.len() <= MOST, "--set {key}: there are more than {MOST} values");
         }
         Ok(Some(out))
     }
@@ -137,14 +139,24 @@ pub fn expand(setup: &Setup, techniques: &[String], axes: &[Axis], main: bool) -
     }
     let mut out = Vec::new();
     for id in techniques {
-        let mut these = vec![setup.clone()];
-        these[0].select(id)?;
         let named: Vec<&Axis> = axes.iter().filter(|a| a.is_of(id)).collect();
         let own =
             techniques::find_or_say(id)?.main.iter().filter(|(name, _)| main && named.iter().all(|a| a.name != *name));
         let own: Vec<Axis> = own.map(|a| Axis::main(id, *a)).collect();
+        let mut varied = Vec::new();
         for axis in named.into_iter().chain(&own) {
-            let Some(values) = axis.values(id)? else { continue };
+            varied.extend(axis.values(id)?.map(|values| (axis, values)));
+        }
+        // Counted before any is made: a few ranges multiply to more than any memory holds.
+        let these = varied.iter().map(|(_, values)| values.len() as u128).fold(1, u128::saturating_mul);
+        let count = these.saturating_add(out.len() as u128);
+        ensure!(
+            count <= MOST as u128,
+            "the sweep has {count} configurations and more, but up to {MOST} are allowed; give --set fewer values"
+        );
+        let mut these = vec![setup.clone()];
+        these[0].select(id)?;
+        for (axis, values) in varied {
             let mut next = Vec::with_capacity(these.len() * values.len());
             for base in &these {
                 for value in &values {
@@ -153,7 +165,6 @@ pub fn expand(setup: &Setup, techniques: &[String], axes: &[Axis], main: bool) -
                     next.push(setup);
                 }
             }
-            ensure!(out.len() + next.len() <= MOST, "the sweep has more than {MOST} configurations");
             these = next;
         }
         let mut seen = BTreeSet::new();
@@ -182,6 +193,15 @@ mod tests {
         for wrong in ["resolution=256..4096*1", "resolution=4096..256*2", "resolution=a..b", "resolution=1..2*2"] {
             assert!(Axis::parse(wrong).unwrap().values("pcf").is_err(), "{wrong}");
         }
+    }
+
+    /// Two ranges of thousands: told by their number, not made.
+    #[test]
+    fn a_product_is_counted_before_it_is_made() {
+        let (setup, _) = Setup::open("cubes").unwrap();
+        let axes = ["resolution=64..8192", "slope_bias=0..1+0.0001"].map(|a| Axis::parse(a).unwrap());
+        let error = expand(&setup, &["shadow-map".into()], &axes, false).unwrap_err().to_string();
+        assert!(error.contains("81298129 configurations") && error.contains("100000"), "{error}");
     }
 
     #[test]

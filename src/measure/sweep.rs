@@ -269,6 +269,7 @@ impl Shard {
     pub fn parse(text: &str) -> Result<Shard> {
         let numbers = text.split_once('/').and_then(|(i, n)| Some((i.parse().ok()?, n.parse().ok()?)));
         let (part, of) = numbers.with_context(|| format!("--shard {text}: write it as i/n, such as 2/8"))?;
+        ensure!(of > 0, "--shard {text}: there are no 0 parts; the second number takes 1 and more");
         ensure!((1..=of).contains(&part), "--shard {text}: the first number takes 1 to {of}");
         Ok(Shard { part, of })
     }

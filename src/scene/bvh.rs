@@ -4,6 +4,7 @@ use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 use obvhs::bvh2::node::Bvh2Node;
 use obvhs::triangle::Triangle;
+use rayon::prelude::*;
 use std::ops::Range;
 
 /// A node with up to four children, inner nodes before leaves, as three texels that `shaders/lib/trace.wgsl` reads.
@@ -51,24 +52,51 @@ const MAX_LEAF: u32 = 3;
 impl Bvh {
     /// Builds one, no deeper than the shader's stack.
     pub fn new(triangles: &[Triangle]) -> Bvh {
+        let boxes: Vec<[Vec3; 2]> =
+            triangles.iter().map(|t| [t.v0.min(t.v1).min(t.v2).into(), t.v0.max(t.v1).max(t.v2).into()]).collect();
+        if !heaped(&boxes) {
+            let (wide, depth) = Bvh::clustered(triangles);
+            if depth <= MAX_DEPTH {
+                return wide;
+            }
+        }
+        // Many triangles in one place can make that builder nest without end; halving the list cannot.
+        let mut order: Vec<u32> = (0..triangles.len() as u32).collect();
+        let mut nodes = vec![Bvh2Node::default()];
+        halve(&boxes, &mut order, 0, 0, &mut nodes);
+        widened(nodes, &order).0
+    }
+
+    /// Built by merging neighbours (Meister, Bittner 2018), with its depth.
+    fn clustered(triangles: &[Triangle]) -> (Bvh, usize) {
         let config = obvhs::BvhBuildParams {
             pre_split: false,
             max_prims_per_leaf: MAX_LEAF,
             ..obvhs::BvhBuildParams::fast_build()
         };
         let bvh = obvhs::bvh2::builder::build_bvh2_from_tris(triangles, config, &mut Default::default());
-        let (wide, depth) = widened(bvh.nodes, &bvh.primitive_indices);
-        if depth <= MAX_DEPTH {
-            return wide;
-        }
-        // Many triangles in one place can make that builder nest without end; halving the list cannot.
-        let boxes: Vec<[Vec3; 2]> =
-            triangles.iter().map(|t| [t.v0.min(t.v1).min(t.v2).into(), t.v0.max(t.v1).max(t.v2).into()]).collect();
-        let mut order: Vec<u32> = (0..triangles.len() as u32).collect();
-        let mut nodes = vec![Bvh2Node::default()];
-        halve(&boxes, &mut order, 0, 0, &mut nodes);
-        widened(nodes, &order).0
+        widened(bvh.nodes, &bvh.primitive_indices)
     }
+}
+
+/// Boxes of a sample in which those are counted that lie one in the other.
+const SAMPLE: usize = 1024;
+/// So many of the sample, each in or around as many others, are a heap.
+const HEAP: usize = 24;
+
+/// Whether many boxes, given by their low and high ends, lie one in the other. Of these each is nearest to the smaller one beside it, so that merging
+/// neighbours, a pair a round, would take as many rounds as there are boxes.
+pub fn heaped(boxes: &[[Vec3; 2]]) -> bool {
+    // Few take no time either way.
+    if boxes.len() <= 8 * SAMPLE {
+        return false;
+    }
+    // Spread over the list, in no step that the list may have too.
+    let sample: Vec<[Vec3; 2]> =
+        (0..SAMPLE).map(|i| boxes[(i as u64 * 2_654_435_761 % boxes.len() as u64) as usize]).collect();
+    let within = |a: &[Vec3; 2], b: &[Vec3; 2]| a[0].cmpge(b[0]).all() && a[1].cmple(b[1]).all();
+    let nested = |a: &&[Vec3; 2]| sample.iter().filter(|b| within(a, b) || within(b, a)).take(HEAP + 1).count() > HEAP;
+    sample.par_iter().filter(nested).count() >= HEAP
 }
 
 /// Makes node `at` of the triangles `order`, which begin at `first` of the whole list, by halves along the longest axis.

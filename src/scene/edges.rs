@@ -127,12 +127,17 @@ impl Bodies {
         let mut closed = self.closed.clone();
         for p in points {
             let around = |b: &[Vec3; 2]| p.cmpge(b[0]).all() && p.cmple(b[1]).all();
-            for body in (0..closed.len()).filter(|i| self.closed[*i] && around(&self.boxes[*i])) {
-                let own = geometry.casters().par_iter().enumerate().filter(|(_, b)| **b as usize == body);
-                let seen: f64 = own.map(|(i, _)| solid_angle(geometry.corners(i).map(|c| (c - p).as_dvec3()))).sum();
-                // All of the sphere from inside; half of it from a face.
-                closed[body] &= seen.abs() < std::f64::consts::PI;
+            let asked: Vec<bool> = (0..closed.len()).map(|i| self.closed[i] && around(&self.boxes[i])).collect();
+            if !asked.contains(&true) {
+                continue;
             }
+            // Of all bodies in one go: there may be as many as triangles.
+            let mut seen = vec![0.0; closed.len()];
+            for (i, body) in geometry.casters().iter().enumerate().filter(|(_, body)| asked[**body as usize]) {
+                seen[*body as usize] += solid_angle(geometry.corners(i).map(|c| (c - p).as_dvec3()));
+            }
+            // All of the sphere from inside; half of it from a face.
+            closed.iter_mut().zip(seen).for_each(|(closed, seen)| *closed &= seen.abs() < std::f64::consts::PI);
         }
         closed
     }
@@ -159,12 +164,12 @@ impl Edges {
     pub fn bodies(&self, geometry: &Geometry) -> Bodies {
         let bodies = geometry.casters();
         let mut closed = vec![true; bodies.iter().map(|b| *b as usize + 1).max().unwrap_or(0)];
+        let sides = |edge: &Edge| &self.sides[edge.first as usize..][..edge.count as usize];
+        let balanced = |edge: &Edge| sides(edge).iter().filter(|s| *s % 2 == 1).count() * 2 == edge.count as usize;
+        // Once an edge: any number of triangles may share one.
+        let balanced: Vec<bool> = self.all.par_iter().map(balanced).collect();
         for (i, of) in self.of_triangles.iter().enumerate() {
-            let balanced = |half: &u32| {
-                let edge = self.all[*half as usize / 2];
-                let sides = &self.sides[edge.first as usize..][..edge.count as usize];
-                sides.iter().filter(|s| *s % 2 == 1).count() * 2 == sides.len()
-            };
+            let balanced = |half: &u32| balanced[*half as usize / 2];
             // A degenerate triangle has no edges, and nothing is open along it.
             if i >= geometry.opaque || !(of[0] == NO_EDGE || of.iter().all(balanced)) {
                 closed[bodies[i] as usize] = false;

@@ -391,6 +391,51 @@ pub fn shading_normal(words: [u32; 4]) -> Vec3 {
     Vec3::new(x, y, z).normalize()
 }
 
+/// How large a scene an adapter takes.
+#[derive(Clone)]
+pub struct Room {
+    adapter: String,
+    /// Bytes of a buffer.
+    bytes: u64,
+    triangles: u64,
+}
+
+impl Room {
+    pub fn of(gpu: &Gpu) -> Room {
+        // A BVH never has more nodes than triangles, and they are as large.
+        let triangles = Table::most(gpu) / size_of::<Corners>() as u64;
+        Room { adapter: gpu.info.name.clone(), bytes: gpu.most_bound(), triangles }
+    }
+
+    /// Refuses a scene that is larger, before its triangles are made.
+    pub fn check(&self, scene: &Scene) -> Result<()> {
+        let (mut vertices, mut triangles) = (0, 0);
+        for node in &scene.nodes {
+            for mesh in node.meshes.iter().map(|mesh| &scene.meshes[*mesh as usize]) {
+                let times = node.instances.len().max(1) as u64;
+                vertices += mesh.positions.len() as u64 * times;
+                triangles += mesh.indices.len() as u64 / 3 * times;
+            }
+        }
+        let Room { adapter, bytes, triangles: most } = self;
+        let name = &scene.name;
+        let largest = (vertices * size_of::<Vertex>() as u64).max(triangles * size_of::<[u32; 4]>() as u64);
+        ensure!(
+            largest <= *bytes,
+            "{name} has {vertices} vertices in {triangles} triangles: that takes {} MiB in one buffer, and {adapter} \
+             allows {}; open a scene with fewer of them",
+            largest.div_ceil(1 << 20),
+            bytes >> 20
+        );
+        ensure!(
+            triangles <= *most,
+            "{name} has {triangles} triangles, and {adapter} has room for {most} in the texture that shadow rays read; \
+             open a scene with fewer of them"
+        );
+        Ok(())
+    }
+}
+
 /// A scene's buffers on the GPU.
 pub struct SceneGpu {
     pub vertices: Buffer,
@@ -415,26 +460,7 @@ impl SceneGpu {
     /// # Errors
     /// A buffer or texture larger than the adapter allows.
     pub fn new(gpu: &Gpu, scene: &Scene, geometry: &Geometry) -> Result<SceneGpu> {
-        let (vertices, triangles) = (geometry.vertices.len(), geometry.triangles.len());
-        let largest = size_of_val(&geometry.vertices[..]).max(size_of_val(&geometry.triangles[..])) as u64;
-        ensure!(
-            largest <= gpu.most_bound(),
-            "{} has {vertices} vertices in {triangles} triangles: that takes {} MiB in one buffer, and {} allows {}; \
-             open a scene with fewer of them",
-            scene.name,
-            largest.div_ceil(1 << 20),
-            gpu.info.name,
-            gpu.most_bound() >> 20
-        );
-        // A BVH never has more nodes than triangles, and they are as large.
-        let room = Table::most(gpu) / size_of::<Corners>() as u64;
-        ensure!(
-            triangles as u64 <= room,
-            "{} has {triangles} triangles, and {} has room for {room} in the texture that shadow rays read; \
-             open a scene with fewer of them",
-            scene.name,
-            gpu.info.name
-        );
+        Room::of(gpu).check(scene)?;
         use wgpu::BufferUsages as Use;
         let storage = Use::STORAGE;
         let welded = welded(scene);

@@ -1,13 +1,20 @@
-//! Scenes as they come from a glTF file or from our own generators.
+//! Scenes as they come from files or from our own generators.
 
 pub mod builtin;
 pub mod bvh;
 pub mod camera;
 pub mod edges;
+pub mod formats;
 pub mod geometry;
 pub mod gltf;
+mod obj;
+mod origin;
+mod ply;
+mod polygons;
 pub mod pose;
+mod presets;
 pub mod shadow_tree;
+mod stl;
 mod textures;
 
 use crate::light::Light;

@@ -110,3 +110,26 @@ fn halve(texels: &[u8], side: u32) -> Vec<u8> {
     }
     out
 }
+
+/// Longest side of an image that is kept, texels.
+pub const MAX_IMAGE: u32 = 8192;
+
+/// Bytes that all images of a scene may have together.
+pub const MAX_IMAGES: u64 = 8 << 30;
+/// What is said where they have more.
+pub const TOO_LARGE: &str = "its images take more than 8 GiB; scale them down";
+
+/// Decodes an image; `true`: it was larger than [`MAX_IMAGE`] and is reduced to it. `hint`: its format where its contents
+/// do not tell, as those of TGA do not.
+///
+/// # Errors
+/// Why it cannot be decoded.
+pub fn decode(bytes: &[u8], hint: Option<image::ImageFormat>) -> Result<(image::RgbaImage, bool), String> {
+    let format = image::guess_format(bytes).ok().or(hint).ok_or("unknown format")?;
+    let reader = image::ImageReader::with_format(std::io::Cursor::new(bytes), format);
+    let decoded = reader.decode().map_err(|error| error.to_string())?;
+    if decoded.width().max(decoded.height()) > MAX_IMAGE {
+        return Ok((decoded.thumbnail(MAX_IMAGE, MAX_IMAGE).into_rgba8(), true));
+    }
+    Ok((decoded.into_rgba8(), false))
+}

@@ -2,6 +2,7 @@
 
 use super::Arrange;
 use crate::light::KINDS;
+use crate::message::shortened;
 use crate::techniques;
 use crate::truth::Samples;
 use anyhow::{Context, Result, bail};
@@ -35,7 +36,7 @@ fn samples(v: &Value) -> bool {
 }
 
 const TOP: &[Rule] = &[
-    ("scene", text, "a built-in scene's name or the path of a glTF file, in quotes"),
+    ("scene", text, "a built-in scene's name or the path of a scene's file, in quotes"),
     ("time", number, "a number from 0 to 1000000 s"),
     ("animation", count, "a whole number from 0"),
     ("technique", text, "a technique's id, in quotes"),
@@ -201,7 +202,7 @@ pub fn check(table: &Table) -> Result<()> {
     for lamp in table.get("more_lights").and_then(Value::as_array).into_iter().flatten().filter_map(Value::as_table) {
         let mut light = lamp.clone();
         if let Some(on) = light.remove("on").filter(|on| !on.is_bool()) {
-            bail!("more_lights.on = {on} is not allowed; it takes true or false");
+            bail!("more_lights.on = {} is not allowed; it takes true or false", shortened(&on.to_string()));
         }
         check_light(&light).context("more_lights")?;
     }
@@ -230,6 +231,33 @@ pub fn check(table: &Table) -> Result<()> {
                 }
             }
         }
+    }
+    Ok(())
+}
+
+/// The same for a file of presets; what its lights hold is checked with each.
+pub fn check_presets(presets: &Table) -> Result<()> {
+    let tables: fn(&Value) -> bool = |v| v.as_array().is_some_and(|v| v.iter().all(Value::is_table));
+    apply(
+        &[
+            ("cameras", tables, "a list of tables, as [[cameras]]"),
+            ("lights", tables, "a list of tables, as [[lights]]"),
+        ],
+        presets,
+        "",
+    )?;
+    let list = |key: &str| presets.get(key).and_then(Value::as_array).into_iter().flatten().filter_map(Value::as_table);
+    let name: Rule = ("name", |v| v.as_str().is_some_and(|name| !name.trim().is_empty()), "a name, in quotes");
+    for (i, camera) in list("cameras").enumerate() {
+        let whose = format!("camera {}", i + 1);
+        apply(&[&[name], CAMERA].concat(), camera, &format!("{whose}: "))?;
+        need(camera, &["name", "position", "target", "fov"], &whose)?;
+    }
+    for (i, light) in list("lights").enumerate() {
+        let whose = format!("light {}", i + 1);
+        need(light, &["name", "kind"], &whose)?;
+        let given = Table::from_iter(light.get("name").map(|value| ("name".to_string(), value.clone())));
+        apply(&[name], &given, &format!("{whose}: "))?;
     }
     Ok(())
 }
@@ -263,7 +291,7 @@ pub fn check_light(light: &Table) -> Result<()> {
     need(light, NEEDED[i], &format!("{} {kind} light", if kind == "omni" { "an" } else { "a" }))?;
     let keys = [NEEDED[i], OPTIONAL[i]].concat();
     if let Some(key) = light.keys().find(|k| *k != "kind" && !keys.contains(&k.as_str())) {
-        bail!("light.{key} is not a key of a {kind} light; there are {}", keys.join(", "));
+        bail!("light.{} is not a key of a {kind} light; there are {}", shortened(key), keys.join(", "));
     }
     Ok(())
 }
@@ -271,11 +299,13 @@ pub fn check_light(light: &Table) -> Result<()> {
 fn apply(rules: &[Rule], table: &Table, path: &str) -> Result<()> {
     for (key, value) in table {
         match rules.iter().find(|r| r.0 == key) {
-            Some((_, fits, takes)) if !fits(value) => bail!("{path}{key} = {value} is not allowed; it takes {takes}"),
+            Some((_, fits, takes)) if !fits(value) => {
+                bail!("{path}{key} = {} is not allowed; it takes {takes}", shortened(&value.to_string()))
+            }
             Some(_) => {}
             None => {
                 let keys: Vec<&str> = rules.iter().map(|r| r.0).collect();
-                bail!("{path}{key} is unknown; there are {}", keys.join(", "))
+                bail!("{path}{} is unknown; there are {}", shortened(key), keys.join(", "))
             }
         }
     }

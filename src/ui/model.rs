@@ -16,6 +16,7 @@ use crate::map::fit::lixel::Plane;
 use crate::measure::Record;
 use crate::measure::advise::Budget;
 use crate::measure::stability::Run;
+use crate::message;
 use crate::params::Values;
 use crate::scene::{Camera, Clock, Scene};
 use crate::setup::{Arrange, Setup, Side};
@@ -623,18 +624,18 @@ impl Model {
     /// Says what went wrong, long enough to be read.
     pub fn fail(&mut self, error: &anyhow::Error) {
         let until = Some(Instant::now() + FAILED);
-        self.warn(Note { text: format!("{error:#}"), error: true, until, opening: false });
+        self.warn(Note { text: message::sentence(error), error: true, until, opening: false });
     }
 
     /// Says what could not be opened, until something else is.
     pub fn fail_to_open(&mut self, error: &anyhow::Error) {
         let until = Some(Instant::now() + FAILED);
-        self.warn(Note { text: format!("{error:#}"), error: true, until, opening: true });
+        self.warn(Note { text: message::sentence(error), error: true, until, opening: true });
     }
 
     /// Says what keeps the picture from being drawn, until it is dismissed.
     pub fn stop(&mut self, error: &anyhow::Error) {
-        self.warn(Note { text: format!("{error:#}"), error: true, until: None, opening: false });
+        self.warn(Note { text: message::sentence(error), error: true, until: None, opening: false });
     }
 
     fn warn(&mut self, note: Note) {

@@ -210,7 +210,7 @@ fn file(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
     row(
         ui,
         "file",
-        "A glTF scene (.glb, .gltf), a saved set-up (.toml), a captured picture (.png) or results (.csv, .json). Files can also be dropped on the window.",
+        "A scene (.glb, .gltf, .obj, .ply, .stl), a saved set-up (.toml), a captured picture (.png) or results (.csv, .json). Files can also be dropped on the window.",
         |ui, label| {
             ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
                 let named = !m.open_path.trim().is_empty();

@@ -1,11 +1,12 @@
 //! A file dialog of our own, for systems that have none.
 
 use super::model::{Action, Model};
+use crate::files;
 use egui::{Align, Button, Context, Key, Layout, Modal, RichText, ScrollArea, TextEdit, vec2};
 use std::path::{Path, PathBuf};
 
 /// What can be opened, and what a picture can be saved as.
-pub const OPENED: [&str; 6] = ["glb", "gltf", "toml", "png", "csv", "json"];
+pub const OPENED: [&str; 9] = ["glb", "gltf", "obj", "ply", "stl", "toml", "png", "csv", "json"];
 pub const SAVED: [&str; 2] = ["png", "exr"];
 
 /// The dialog while it is open.
@@ -40,7 +41,7 @@ impl Picker {
             let mut all = Vec::new();
             for entry in std::fs::read_dir(&self.folder)? {
                 let path = entry?.path();
-                let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+                let name = files::name_of(path.file_name().unwrap_or_default());
                 let fits = path.extension().is_some_and(|e| endings.iter().any(|known| e.eq_ignore_ascii_case(known)));
                 if !name.starts_with('.') && (path.is_dir() || fits) {
                     all.push((name, path.is_dir()));
@@ -60,7 +61,7 @@ impl Picker {
     /// The file that is named, if it is there and none to walk into.
     fn chosen(&mut self) -> Option<PathBuf> {
         self.wrong.clear();
-        let path = self.folder.join(self.name.trim());
+        let path = self.folder.join(files::path_of(self.name.trim()));
         if self.name.trim().is_empty() {
             None
         } else if path.is_dir() {
@@ -111,14 +112,14 @@ pub fn show(ctx: &Context, m: &mut Model, out: &mut Vec<Action>) {
                             picker.name = name.clone();
                         }
                         if r.double_clicked() && !*folder {
-                            done = Some(picker.folder.join(name));
+                            done = Some(picker.folder.join(files::path_of(name)));
                         }
                     }
                 }
             },
         );
         if let Some(name) = entered {
-            let folder = picker.folder.join(name);
+            let folder = picker.folder.join(files::path_of(&name));
             picker.enter(folder);
         }
         if !picker.wrong.is_empty() {
@@ -151,7 +152,7 @@ pub fn show(ctx: &Context, m: &mut Model, out: &mut Vec<Action>) {
             m.picture_path = path.to_string_lossy().into_owned();
             out.push(Action::Capture(path));
         } else {
-            out.push(Action::Open(path.to_string_lossy().into_owned()));
+            out.push(Action::Open(files::name_of(path.as_os_str())));
         }
     }
 }

@@ -246,7 +246,7 @@ const GESTURES: [(&str, &str); 13] = [
     ("Tab, Shift+Tab", "move the focus"),
     ("← →", "turn the slider in focus; ↑ ↓ a number"),
     ("Escape", "leave a field, pick no plane, close this help"),
-    ("Drop a file", "open it: .glb, .gltf, .toml, .png, .csv, .json"),
+    ("Drop a file", "open it: .glb, .gltf, .obj, .ply, .stl, .toml, .png, .csv, .json"),
 ];
 
 fn keys(ctx: &Context, m: &mut Model, out: &mut Vec<Action>) {

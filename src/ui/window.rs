@@ -8,8 +8,11 @@ use super::stage::{Order, Request, Stage};
 use super::work::{Desk, Done, Figures, Opened};
 use super::{Ended, shell, style, timeline};
 use crate::chart::{COSTS, ERRORS};
+use crate::files;
 use crate::flatland::Flatland;
 use crate::gpu::{self, Gpu};
+use crate::message;
+use crate::scene::geometry::Room;
 use crate::setup::Setup;
 use anyhow::{Context, Result};
 use egui::{ColorImage, Event, RawInput, Rect, TextureOptions, TexturesDelta};
@@ -98,7 +101,7 @@ impl ApplicationHandler for App {
                 }
                 return;
             }
-            WindowEvent::DroppedFile(path) => open.load(path.to_string_lossy().into_owned()),
+            WindowEvent::DroppedFile(path) => open.load(files::name_of(path.as_os_str())),
             _ => {}
         }
         if open.input.on_window_event(&open.window, &event).repaint {
@@ -199,17 +202,17 @@ impl Open {
 
     /// Starts to open something; what is open stays until it is there.
     fn load(&mut self, what: String) {
-        let path = Path::new(&what);
+        let path = files::path_of(&what);
         let rows = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("csv") || e.eq_ignore_ascii_case("json"));
         if rows && self.model.is_some() {
-            self.desk.read_rows(path.to_path_buf());
+            self.desk.read_rows(path);
             return;
         }
         self.loading += 1;
         self.restoring = false;
-        let name = Path::new(&what).file_name().map_or(what.clone(), |n| n.to_string_lossy().into_owned());
+        let name = path.file_name().map_or(what.clone(), |n| message::shortened(&n.to_string_lossy()));
         let technique = self.model.as_ref().map(|m| m.setup.technique.clone());
-        self.desk.open(self.loading, what, technique);
+        self.desk.open(self.loading, what, technique, Room::of(&self.gpu));
         self.say_loading(name);
     }
 
@@ -300,7 +303,7 @@ impl Open {
                             seen.picture =
                                 Picture::Failed("Nothing to show: this pass writes lists or single numbers, or is not run again while the picture rests.".into());
                         }
-                        Err(e) => seen.picture = Picture::Failed(format!("{e:#}")),
+                        Err(e) => seen.picture = Picture::Failed(message::sentence(&e)),
                     }
                 }
                 Done::Value(at, Ok(text)) => {
@@ -389,7 +392,7 @@ impl Open {
                 Done::Pictured(subject, drawn) => {
                     let drawn = match drawn {
                         Ok(image) => Picture::Drawn(self.ctx.load_texture("small", image, TextureOptions::LINEAR)),
-                        Err(e) => Picture::Failed(format!("{e:#}")),
+                        Err(e) => Picture::Failed(message::sentence(&e)),
                     };
                     m.pictures.take(subject, drawn);
                 }
@@ -408,7 +411,7 @@ impl Open {
                     let at = if save { &m.picture_path } else { &m.setup.scene };
                     m.picker = Some(Picker::new(save, Path::new(at), m.folder.clone()));
                 }
-                Done::PickedFile(path) => self.load(path.to_string_lossy().into_owned()),
+                Done::PickedFile(path) => self.load(files::name_of(path.as_os_str())),
                 Done::PickedCapture(path) => {
                     m.picture_path = path.to_string_lossy().into_owned();
                     self.act(Action::Capture(path));
@@ -576,7 +579,7 @@ impl Open {
                 self.loading += 1;
                 self.restoring = true;
                 let name = setup.scene.clone();
-                self.desk.restore(self.loading, *setup);
+                self.desk.restore(self.loading, *setup, Room::of(&self.gpu));
                 self.say_loading(name);
             }
             Action::CancelLoading => {
@@ -687,7 +690,7 @@ fn saved(path: &Path) -> String {
 
 /// Writes the set-up as TOML.
 fn save(m: &Model, path: &Path) -> Result<()> {
-    crate::capture::save(path, m.setup.to_toml(path)?.as_bytes())
+    files::save(path, m.setup.to_toml(path)?.as_bytes())
 }
 
 #[cfg(test)]

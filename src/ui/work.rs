@@ -5,6 +5,7 @@ use super::pictures::{self, Subject};
 use super::stage::Picture;
 use super::{picker, timeline};
 use crate::chart::{self, Axis};
+use crate::files;
 use crate::flatland::{self, Flatland};
 use crate::frame::{Ask, MapLayer, Renderer, Shot, Truth};
 use crate::gpu::Gpu;
@@ -15,7 +16,7 @@ use crate::measure::{self, Figure, More, Record, Step};
 use crate::path::Route;
 use crate::scene::Scene;
 use crate::scene::builtin::cases;
-use crate::scene::geometry::Geometry;
+use crate::scene::geometry::{Geometry, Room};
 use crate::setup::{self, Setup};
 use crate::{capture, techniques};
 use anyhow::{Context, Result, bail, ensure};
@@ -191,28 +192,30 @@ impl Desk {
     }
 
     /// Opens a scene, set-up, capture or world; a scene with a light that the technique serves, or the default one.
-    pub fn open(&self, job: u64, what: String, technique: Option<String>) {
+    pub fn open(&self, job: u64, what: String, technique: Option<String>, room: Room) {
         self.start(move |post| {
-            let ending = Path::new(&what).extension().map(|e| e.to_ascii_lowercase());
+            let path = files::path_of(&what);
+            let ending = path.extension().map(|e| e.to_ascii_lowercase());
             let world = |text: &String| flatland::file::is_world(text);
             if ending.as_ref().is_some_and(|e| e == "toml")
-                && let Some(text) = std::fs::read_to_string(&what).ok().filter(world)
+                && let Some(text) = files::read_text(&path).ok().filter(world)
             {
                 let world =
                     Flatland::from_toml(&text).with_context(|| format!("{what} is no usable world of flatland"));
-                return post.send(Done::World(job, PathBuf::from(&what), world));
+                return post.send(Done::World(job, path, world));
             }
             let bare = ending.is_none_or(|e| e != "toml" && e != "png");
             let technique = technique.as_deref().unwrap_or(setup::DEFAULT_TECHNIQUE);
-            let opened = Setup::open_for(&what, &[technique]).and_then(|(setup, scene)| prepared(setup, scene, bare));
+            let opened =
+                Setup::open_for(&what, &[technique]).and_then(|(setup, scene)| prepared(setup, scene, &room, bare));
             post.send(Done::Loaded(job, opened));
         });
     }
 
     /// Loads a set-up's scene again.
-    pub fn restore(&self, job: u64, setup: Setup) {
+    pub fn restore(&self, job: u64, setup: Setup, room: Room) {
         self.start(move |post| {
-            let loaded = setup::load_scene(&setup.scene).and_then(|scene| prepared(setup, scene, false));
+            let loaded = setup::load_scene(&setup.scene).and_then(|scene| prepared(setup, scene, &room, false));
             post.send(Done::Loaded(job, loaded));
         });
     }
@@ -395,9 +398,10 @@ fn picked(post: &Post, ask: impl FnOnce() -> Option<PathBuf>, done: fn(PathBuf) 
     }
 }
 
-fn prepared(mut setup: Setup, scene: Scene, bare: bool) -> Result<Box<Loaded>> {
+fn prepared(mut setup: Setup, scene: Scene, room: &Room, bare: bool) -> Result<Box<Loaded>> {
     // A step that is restored may have been made before the file changed.
     setup.count_from(scene.origin);
+    room.check(&scene)?;
     let geometry = Geometry::new(&scene, 0, 0.0)?;
     Ok(Box::new(Loaded { setup, scene: Arc::new(scene), geometry, bare }))
 }
@@ -491,16 +495,16 @@ fn export(figures: &Figures, path: &Path) -> Result<()> {
         Figures::Path(found, figure) => chart::lines_svg(&stability::lines(found, *figure)),
     };
     match (ending.as_str(), figures) {
-        ("svg", _) => capture::save(path, svg()?.as_bytes()),
-        ("png", _) => capture::save(path, &chart::png(&svg()?, CHART)?),
+        ("svg", _) => files::save(path, svg()?.as_bytes()),
+        ("png", _) => files::save(path, &chart::png(&svg()?, CHART)?),
         ("csv" | "json", Figures::Rows(rows, _)) => measure::write(rows, path, ending == "json"),
         ("csv", Figures::Path(found, _)) => {
             let mut table = stability::Table::new()?;
             table.add(found)?;
-            capture::save(path, &table.finish()?)
+            files::save(path, &table.finish()?)
         }
         ("json", Figures::Path(found, _)) => {
-            capture::save(path, (serde_json::to_string_pretty(&[found])? + "\n").as_bytes())
+            files::save(path, (serde_json::to_string_pretty(&[found])? + "\n").as_bytes())
         }
         _ => bail!("{}: a chart's file name ends in .svg, .png, .csv or .json", path.display()),
     }

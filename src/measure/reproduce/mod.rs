@@ -19,6 +19,7 @@ mod warped_lamps;
 
 use crate::capture;
 use crate::chart::{self, Lines};
+use crate::files;
 use crate::frame::Renderer;
 use crate::gpu::Gpu;
 use crate::scene::builtin;
@@ -457,7 +458,7 @@ impl Bench<'_> {
 
     fn chart(&self, name: &str, lines: &Lines) -> Result<String> {
         let svg = chart::lines_svg(lines)?;
-        picture(self.folder, &format!("{name}.svg"), &lines.title, |path| capture::save(path, svg.as_bytes()))
+        picture(self.folder, &format!("{name}.svg"), &lines.title, |path| files::save(path, svg.as_bytes()))
     }
 }
 
@@ -475,7 +476,6 @@ fn with(start: &Setup, technique: &str, sets: &[&str]) -> Result<Setup> {
 fn picture(folder: Option<&Path>, name: &str, says: &str, write: impl FnOnce(&Path) -> Result<()>) -> Result<String> {
     let Some(folder) = folder else { return Ok(String::new()) };
     let path = folder.join(name);
-    capture::create_folder(&path)?;
     write(&path)?;
     Ok(format!("![{says}]({})\n", path.display()))
 }

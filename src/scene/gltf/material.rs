@@ -2,21 +2,19 @@
 
 use super::accessors::Accessors;
 use super::{broken, get, name_of, uri};
+use crate::scene::textures::{self, MAX_IMAGE, MAX_IMAGES};
 use crate::scene::{Filter, Material, Minified, Texture, Wrap};
 use ::gltf::json::material::AlphaMode;
 use ::gltf::json::texture::{MagFilter, MinFilter, Sampler, WrappingMode};
 use ::gltf::json::validation::Checked;
 use ::gltf::json::{Index, Root, texture};
-use anyhow::{Result, anyhow};
+use anyhow::{Result, anyhow, ensure};
 use glam::{Affine2, Vec2, Vec4};
 use rayon::prelude::*;
 use std::borrow::Cow;
 use std::collections::HashMap;
-use std::io::Cursor;
 use std::path::Path;
-
-/// The longest side of a texture that every graphics card takes.
-const MAX_SIDE: u32 = 8192;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// How the triangles of a material find their texture coordinates.
 #[derive(Clone, Copy)]
@@ -172,8 +170,15 @@ impl<'a> Materials<'a> {
         images.sort_unstable();
         images.dedup();
         let root = self.root;
-        let results: Vec<_> =
-            images.into_par_iter().map(|index| (index, decode(root, index, accessors, folder))).collect();
+        // Many may be of one and the same small buffer.
+        let held = AtomicU64::new(0);
+        let bounded = |index: usize| {
+            ensure!(held.load(Ordering::Relaxed) <= MAX_IMAGES, "image {index}: {}", textures::TOO_LARGE);
+            let decoded = decode(root, index, accessors, folder)?;
+            held.fetch_add(decoded.0.len() as u64, Ordering::Relaxed);
+            Ok(decoded)
+        };
+        let results: Vec<_> = images.into_par_iter().map(|index| (index, bounded(index))).collect();
         let mut decoded = HashMap::new();
         for (index, result) in results {
             match result {
@@ -201,7 +206,7 @@ impl<'a> Materials<'a> {
     }
 }
 
-/// Decodes an image; `true`: it was larger than [`MAX_SIDE`] and is reduced to it.
+/// Decodes an image; `true`: it was larger than [`MAX_IMAGE`] and is reduced to it.
 fn decode(root: &Root, index: usize, accessors: &Accessors, folder: &Path) -> Result<(image::RgbaImage, bool)> {
     let image = &root.images[index];
     let owner = format!("image {index}{}", name_of(image.name.as_deref()));
@@ -215,17 +220,10 @@ fn decode(root: &Root, index: usize, accessors: &Accessors, folder: &Path) -> Re
     if bytes.starts_with(b"\xABKTX 20\xBB") {
         return basis(&bytes).map_err(|reason| bad(reason.to_string()));
     }
-    let format = image::guess_format(&bytes).map_err(|_| bad("unknown format".into()))?;
-    let decoded = image::ImageReader::with_format(Cursor::new(&bytes), format)
-        .decode()
-        .map_err(|error| bad(error.to_string()))?;
-    if decoded.width().max(decoded.height()) > MAX_SIDE {
-        return Ok((decoded.thumbnail(MAX_SIDE, MAX_SIDE).into_rgba8(), true));
-    }
-    Ok((decoded.into_rgba8(), false))
+    textures::decode(&bytes, None).map_err(bad)
 }
 
-/// Decodes a KTX2 file of Basis Universal data, ETC1S or UASTC: its largest image of up to [`MAX_SIDE`]; `true`: it is not the
+/// Decodes a KTX2 file of Basis Universal data, ETC1S or UASTC: its largest image of up to [`MAX_IMAGE`]; `true`: it is not the
 /// first.
 fn basis(bytes: &[u8]) -> Result<(image::RgbaImage, bool)> {
     let failed = |error: basisu::Error| match error {
@@ -236,7 +234,7 @@ fn basis(bytes: &[u8]) -> Result<(image::RgbaImage, bool)> {
     let texture = basisu::Transcoder::new(bytes).map_err(failed)?;
     for level in 0..texture.level_count().max(1) {
         let size = texture.image_level_info(level).map_err(failed)?;
-        if size.width.max(size.height) > MAX_SIDE {
+        if size.width.max(size.height) > MAX_IMAGE {
             continue;
         }
         let texels =
@@ -244,7 +242,7 @@ fn basis(bytes: &[u8]) -> Result<(image::RgbaImage, bool)> {
         let image = image::RgbaImage::from_raw(size.width, size.height, texels);
         return Ok((image.ok_or_else(|| anyhow!("damaged KTX2 data"))?, level > 0));
     }
-    Err(anyhow!("more than {MAX_SIDE} texels a side"))
+    Err(anyhow!("more than {MAX_IMAGE} texels a side"))
 }
 
 /// Refuses a KTX2 file that is no flat image, or whose levels claim more bytes than they have texels (KTX 2.0, sections 3
@@ -255,8 +253,8 @@ fn check_levels(bytes: &[u8]) -> Result<()> {
     let long = |at: usize| Some(u64::from_le_bytes(*bytes.get(at..)?.first_chunk()?));
     let header = |at: usize| word(at).ok_or_else(damaged);
     let (size, levels) = ([header(20)?, header(24)?], header(40)?.clamp(1, 32));
-    if size.into_iter().max() > Some(2 * MAX_SIDE) {
-        return Err(anyhow!("more than {} texels a side", 2 * MAX_SIDE));
+    if size.into_iter().max() > Some(2 * MAX_IMAGE) {
+        return Err(anyhow!("more than {} texels a side", 2 * MAX_IMAGE));
     }
     if header(28)? > 0 || header(32)? > 1 || header(36)? != 1 {
         return Err(anyhow!("a KTX2 file of more than one flat image"));

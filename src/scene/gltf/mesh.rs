@@ -91,6 +91,13 @@ impl<'a> Meshes<'a> {
         Ok((list, weights))
     }
 
+    /// About how many triangles of memory one of `list` takes: one with more vertices than it uses takes as much as if it
+    /// used them.
+    pub fn weight(&self, mesh: u32) -> u64 {
+        let mesh = &self.list[mesh as usize];
+        mesh.indices.len().max(mesh.positions.len()) as u64 / 3
+    }
+
     fn primitive(&mut self, primitive: &Primitive, skinned: bool, owner: &str) -> Result<Option<Mesh>> {
         let Checked::Valid(mode) = primitive.mode else {
             return Err(broken(format!("{owner} has a primitive of unknown mode")));

@@ -8,13 +8,13 @@ mod animation;
 mod hierarchy;
 mod material;
 mod mesh;
-mod origin;
 mod packed;
-pub mod presets;
 mod punctual;
 mod uri;
 
-use super::{Node, Scene, Skin};
+use super::{Node, Scene, Skin, origin, presets};
+use crate::files;
+use crate::message::{self, counted, list, quoted, shortened};
 use ::gltf::json::{self, Index, Root};
 use accessors::Accessors;
 use anyhow::{Result, anyhow, bail};
@@ -28,7 +28,10 @@ use std::path::Path;
 
 /// About what fits into a graphics card's buffers; sharing and instancing let a small file ask for
 /// more than any memory holds.
-const MAX_TRIANGLES: u64 = 30_000_000;
+pub(super) const MAX_TRIANGLES: u64 = 30_000_000;
+
+/// Each takes a matrix, and any number of nodes can share what places them.
+const MAX_INSTANCES: u64 = 1 << 22;
 
 /// What we understand beyond plain glTF.
 const SUPPORTED: [&str; 11] = [
@@ -60,19 +63,17 @@ const NOT_DRAWN: [&str; 8] = [
 
 /// Loads the default scene of a glTF file. Errors are one sentence that names the file.
 pub fn load(path: &Path) -> Result<Scene> {
-    read(path).map_err(|cause| {
-        let message = format!("cannot load {}: {cause:#}", path.display());
-        anyhow!(message.replace(['\n', '\r'], " "))
-    })
+    read(path).map_err(|cause| anyhow!("cannot load {}: {}", path.display(), message::sentence(&cause)))
 }
 
 fn read(path: &Path) -> Result<Scene> {
-    let data = std::fs::read(path).map_err(|error| anyhow!("{}; check the path", unreadable(&error)))?;
+    let data =
+        files::read(path, files::MOST_DATA).map_err(|error| anyhow!("{}; check the path", files::reason(&error)))?;
     let folder = path.parent().unwrap_or(Path::new(""));
     let (text, bin) = split(&data)?;
     let (root, transforms) = parse(text)?;
     let mut scene = Scene {
-        name: path.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
+        name: shortened(&path.file_stem().unwrap_or_default().to_string_lossy()),
         notes: check_extensions(&root)?,
         ..Scene::default()
     };
@@ -81,6 +82,7 @@ fn read(path: &Path) -> Result<Scene> {
     let mut meshes = Meshes::new(&root, &accessors);
 
     let mut scene_nodes = vec![None; root.nodes.len()];
+    let (mut drawn, mut instanced) = (0u64, 0u64);
     let mut skins = Skins { list: Vec::new(), of_file: vec![None; root.skins.len()] };
     for (place, &index) in hierarchy.scene.iter().enumerate() {
         scene_nodes[index] = Some(place as u32);
@@ -96,10 +98,19 @@ fn read(path: &Path) -> Result<Scene> {
         let skin = skin.map(|index| skins.of_node(&root, &accessors, index, &owner)).transpose()?;
         let joints = skin.map(|skin| skins.list[skin as usize].joints.len());
         let (list, weights) = meshes.of_node(node, joints, &owner)?;
-        let mut instances = instances(node, &accessors, &owner)?.unwrap_or_default();
+        let mut instances = match node.mesh {
+            Some(_) => instances(&root, node, &accessors, &owner, &mut instanced)?.unwrap_or_default(),
+            None => Vec::new(),
+        };
         if skin.is_some() {
             // The joints alone place a skinned mesh.
             instances.clear();
+        }
+        // Counted as it grows: nodes share meshes, and a small file can ask for more than any memory holds.
+        let once: u64 = list.iter().map(|mesh| meshes.weight(*mesh)).sum();
+        drawn = drawn.saturating_add(once.saturating_mul(instances.len().max(1) as u64));
+        if drawn > MAX_TRIANGLES {
+            return Err(too_many(drawn));
         }
         scene.nodes.push(Node { parent, local, meshes: list, instances, weights, skin });
     }
@@ -120,19 +131,8 @@ fn read(path: &Path) -> Result<Scene> {
         *joint = scene_nodes[*joint as usize].unwrap_or_default();
     }
 
-    // A mesh with more vertices than it uses takes as much memory as if it used them.
-    let weight = |mesh: &u32| {
-        let mesh = &meshes.list[*mesh as usize];
-        mesh.indices.len().max(mesh.positions.len()) as u64 / 3
-    };
-    let per_node = scene.nodes.iter().map(|node| {
-        let once: u64 = node.meshes.iter().map(weight).sum();
-        once.saturating_mul(node.instances.len().max(1) as u64)
-    });
-    match per_node.fold(0, u64::saturating_add) {
-        0 => bail!("it holds no triangles to draw; choose a file with a triangle mesh in its default scene"),
-        drawn if drawn > MAX_TRIANGLES => return Err(too_many(drawn)),
-        _ => {}
+    if drawn == 0 {
+        bail!("it holds no triangles to draw; choose a file with a triangle mesh in its default scene");
     }
 
     let reduced;
@@ -143,21 +143,15 @@ fn read(path: &Path) -> Result<Scene> {
     scene.notes.extend(notes(&root, &meshes, reduced, &skipped));
     scene.materials = std::mem::take(&mut meshes.materials.list);
     scene.meshes = std::mem::take(&mut meshes.list);
-    let Some(bounds) = origin::take_off(&mut scene) else {
-        return Err(broken("its triangles leave the range of 32-bit floats".into()));
-    };
-    if bounds.min == bounds.max {
-        bail!(
-            "its geometry has no extent: all its vertices fall on one point, as after a matrix or scale of zero; \
-             mend the transforms of its nodes and export it again"
-        );
-    }
+    scene.materials.iter_mut().for_each(|material| material.name = shortened(&material.name));
+    scene.animations.iter_mut().for_each(|animation| animation.name = shortened(&animation.name));
+    let bounds = origin::take_off(&mut scene)?;
     punctual::add(&root, &hierarchy, bounds, &mut scene)?;
     presets::add(&mut scene, bounds);
     Ok(scene)
 }
 
-fn too_many(triangles: u64) -> anyhow::Error {
+pub(super) fn too_many(triangles: u64) -> anyhow::Error {
     anyhow!("it holds {triangles} triangles, more than the {MAX_TRIANGLES} that can be drawn; simplify it first")
 }
 
@@ -270,7 +264,10 @@ fn check_extensions(root: &Root) -> Result<Vec<String>> {
     let spared = |name: &&String| material(name) || name.contains("_texture_") || NOT_DRAWN.contains(&name.as_str());
     let missing: Vec<_> = root.extensions_required.iter().filter(|name| !known(name) && !spared(name)).collect();
     if !missing.is_empty() {
-        bail!("it requires {}, which Shadowscope cannot read; export it without", list(missing));
+        bail!(
+            "it requires {}, which Shadowscope cannot read; export it without",
+            list(missing.into_iter().map(String::as_str))
+        );
     }
     let required = |name: &String| root.extensions_required.contains(name);
     let used = root.extensions_used.iter().filter(|name| !required(name));
@@ -278,7 +275,9 @@ fn check_extensions(root: &Root) -> Result<Vec<String>> {
     let (materials, others): (Vec<_>, Vec<_>) = ignored.partition(material);
     let told = |names: Vec<&String>, what: &str| {
         let (required, used): (Vec<_>, Vec<_>) = names.into_iter().partition(|name| required(name));
-        let says = |names: Vec<_>, verb: &str| (!names.is_empty()).then(|| format!("{verb} {}", list(names)));
+        let says = |names: Vec<&String>, verb: &str| {
+            (!names.is_empty()).then(|| format!("{verb} {}", list(names.into_iter().map(String::as_str))))
+        };
         let says = [says(required, "requires"), says(used, "uses")].into_iter().flatten().collect::<Vec<_>>();
         (!says.is_empty()).then(|| format!("The file {}, {what}.", says.join(" and ")))
     };
@@ -286,17 +285,14 @@ fn check_extensions(root: &Root) -> Result<Vec<String>> {
     Ok(notes.into_iter().flatten().collect())
 }
 
-/// The names, in quotes where they are odd, as one phrase.
-fn list(names: Vec<&String>) -> String {
-    let mut text = names.iter().take(8).map(|name| shortened(name)).collect::<Vec<_>>().join(", ");
-    if names.len() > 8 {
-        text += &format!(" and {} more", names.len() - 8);
-    }
-    text
-}
-
-/// EXT_mesh_gpu_instancing: one matrix an instance.
-fn instances(node: &json::Node, accessors: &Accessors, owner: &str) -> Result<Option<Vec<Mat4>>> {
+/// EXT_mesh_gpu_instancing: one matrix an instance. `before`: how many the file's other nodes have; these are added.
+fn instances(
+    root: &Root,
+    node: &json::Node,
+    accessors: &Accessors,
+    owner: &str,
+    before: &mut u64,
+) -> Result<Option<Vec<Mat4>>> {
     let extension = node.extensions.as_ref().and_then(|e| e.others.get("EXT_mesh_gpu_instancing"));
     let Some(attributes) = extension.and_then(|e| e.get("attributes")) else { return Ok(None) };
     let attribute = |name: &str| -> Result<Option<Index<json::Accessor>>> {
@@ -306,6 +302,14 @@ fn instances(node: &json::Node, accessors: &Accessors, owner: &str) -> Result<Op
             None => Err(broken(format!("the instances' {name} of {owner} is not an accessor's index"))),
         }
     };
+    let indices = ["TRANSLATION", "ROTATION", "SCALE"].map(attribute);
+    let count = |index: &Result<Option<Index<json::Accessor>>>| {
+        index.as_ref().ok().copied().flatten().and_then(|i| root.accessors.get(i.value())).map_or(0, |a| a.count.0)
+    };
+    *before = before.saturating_add(indices.iter().map(count).max().unwrap_or(0));
+    if *before > MAX_INSTANCES {
+        bail!("it holds {before} instances, more than the {MAX_INSTANCES} that can be drawn; export it with fewer");
+    }
     let role = |name: &str| format!("instances' {name} of {owner}");
     let translations = attribute("TRANSLATION")?.map(|i| accessors.floats::<3>(i, &role("TRANSLATION"))).transpose()?;
     let rotations = attribute("ROTATION")?.map(|i| accessors.floats::<4>(i, &role("ROTATION"))).transpose()?;
@@ -451,15 +455,6 @@ fn few(mut notes: Vec<String>, rest: &str) -> Vec<String> {
     notes
 }
 
-/// A note that starts with how many there are, if there are any.
-fn counted(count: usize, one: &str, many: &str) -> Option<String> {
-    match count {
-        0 => None,
-        1 => Some(format!("1 {one}")),
-        _ => Some(format!("{count} {many}")),
-    }
-}
-
 /// An error about contents that no right file has.
 fn broken(what: String) -> anyhow::Error {
     anyhow!("{what}; the file is damaged or badly exported, export it again")
@@ -475,24 +470,4 @@ fn get<'a, T>(items: &'a [T], index: Index<T>, kind: &str, owner: &str) -> Resul
 /// A name as messages give it, after a number.
 fn name_of(name: Option<&str>) -> String {
     name.map_or_else(String::new, |name| format!(" {}", quoted(name)))
-}
-
-fn quoted(text: &str) -> String {
-    format!("\"{}\"", shortened(text))
-}
-
-/// On one line and of bounded length.
-fn shortened(text: &str) -> String {
-    let mut short: String = text.chars().take(80).flat_map(char::escape_debug).collect();
-    if text.chars().nth(80).is_some() {
-        short.push('…');
-    }
-    short
-}
-
-fn unreadable(error: &std::io::Error) -> String {
-    match error.kind() {
-        std::io::ErrorKind::NotFound => "there is no such file".into(),
-        _ => error.to_string(),
-    }
 }

@@ -1,10 +1,11 @@
 //! The file's own cameras and lights, in scene space.
 
 use super::hierarchy::{Hierarchy, label};
-use super::presets::{Bounds, add_camera, add_light};
-use super::{broken, counted, few, get, quoted};
+use super::{broken, few, get};
 use crate::light::Light;
+use crate::message::{counted, quoted};
 use crate::scene::pose::{moves, world_matrices};
+use crate::scene::presets::{Bounds, add_camera, add_light};
 use crate::scene::{Camera, Scene};
 use ::gltf::json::Root;
 use ::gltf::json::extensions::scene::khr_lights_punctual as khr;

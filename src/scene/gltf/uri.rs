@@ -1,6 +1,8 @@
 //! What a glTF URI stands for: data in the URI itself or a file next to the glTF file.
 
-use super::{broken, quoted, unreadable};
+use super::broken;
+use crate::files;
+use crate::message::quoted;
 use anyhow::{Result, bail};
 use std::path::{Component, Path, PathBuf};
 
@@ -22,11 +24,11 @@ pub fn fetch(uri: &str, folder: &Path, owner: &str) -> Result<Vec<u8>> {
             quoted(uri)
         );
     };
-    std::fs::read(folder.join(relative)).map_err(|error| {
+    files::read_beside(folder, &relative).map_err(|error| {
         anyhow::anyhow!(
-            "{owner} is in the file {}, which cannot be read ({}); put it next to the glTF file",
+            "{owner} is in the file {}, which cannot be read ({}); put it next to the scene's file",
             quoted(uri),
-            unreadable(&error)
+            files::reason(&error)
         )
     })
 }

@@ -237,7 +237,7 @@ impl Lab {
     /// # Errors
     /// A file that cannot be written.
     pub fn save(&self, path: &Path) -> Result<()> {
-        crate::capture::save(path, self.now.world.to_toml()?.as_bytes())
+        crate::files::save(path, self.now.world.to_toml()?.as_bytes())
     }
 
     /// Turns the film by hand.

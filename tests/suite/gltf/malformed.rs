@@ -299,3 +299,61 @@ pub fn collect(at: &str, value: &Value, places: &mut Vec<String>) {
         _ => {}
     }
 }
+
+/// Small files that would take more than any memory: each is counted before it is made.
+#[test]
+fn products_are_counted_before_they_are_made() {
+    let mut file = File::triangle();
+    let primitive = file.json["meshes"][0]["primitives"][0].clone();
+    file.json["meshes"][0]["primitives"] = vec![primitive; 3000].into();
+    file.json["nodes"] = vec![json!({ "mesh": 0 }); 20_000].into();
+    assert!(file.error().contains("more than the 30000000 that can be drawn"));
+    // Zeros that no buffer holds, twice.
+    let mut file = File::triangle();
+    let many = file.push("accessors", json!({ "componentType": 5126, "type": "VEC3", "count": 4_000_000 }));
+    let extension = json!({ "EXT_mesh_gpu_instancing": { "attributes": { "TRANSLATION": many } } });
+    file.json["nodes"] = vec![json!({ "mesh": 0, "extensions": extension }); 2].into();
+    assert!(file.error().contains("8000000 instances"));
+}
+
+#[test]
+fn a_scene_without_extent_is_refused_as_such() {
+    let mut file = File::triangle();
+    file.json["nodes"] = json!([{ "mesh": 0, "scale": [0, 0, 0] }]);
+    assert!(file.error().contains("has no extent"));
+}
+
+#[test]
+fn names_keep_to_their_line() {
+    let mut file = File::triangle();
+    let odd = format!("odd\n\u{1b}[31m{}", "x".repeat(100_000));
+    file.json["cameras"] = json!([{ "type": "perspective", "perspective": { "yfov": 1, "znear": 0.1 }, "name": odd }]);
+    file.json["materials"] = json!([{ "name": odd }]);
+    file.json["nodes"] = json!([{ "mesh": 0, "name": odd }, { "camera": 0, "translation": [3, 2, 9] }]);
+    file.primitive()["material"] = 0.into();
+    let scene = file.load();
+    for name in [&scene.cameras[0].name, &scene.materials[0].name] {
+        assert!(name.starts_with("odd\\n\\u{1b}[31m") && name.chars().count() < 100, "{name}");
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn links_and_pipes_beside_the_file_are_not_followed() {
+    let outer = tempfile::tempdir().unwrap();
+    std::fs::write(outer.path().join("data.bin"), &File::triangle().bin).unwrap();
+    let folder = outer.path().join("inner");
+    std::fs::create_dir(&folder).unwrap();
+    std::os::unix::fs::symlink("../data.bin", folder.join("out.bin")).unwrap();
+    std::fs::write(folder.join("data.bin"), &File::triangle().bin).unwrap();
+    std::os::unix::fs::symlink("data.bin", folder.join("in.bin")).unwrap();
+    assert!(std::process::Command::new("mkfifo").arg(folder.join("pipe.bin")).status().unwrap().success());
+    let load = |uri: &str| {
+        let mut file = File::triangle();
+        file.json["buffers"] = json!([{ "uri": uri, "byteLength": file.bin.len() }]);
+        super::load_in(&folder, "scene.gltf", file.json.to_string().as_bytes())
+    };
+    assert!(load("in.bin").is_ok());
+    assert!(one_sentence("scene.gltf", load("out.bin")).contains("leads out of the folder"));
+    assert!(one_sentence("scene.gltf", load("pipe.bin")).contains("a pipe"));
+}

@@ -1,6 +1,7 @@
 //! Cameras and lights that suit a scene's extent, all in scene space.
 
 use crate::light::Light;
+use crate::message::shortened;
 use crate::scene::pose::placements;
 use crate::scene::{Camera, NamedCamera, NamedLight, Scene};
 use glam::{DVec3, Vec3};
@@ -71,26 +72,34 @@ pub fn add(scene: &mut Scene, bounds: Bounds) {
 
 /// Adds a camera under a name that no other has; `node`: what moves it.
 pub fn add_camera(scene: &mut Scene, name: &str, camera: Camera, node: Option<u32>) {
-    let name = unique(name, |name| scene.cameras.iter().any(|other| other.name == name));
+    let name = unique(&shortened(name), |name| scene.cameras.iter().any(|other| other.name == name));
     let camera = if node.is_some() { camera.settled(scene.origin) } else { camera };
     scene.cameras.push(NamedCamera { name, camera, node });
 }
 
 /// Adds a light under a name that no other has; `node`: what moves it.
 pub fn add_light(scene: &mut Scene, name: &str, light: Light, node: Option<u32>) {
-    let name = unique(name, |name| scene.lights.iter().any(|other| other.name == name));
+    let name = unique(&shortened(name), |name| scene.lights.iter().any(|other| other.name == name));
     let light = if node.is_some() { light.settled(scene.origin) } else { light };
     scene.lights.push(NamedLight { name, light, node });
 }
 
 fn unique(name: &str, taken: impl Fn(&str) -> bool) -> String {
-    let mut unique = name.to_owned();
-    let mut number = 2;
-    while taken(&unique) {
-        unique = format!("{name} {number}");
-        number += 1;
+    if !taken(name) {
+        return name.into();
     }
-    unique
+    // Numbers are taken from 2 on: by doubling and halving, as a file may use one name for thousands.
+    let is_taken = |number: usize| taken(&format!("{name} {number}"));
+    let mut free = 2;
+    while is_taken(free) {
+        free *= 2;
+    }
+    let mut held = free / 2;
+    while held + 1 < free {
+        let middle = held.midpoint(free);
+        if is_taken(middle) { held = middle } else { free = middle }
+    }
+    format!("{name} {free}")
 }
 
 /// From above at a slant, as close as shows all of the box in a picture of 4 to 3.

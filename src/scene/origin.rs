@@ -3,11 +3,15 @@
 use super::presets::{Bounds, for_each_vertex};
 use crate::scene::Scene;
 use crate::scene::pose::placements;
+use anyhow::{Result, bail};
 use glam::{DVec3, Mat3};
 
-/// Sets [`Scene::origin`] and gives the scene's extent relative to it, as it stands at the clock's start; `None` if it
-/// leaves the range of 32-bit floats. Says in the notes what the distance has cost.
-pub fn take_off(scene: &mut Scene) -> Option<Bounds> {
+/// Sets [`Scene::origin`] and gives the scene's extent relative to it, as it stands at the clock's start. Says in the notes
+/// what the distance has cost.
+///
+/// # Errors
+/// A scene that leaves the range of 32-bit floats, or has no extent.
+pub fn take_off(scene: &mut Scene) -> Result<Bounds> {
     let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
     let mut finite = true;
     for_each_vertex(scene, |position| {
@@ -17,18 +21,24 @@ pub fn take_off(scene: &mut Scene) -> Option<Bounds> {
     });
     let size = (high - low).length();
     if !finite || !(size as f32).is_finite() || !(low.length() as f32).is_finite() {
-        return None;
+        bail!("its triangles leave the range of 32-bit floats; move or scale it closer to zero");
+    }
+    if size as f32 == 0.0 {
+        bail!(
+            "its geometry has no extent: all its vertices fall on one point, as after a matrix or scale of zero; \
+             mend the transforms of its nodes and export it again"
+        );
     }
     scene.origin = origin([low, high]);
     scene.diagonal = size as f32;
     notes(scene, size);
-    Some(Bounds { min: (low - scene.origin).as_vec3(), max: (high - scene.origin).as_vec3() })
+    Ok(Bounds { min: (low - scene.origin).as_vec3(), max: (high - scene.origin).as_vec3() })
 }
 
 /// The middle of an extent, on a grid about as fine as 32-bit floats of the extent's size. Without the grid, what 64-bit
 /// floats round far away would make another scene of a file that was only moved; a coarser one would not bring a
 /// translation that a 32-bit float holds back to the same point.
-fn origin([low, high]: [DVec3; 2]) -> DVec3 {
+pub(super) fn origin([low, high]: [DVec3; 2]) -> DVec3 {
     // Round numbers, of which many scenes are made, lie on neither border: of two steps, between two points.
     let side = 0.7 * (high - low).max_element().max(f64::from(f32::MIN_POSITIVE));
     let step = (side.log2().floor() - 23.0).exp2();
