@@ -105,7 +105,7 @@ fn is_large_texture(m: Material) -> bool {
     return m.texture > 65536u;
 }
 
-fn texture_layer(m: Material) -> u32 {
+fn material_layer(m: Material) -> u32 {
     return (m.texture & 65535u) - 1u;
 }
 
@@ -120,9 +120,9 @@ fn texture_side(m: Material, level: u32) -> u32 {
 // A material's texture at a level, `level` being one of the images of its layer.
 fn texture_at_level(m: Material, uv: vec2f, level: f32) -> vec4f {
     if is_large_texture(m) {
-        return textureSampleLevel(large_textures, texture_sampler, material_uv(m, uv), texture_layer(m), level);
+        return textureSampleLevel(large_textures, texture_sampler, material_uv(m, uv), material_layer(m), level);
     }
-    return textureSampleLevel(textures, texture_sampler, material_uv(m, uv), texture_layer(m), level);
+    return textureSampleLevel(textures, texture_sampler, material_uv(m, uv), material_layer(m), level);
 }
 
 fn material_uv(m: Material, uv: vec2f) -> vec2f {
@@ -139,9 +139,9 @@ fn nearest_texel(m: Material, uv: vec2f, size: vec2f, level: u32) -> vec4f {
     let middle = (clamp(floor(place * size), vec2f(0.0), size - 1.0) + 0.5) / size;
     let texel = vec2i(middle * f32(texture_side(m, level)));
     if is_large_texture(m) {
-        return textureLoad(large_textures, texel, texture_layer(m), level);
+        return textureLoad(large_textures, texel, material_layer(m), level);
     }
-    return textureLoad(textures, texel, texture_layer(m), level);
+    return textureLoad(textures, texel, material_layer(m), level);
 }
 
 // The texture where a pixel sees it; `dx`, `dy`: how far its coordinates change to the next pixel.
@@ -164,9 +164,9 @@ fn texture_seen(m: Material, uv: vec2f, dx: vec2f, dy: vec2f) -> vec4f {
         }
     }
     if is_large_texture(m) {
-        return textureSampleGrad(large_textures, texture_sampler, material_uv(m, uv), texture_layer(m), dx, dy);
+        return textureSampleGrad(large_textures, texture_sampler, material_uv(m, uv), material_layer(m), dx, dy);
     }
-    return textureSampleGrad(textures, texture_sampler, material_uv(m, uv), texture_layer(m), dx, dy);
+    return textureSampleGrad(textures, texture_sampler, material_uv(m, uv), material_layer(m), dx, dy);
 }
 
 // Whether a masked material has a surface at these texture coordinates, whose third says what the vertices' colours take off

@@ -145,7 +145,7 @@ fn chain(t: &Texture, side: u32) -> Option<Vec<Vec<u8>>> {
     let first = if (t.width, t.height) == (side, side) {
         t.rgba.clone()
     } else {
-        let filter = match t.filter.magnified_nearest {
+        let filter = match t.filter.magnified_nearest && t.width.max(t.height) <= side {
             true => image::imageops::FilterType::Nearest,
             false => image::imageops::FilterType::Triangle,
         };
