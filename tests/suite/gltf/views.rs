@@ -273,6 +273,15 @@ fn cameras_of_the_file_come_first_and_where_they_are() {
     assert!((even.forward() - Vec3::NEG_Z).length() < 1e-6 && even.near > 0.0);
     assert!(scene.notes.is_empty(), "{:?}", scene.notes);
 
+    // What a camera cannot show is told.
+    let whole = file.json.clone();
+    file.json["cameras"][0]["perspective"]["zfar"] = 3.into();
+    file.json["nodes"][2]["rotation"] = json!([FRAC_1_SQRT_2, 0, 0, FRAC_1_SQRT_2]);
+    let notes = file.load().notes.join(" ");
+    assert!(notes.contains("Camera overview shows nothing: all of the scene lies behind its far plane, 3 m away"), "{notes}");
+    assert!(notes.contains("Camera plan shows nothing: all of the scene lies behind it"), "{notes}");
+    file.json = whole;
+
     // A picture that is turned by 30° stays so.
     let (sin, cos) = (FRAC_PI_2 / 6.0).sin_cos();
     file.json["nodes"][1]["rotation"] = json!([0, 0, sin, cos]);
