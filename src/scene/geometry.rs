@@ -2,8 +2,8 @@
 
 use super::bvh::{Bvh, Child};
 use super::edges::Edges;
-use super::textures::{Arrays, Limits};
 use super::pose::{Placement, placements};
+use super::textures::{Arrays, Limits};
 use super::{Scene, Wrap};
 use crate::gpu::{Buffer, Gpu, Table};
 use crate::map::fit::hull::Polyhedron;
@@ -501,7 +501,10 @@ impl SceneGpu {
             nodes: Table::new(gpu, "BVH nodes", bytemuck::cast_slice(&geometry.bvh.nodes)),
             corners: Table::new(gpu, "BVH triangles", bytemuck::cast_slice(&geometry.bvh_order(scene))),
             note: arrays.reduced(&scene.textures).map(|(count, side)| {
-                format!("{count} of {} textures are scaled down, to {side} texels a side at most.", scene.textures.len())
+                format!(
+                    "{count} of {} textures are scaled down, to {side} texels a side at most.",
+                    scene.textures.len()
+                )
             }),
             textures: arrays.upload(gpu, scene)?,
             sampler: gpu.device.create_sampler(&wgpu::SamplerDescriptor {

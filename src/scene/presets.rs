@@ -84,11 +84,17 @@ fn tell_unseen(scene: &mut Scene, bounds: Bounds) {
         let reach = (0.5 * (bounds.max - bounds.min)).dot(camera.forward().abs());
         let (name, far) = (shortened(name), camera.far);
         if middle - reach > far {
-            scene.notes.push(format!("Camera {name} shows nothing: all of the scene lies behind its far plane, {far} m away."));
+            scene.notes.push(format!(
+                "Camera {name} shows nothing: all of the scene lies behind its far plane, {far} m away."
+            ));
         } else if middle + reach < camera.near {
-            scene.notes.push(format!("Camera {name} shows nothing: all of the scene lies behind it or before its near plane."));
+            scene.notes.push(format!(
+                "Camera {name} shows nothing: all of the scene lies behind it or before its near plane."
+            ));
         } else if middle > far {
-            scene.notes.push(format!("Camera {name} does not show most of the scene: it lies behind its far plane, {far} m away."));
+            scene.notes.push(format!(
+                "Camera {name} does not show most of the scene: it lies behind its far plane, {far} m away."
+            ));
         }
     }
 }

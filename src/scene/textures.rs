@@ -89,7 +89,12 @@ impl Arrays {
     /// More textures than the adapter has layers.
     pub fn upload(&self, gpu: &Gpu, scene: &Scene) -> Result<[wgpu::TextureView; 2]> {
         let (most, limit) = (self.counts.into_iter().max().unwrap_or(0), self.layers);
-        ensure!(most <= limit as usize, "{} has {most} textures of a kind, and {} takes {limit}", scene.name, gpu.info.name);
+        ensure!(
+            most <= limit as usize,
+            "{} has {most} textures of a kind, and {} takes {limit}",
+            scene.name,
+            gpu.info.name
+        );
         let array = |i: usize| {
             let (side, layers) = (self.sides[i], self.counts[i].max(1) as u32);
             gpu.device.create_texture(&wgpu::TextureDescriptor {
@@ -108,9 +113,11 @@ impl Arrays {
         // A few at a time: all chains together can take more memory than the scene.
         for some in all.chunks(rayon::current_num_threads().max(1)) {
             let chain = |(t, place): &(&Texture, &(usize, u32))| chain(t, self.sides[place.0]);
-            let chains: Vec<_> = some.par_iter().map(chain).collect::<Option<_>>().with_context(|| {
-                format!("{}: a texture's size does not match its data", scene.name)
-            })?;
+            let chains: Vec<_> = some
+                .par_iter()
+                .map(chain)
+                .collect::<Option<_>>()
+                .with_context(|| format!("{}: a texture's size does not match its data", scene.name))?;
             for ((_, (array, layer)), chain) in some.iter().zip(chains) {
                 for (level, texels) in chain.iter().enumerate() {
                     let side = self.sides[*array] >> level;
@@ -141,7 +148,8 @@ impl Arrays {
 
 /// A texture's mip levels in a layer of `side` texels; None if its size does not match its data.
 fn chain(t: &Texture, side: u32) -> Option<Vec<Vec<u8>>> {
-    let image: image::ImageBuffer<image::Rgba<u8>, &[u8]> = image::ImageBuffer::from_raw(t.width, t.height, &t.rgba[..])?;
+    let image: image::ImageBuffer<image::Rgba<u8>, &[u8]> =
+        image::ImageBuffer::from_raw(t.width, t.height, &t.rgba[..])?;
     let first = if (t.width, t.height) == (side, side) {
         t.rgba.clone()
     } else {

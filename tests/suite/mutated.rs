@@ -31,9 +31,18 @@ fn below(random: &mut Random, n: u32) -> u32 {
 
 /// Small files of the formats that are text.
 const TEXTS: [(&str, &str); 3] = [
-    ("quad.obj", "mtllib none.mtl\no quad\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvn 0 0 1\ns 1\nf 1/1/1 2/1/1 3/1/1 4/1/1\nf -4 -3 -2\n"),
-    ("quad.ply", "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\nproperty uchar red\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0 9\n1 0 0 9\n1 1 0 9\n0 1 0 9\n4 0 1 2 3\n"),
-    ("one.stl", "solid one\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid one\n"),
+    (
+        "quad.obj",
+        "mtllib none.mtl\no quad\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvn 0 0 1\ns 1\nf 1/1/1 2/1/1 3/1/1 4/1/1\nf -4 -3 -2\n",
+    ),
+    (
+        "quad.ply",
+        "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\nproperty uchar red\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0 9\n1 0 0 9\n1 1 0 9\n0 1 0 9\n4 0 1 2 3\n",
+    ),
+    (
+        "one.stl",
+        "solid one\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid one\n",
+    ),
 ];
 
 /// A few bytes changed, moved, cut out or doubled; numbers become borders of their types.
@@ -47,8 +56,10 @@ fn damage(bytes: &mut Vec<u8>, random: &mut Random) {
         match below(random, 8) {
             0 => bytes[at] ^= 1 << below(random, 8),
             1 => bytes[at] = below(random, 256) as u8,
-            2 => bytes[at..at + 4].copy_from_slice(&[[0; 4], [255; 4], [0, 0, 0, 128], [255, 255, 255, 127]][below(random, 4) as usize]),
-            3 => bytes[at..at + 4].copy_from_slice(&[f32::NAN, f32::INFINITY, 1e38, 1e-45][below(random, 4) as usize].to_le_bytes()),
+            2 => bytes[at..at + 4]
+                .copy_from_slice(&[[0; 4], [255; 4], [0, 0, 0, 128], [255, 255, 255, 127]][below(random, 4) as usize]),
+            3 => bytes[at..at + 4]
+                .copy_from_slice(&[f32::NAN, f32::INFINITY, 1e38, 1e-45][below(random, 4) as usize].to_le_bytes()),
             4 => bytes.truncate(at),
             5 => {
                 let end = (at + 1 + below(random, 64) as usize).min(bytes.len());
@@ -99,7 +110,9 @@ fn damaged_files_are_drawn_or_refused() {
         let loaded = catch_unwind(AssertUnwindSafe(|| formats::load(&path)));
         let took = start.elapsed();
         let keep = || {
-            let kept = std::env::temp_dir().join(format!("shadowscope-damaged-{tried}")).with_extension(path.extension().unwrap());
+            let kept = std::env::temp_dir()
+                .join(format!("shadowscope-damaged-{tried}"))
+                .with_extension(path.extension().unwrap());
             std::fs::write(&kept, &bytes).unwrap();
             kept
         };

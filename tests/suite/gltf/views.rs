@@ -278,7 +278,10 @@ fn cameras_of_the_file_come_first_and_where_they_are() {
     file.json["cameras"][0]["perspective"]["zfar"] = 3.into();
     file.json["nodes"][2]["rotation"] = json!([FRAC_1_SQRT_2, 0, 0, FRAC_1_SQRT_2]);
     let notes = file.load().notes.join(" ");
-    assert!(notes.contains("Camera overview shows nothing: all of the scene lies behind its far plane, 3 m away"), "{notes}");
+    assert!(
+        notes.contains("Camera overview shows nothing: all of the scene lies behind its far plane, 3 m away"),
+        "{notes}"
+    );
     assert!(notes.contains("Camera plan shows nothing: all of the scene lies behind it"), "{notes}");
     file.json = whole;
 
