@@ -379,7 +379,8 @@ impl Scene {
         );
         let large = self.textures.iter().filter(|t| t.width.max(t.height) > textures::MAX_SIDE).count();
         if large > 0 {
-            out += &format!("  {large} textures are scaled down to {} texels per side.\n", textures::MAX_SIDE);
+            let textures = if large == 1 { "texture is" } else { "textures are" };
+            out += &format!("  {large} {textures} scaled down to {} texels per side.\n", textures::MAX_SIDE);
         }
         for note in &self.notes {
             out += &format!("  {note}\n");
