@@ -81,8 +81,9 @@ fn open_with_a_view(scene: &mut Scene) {
         let all = (0..placed.mesh.positions.len()).map(|i| placed.position(i).as_vec3());
         all.fold([Vec3::INFINITY, Vec3::NEG_INFINITY], |[low, high], p| [low.min(p), high.max(p)])
     };
-    let boxes: Vec<[Vec3; 2]> = placements(scene, 0, 0.0).iter().map(around).collect();
-    let seeing = scene.cameras.iter().position(|named| boxes.iter().any(|bounds| may_see(&named.camera, *bounds)));
+    let all = placements(scene, 0, 0.0);
+    let sees = |camera: &Camera| all.iter().any(|placed| may_see(camera, around(placed)));
+    let seeing = scene.cameras.iter().position(|named| sees(&named.camera));
     if let Some(index @ 1..) = seeing {
         let [blind, other] = [0, index].map(|i| quoted(&scene.cameras[i].name));
         scene.notes.push(format!("The camera {blind} sees nothing of the scene, which opens with {other} instead."));
