@@ -31,10 +31,10 @@ fn longest(a: vec3f) -> f32 {
 @vertex
 fn vertex(@builtin(vertex_index) index: u32) -> Fragment {
     let triangle = index / 3u;
-    let corners = triangles[triangle];
-    let a = vertices[corners.x];
-    let b = vertices[corners.y];
-    let c = vertices[corners.z];
+    let corners = triangle_at(triangle);
+    let a = vertex_at(corners.x);
+    let b = vertex_at(corners.y);
+    let c = vertex_at(corners.z);
     let ab = b.position - a.position;
     let ac = c.position - a.position;
     let normal = cross(ab, ac);

@@ -80,6 +80,8 @@ pub struct FrameUniform {
     pub shadow_orthographic: u32,
     pub reach: f32,
     pub beyond: f32,
+    pub padding: [u32; 3],
+    pub triangle_count: u32,
 }
 
 /// How far from the light, or under the sun from the caster, an orthographic picture's volumes end, and the depth along the
@@ -100,7 +102,8 @@ fn volume_ends(setup: &Setup, bounds: [Vec3; 2]) -> [f32; 2] {
 }
 
 impl FrameUniform {
-    fn new(setup: &Setup, size: [u32; 2], bounds: [Vec3; 2]) -> FrameUniform {
+    fn new(setup: &Setup, size: [u32; 2], scene: &SceneGpu) -> FrameUniform {
+        let bounds = scene.bounds;
         let camera = setup.camera;
         let aspect = size[0] as f32 / size[1] as f32;
         let [beyond, last] = volume_ends(setup, bounds);
@@ -133,6 +136,7 @@ impl FrameUniform {
             shadow_orthographic: shadow.height.is_some() as u32,
             reach: camera.position.distance(camera.target),
             beyond,
+            triangle_count: scene.triangle_count,
             ..FrameUniform::zeroed()
         };
         let lit = uniform.with_light(&setup.light);
@@ -813,7 +817,7 @@ impl Renderer {
         let map = t.map.get(gpu, "technique's map", ask.size, Format::R32Float, written);
         let output = t.output.get(gpu, "picture", ask.size, Format::Rgba8Unorm, STORED | DRAWN);
 
-        let uniform = FrameUniform::new(setup, ask.size, self.scene_gpu.bounds);
+        let uniform = FrameUniform::new(setup, ask.size, &self.scene_gpu);
         gpu.queue.write_buffer(&self.frame_buffer, 0, bytemuck::bytes_of(&uniform));
         self.lights.start(gpu, setup, &uniform)?;
         let lamps = setup.lamps();
@@ -856,7 +860,7 @@ impl Renderer {
         let count = scene.triangle_count * 3;
         // What techniques know of the camera is the frozen one's; what they look up is this picture's.
         let fitted_to = setup.frozen().map(|camera| Setup { camera, shadow_camera: None, ..setup.clone() });
-        let shadow = fitted_to.as_ref().map(|to| FrameUniform::new(to, ask.size, scene.bounds));
+        let shadow = fitted_to.as_ref().map(|to| FrameUniform::new(to, ask.size, scene));
         let frozen = if let Some(uniform) = shadow {
             self.frozen.draw(&mut recorder, &self.gbuffer, &depth, count, self.revision, uniform)
         } else {
@@ -1071,7 +1075,7 @@ impl Renderer {
             return self.compose(setup);
         }
         let info = techniques::find_or_say(&setup.technique)?;
-        let uniform = FrameUniform::new(setup, self.targets.size()?, self.scene_gpu.bounds);
+        let uniform = FrameUniform::new(setup, self.targets.size()?, &self.scene_gpu);
         self.gpu.queue.write_buffer(&self.frame_buffer, 0, bytemuck::bytes_of(&uniform));
         self.seen = view::find(&setup.view, info, setup.values());
         let drawn = self.seen.map_or(Drawn::Common(Legend::None), |v| v.drawn);
@@ -1092,14 +1096,19 @@ pub(crate) fn tally(gpu: &Gpu, label: &str) -> Buffer {
 
 /// Makes the scene's buffers and textures known under the shaders' names.
 fn know_scene(recorder: &mut Recorder, scene: &SceneGpu) {
-    for (name, buffer) in
-        [("vertices", &scene.vertices), ("triangles", &scene.triangles), ("materials", &scene.materials)]
-    {
-        recorder.set(name, buffer);
+    let tables = [
+        ("vertices", &scene.records),
+        ("triangles", &scene.triangles),
+        ("nodes", &scene.nodes),
+        ("corners", &scene.corners),
+    ];
+    for (name, table) in tables {
+        recorder.set(name, table.view());
     }
-    recorder.set("nodes", scene.nodes.view());
-    recorder.set("corners", scene.corners.view());
-    recorder.set("textures", &scene.textures);
+    recorder.set("materials", &scene.materials);
+    let [textures, large_textures] = &scene.textures;
+    recorder.set("textures", textures);
+    recorder.set("large_textures", large_textures);
     recorder.set("texture_sampler", &scene.sampler);
 }
 

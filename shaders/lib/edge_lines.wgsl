@@ -12,9 +12,9 @@ fn edge_corner(index: u32, ends: vec2u) -> Line {
     if ends.x == ends.y {
         return Line(vec4f(2.0, 2.0, 0.0, 1.0), 0.0);
     }
-    var a = frame.eye_proj * vec4f(vertices[ends.x].position - frame.eye, 1.0);
-    var b = frame.eye_proj * vec4f(vertices[ends.y].position - frame.eye, 1.0);
-    var depths = vec2f(dot(vertices[ends.x].position - frame.eye, frame.forward), dot(vertices[ends.y].position - frame.eye, frame.forward));
+    var a = frame.eye_proj * vec4f(vertex_position(ends.x) - frame.eye, 1.0);
+    var b = frame.eye_proj * vec4f(vertex_position(ends.y) - frame.eye, 1.0);
+    var depths = vec2f(dot(vertex_position(ends.x) - frame.eye, frame.forward), dot(vertex_position(ends.y) - frame.eye, frame.forward));
     if max(depths.x, depths.y) < frame.near {
         return Line(vec4f(2.0, 2.0, 0.0, 1.0), 0.0);
     }

@@ -51,6 +51,9 @@ struct Frame {
     reach: f32,
     // From the light, or under the sun from the caster, to where the volumes of an orthographic picture end, metres.
     beyond: f32,
+    padding: vec3u,
+    // Of the scene.
+    triangle_count: u32,
 }
 
 const directional = 0u;

@@ -12,7 +12,7 @@ struct Vertex {
 
 struct Material {
     base_color: vec4f,
-    // Layer + 1; 0: no texture.
+    // Layer + 1, and 65536 for a large one; 0: no texture.
     texture: u32,
     // Below it there is no surface; negative: opaque.
     cutoff: f32,
@@ -26,12 +26,34 @@ struct Material {
     padding: u32,
 }
 
-var<storage, read> vertices: array<Vertex>;
+// Two texels a vertex, as `Vertex`.
+var vertices: texture_2d<u32>;
 // Three vertex indices and the surface id, which exact duplicates share.
-var<storage, read> triangles: array<vec4u>;
+var triangles: texture_2d<u32>;
 var<storage, read> materials: array<Material>;
+// Images up to 1024 texels, and larger ones.
 var textures: texture_2d_array<f32>;
+var large_textures: texture_2d_array<f32>;
 var texture_sampler: sampler;
+
+// Where a record lies in a table (src/gpu/table.rs).
+fn table_texel(i: u32) -> vec2u {
+    return vec2u(i & 4095u, i >> 12u);
+}
+
+fn triangle_at(i: u32) -> vec4u {
+    return textureLoad(triangles, table_texel(i), 0);
+}
+
+fn vertex_position(i: u32) -> vec3f {
+    return bitcast<vec3f>(textureLoad(vertices, table_texel(2u * i), 0).xyz);
+}
+
+fn vertex_at(i: u32) -> Vertex {
+    let first = textureLoad(vertices, table_texel(2u * i), 0);
+    let second = textureLoad(vertices, table_texel(2u * i + 1u), 0);
+    return Vertex(bitcast<vec3f>(first.xyz), first.w, bitcast<vec2f>(second.xy), second.z, second.w);
+}
 
 // A unit vector from its place on the octahedron, unfolded to the square [-1, 1]².
 fn from_octahedron(e: vec2f) -> vec3f {
@@ -67,7 +89,8 @@ fn taken_off(color: u32) -> vec4f {
 
 // A vertex's texture coordinates, and what its colour takes off alpha.
 fn texture_place(vertex: u32) -> vec3f {
-    return vec3f(vertices[vertex].uv, f32(vertices[vertex].color >> 24u) / 255.0);
+    let v = vertex_at(vertex);
+    return vec3f(v.uv, f32(v.color >> 24u) / 255.0);
 }
 
 fn wrapped(x: f32, mode: u32, inset: f32) -> f32 {
@@ -78,8 +101,32 @@ fn wrapped(x: f32, mode: u32, inset: f32) -> f32 {
     return clamp(select(mirrored, x, mode == 2u), inset, 1.0 - inset);
 }
 
+fn is_large_texture(m: Material) -> bool {
+    return m.texture > 65536u;
+}
+
+fn material_layer(m: Material) -> u32 {
+    return (m.texture & 65535u) - 1u;
+}
+
+// Side of its layer at a level, texels.
+fn texture_side(m: Material, level: u32) -> u32 {
+    if is_large_texture(m) {
+        return textureDimensions(large_textures, level).x;
+    }
+    return textureDimensions(textures, level).x;
+}
+
+// A material's texture at a level, `level` being one of the images of its layer.
+fn texture_at_level(m: Material, uv: vec2f, level: f32) -> vec4f {
+    if is_large_texture(m) {
+        return textureSampleLevel(large_textures, texture_sampler, material_uv(m, uv), material_layer(m), level);
+    }
+    return textureSampleLevel(textures, texture_sampler, material_uv(m, uv), material_layer(m), level);
+}
+
 fn material_uv(m: Material, uv: vec2f) -> vec2f {
-    let inset = 0.5 / f32(textureDimensions(textures).x);
+    let inset = 0.5 / f32(texture_side(m, 0u));
     return vec2f(wrapped(uv.x, m.wrap & 3u, inset), wrapped(uv.y, m.wrap >> 2u, inset));
 }
 
@@ -90,7 +137,11 @@ fn nearest_texel(m: Material, uv: vec2f, size: vec2f, level: u32) -> vec4f {
     let place = select(inside, fract(inside), modes == vec2u(0u));
     // The array is as large as the image, or larger: the image's texel is found first.
     let middle = (clamp(floor(place * size), vec2f(0.0), size - 1.0) + 0.5) / size;
-    return textureLoad(textures, vec2i(middle * vec2f(textureDimensions(textures, level))), m.texture - 1u, level);
+    let texel = vec2i(middle * f32(texture_side(m, level)));
+    if is_large_texture(m) {
+        return textureLoad(large_textures, texel, material_layer(m), level);
+    }
+    return textureLoad(textures, texel, material_layer(m), level);
 }
 
 // The texture where a pixel sees it; `dx`, `dy`: how far its coordinates change to the next pixel.
@@ -101,8 +152,8 @@ fn texture_seen(m: Material, uv: vec2f, dx: vec2f, dy: vec2f) -> vec4f {
             if large || (m.nearest & (nearest_level | mixed_levels)) == 0u {
                 return nearest_texel(m, uv, m.texels, 0u);
             }
-            let side = f32(textureDimensions(textures).x);
-            let last = f32(textureNumLevels(textures) - 1u);
+            let side = f32(texture_side(m, 0u));
+            let last = log2(side);
             let level = clamp(log2(side * max(length(dx), length(dy))), 0.0, last);
             if (m.nearest & nearest_level) != 0u {
                 return nearest_texel(m, uv, vec2f(side * exp2(-round(level))), u32(round(level)));
@@ -112,7 +163,10 @@ fn texture_seen(m: Material, uv: vec2f, dx: vec2f, dy: vec2f) -> vec4f {
             return mix(finer, coarser, fract(level));
         }
     }
-    return textureSampleGrad(textures, texture_sampler, material_uv(m, uv), m.texture - 1u, dx, dy);
+    if is_large_texture(m) {
+        return textureSampleGrad(large_textures, texture_sampler, material_uv(m, uv), material_layer(m), dx, dy);
+    }
+    return textureSampleGrad(textures, texture_sampler, material_uv(m, uv), material_layer(m), dx, dy);
 }
 
 // Whether a masked material has a surface at these texture coordinates, whose third says what the vertices' colours take off
@@ -126,7 +180,7 @@ fn masked_out(m: Material, uv: vec3f) -> bool {
         if (m.nearest & magnified) != 0u {
             alpha *= nearest_texel(m, uv.xy, m.texels, 0u).a;
         } else {
-            alpha *= textureSampleLevel(textures, texture_sampler, material_uv(m, uv.xy), m.texture - 1u, 0.0).a;
+            alpha *= texture_at_level(m, uv.xy, 0.0).a;
         }
     }
     return alpha * (1.0 - uv.z) < m.cutoff;

@@ -20,5 +20,5 @@ fn shadow_ray(s: Surface, light: LightSample) -> Ray {
     let far = select(short, 3.4e38, sun);
     let start = 0.5 * rounding / length(light.to_light);
     let lift = rounding * s.normal;
-    return Ray(s.position + lift, light.to_light - select(lift, vec3f(0.0), sun), start, far, triangles[s.triangle].w, true, 65536u);
+    return Ray(s.position + lift, light.to_light - select(lift, vec3f(0.0), sun), start, far, triangle_at(s.triangle).w, true, 65536u);
 }

@@ -150,7 +150,7 @@ fn passes(c: Candidate) -> bool {
     if c.masked == 0u {
         return false;
     }
-    let index = triangles[c.triangle];
+    let index = triangle_at(c.triangle);
     let w = c.weights;
     let place = w.x * texture_place(index.x) + w.y * texture_place(index.y) + w.z * texture_place(index.z);
     return masked_out(materials[c.masked - 1u], place);

@@ -121,10 +121,10 @@ fn cap(index: u32, far: bool) -> Face {
     if faces == 0 || (faces < 0 && fronts_only != 0u) {
         return no_face();
     }
-    let t = triangles[triangle];
-    let a = vertices[t.x].position;
-    let b = vertices[t.y].position;
-    let c = vertices[t.z].position;
+    let t = triangle_at(triangle);
+    let a = vertex_position(t.x);
+    let b = vertex_position(t.y);
+    let c = vertex_position(t.z);
     let turned = (faces < 0) != far;
     let corner = index % 3u;
     let p = select(select(a, b, corner == 1u), c, corner == 2u);
@@ -152,7 +152,7 @@ fn cap_corner(@builtin(vertex_index) index: u32, @builtin(instance_index) i: u32
 // sees there are no others.
 @vertex
 fn thin_cap_corner(@builtin(vertex_index) index: u32) -> Face {
-    let m = materials[vertices[triangles[index / 3u].x].material];
+    let m = materials[vertex_at(triangle_at(index / 3u).x).material];
     if m.cutoff < 0.0 && m.double_sided != 0u {
         return no_face();
     }
@@ -225,7 +225,7 @@ fn receive(@builtin(global_invocation_id) id: vec3u) {
     }
     let p = lit_sample(id.xy);
     let triangle = textureLoad(g_surface, id.xy, 0).w;
-    let receiver = vec4u(bitcast<vec3u>(p.xyz), select(0u, triangles[triangle].w + 1u, p.w > 0.0));
+    let receiver = vec4u(bitcast<vec3u>(p.xyz), select(0u, triangle_at(triangle).w + 1u, p.w > 0.0));
     textureStore(receivers_out, id.xy, receiver);
 }
 

@@ -183,9 +183,9 @@ fn cull(@builtin(global_invocation_id) id: vec3u) {
         return;
     }
     let t = vec3u(corners_of[3u * index], corners_of[3u * index + 1u], corners_of[3u * index + 2u]);
-    let p = vertices[t.x].position;
-    let q = vertices[t.y].position;
-    let r = vertices[t.z].position;
+    let p = vertex_position(t.x);
+    let q = vertex_position(t.y);
+    let r = vertex_position(t.z);
     let masked = u32(index >= fitting.opaque);
     for (var i = 0u; i < fitting.count; i++) {
         let draw = (2u * i + masked) * 5u;

@@ -205,9 +205,9 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
     let closed = (beside.w & 1u) != 0u && conservative.casters == casters_auto;
     keep_plane(i, vec4f(0.0));
     let v = light_view;
-    let p = vertices[t.x].position;
-    let q = vertices[t.y].position;
-    let r = vertices[t.z].position;
+    let p = vertex_position(t.x);
+    let q = vertex_position(t.y);
+    let r = vertex_position(t.z);
     let a = spot_of(v, p);
     let b = spot_of(v, q);
     let c = spot_of(v, r);
@@ -257,7 +257,7 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
             for (var k = 0u; k < 3u; k++) {
                 let vertex = beside[k];
                 if vertex != no_vertex {
-                    let o = spot_of(v, vertices[vertex].position);
+                    let o = spot_of(v, vertex_position(vertex));
                     let first = corners[k];
                     let second = corners[(k + 1u) % 3u];
                     // On the other side of the edge, so that it is turned as this one is.
@@ -357,7 +357,7 @@ fn look_around(@builtin(global_invocation_id) id: vec3u) {
         return;
     }
     let v = light_view;
-    let middle = spot_of(v, vertices[i].position);
+    let middle = spot_of(v, vertex_position(i));
     var reach = 1e9;
     var steepest = 0.0;
     var far = middle.depth;
@@ -365,10 +365,10 @@ fn look_around(@builtin(global_invocation_id) id: vec3u) {
     var whole = fan.y > 0u && middle.w >= 1e-3 * v.near;
     for (var k = 0u; k < fan.y; k++) {
         let entry = fan_triangles[fan.x + k];
-        let t = triangles[entry >> 2u];
+        let t = triangle_at(entry >> 2u);
         let corner = entry & 3u;
-        let b = spot_of(v, vertices[t[(corner + 1u) % 3u]].position);
-        let c = spot_of(v, vertices[t[(corner + 2u) % 3u]].position);
+        let b = spot_of(v, vertex_position(t[(corner + 1u) % 3u]));
+        let c = spot_of(v, vertex_position(t[(corner + 2u) % 3u]));
         let area = doubled_area(middle.at, b.at, c.at);
         let longest = max(distance(middle.at, b.at), distance(middle.at, c.at));
         sign = select(sign, area, k == 0u);

@@ -25,7 +25,7 @@ struct Segment {
 const nowhere = Segment(vec2f(0.0), vec2f(0.0), vec2f(0.0), vec2f(1.0), false);
 
 fn masked_triangle(triangle: u32) -> bool {
-    return materials[vertices[triangles[triangle].x].material].cutoff >= 0.0;
+    return materials[vertex_at(triangle_at(triangle).x).material].cutoff >= 0.0;
 }
 
 // The two vertices of edge number `i`, in the order that leaves the shadow on the left; twice the same one where it casts none. Edges of
@@ -78,8 +78,8 @@ fn segment_in(v: LightView, i: u32) -> Segment {
     if ends.x == ends.y {
         return nowhere;
     }
-    let p = vertices[ends.x].position;
-    let q = vertices[ends.y].position;
+    let p = vertex_position(ends.x);
+    let q = vertex_position(ends.y);
     let clip_p = light_clip(v, p);
     let clip_q = light_clip(v, q);
     let part = inner_part(v, clip_p, clip_q, 2.0 * quad_reach(v, v.near) + 2.0);

@@ -201,9 +201,9 @@ fn cull(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) ow
         return;
     }
     let t = vec3u(corners_of[3u * index], corners_of[3u * index + 1u], corners_of[3u * index + 2u]);
-    let p = vertices[t.x].position;
-    let q = vertices[t.y].position;
-    let r = vertices[t.z].position;
+    let p = vertex_position(t.x);
+    let q = vertex_position(t.y);
+    let r = vertex_position(t.z);
     let light = frame.light_position;
     if edge_on(p - light, q - light, r - light, length(light)) || (drawing.culling >= culling_view && !shadows_view(p, q, r)) {
         return;

@@ -24,7 +24,7 @@ fn facet(number: u32) -> Facet {
     var world: array<vec3f, 3>;
     for (var k = 0u; k < 3u; k++) {
         t.vertices[k] = listed[3u * number + k];
-        world[k] = vertices[t.vertices[k]].position;
+        world[k] = vertex_position(t.vertices[k]);
         t.corners[k] = light_frame(light_view, world[k]);
     }
     t.normal = cross(t.corners[1] - t.corners[0], t.corners[2] - t.corners[0]);
@@ -70,7 +70,7 @@ fn described(t: Facet) -> Drawn {
     out.uv0 = texture_place(t.vertices[0]);
     out.uv1 = texture_place(t.vertices[1]);
     out.uv2 = texture_place(t.vertices[2]);
-    out.material = vertices[t.vertices[0]].material;
+    out.material = vertex_at(t.vertices[0]).material;
     // Nothing, unless told otherwise.
     out.clip = vec4f(2.0, 2.0, 0.5, 1.0);
     return out;

@@ -30,14 +30,14 @@ fn thread(id: vec3u, groups: vec3u) -> u32 {
 @compute @workgroup_size(64)
 fn face(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
     let i = thread(id, groups);
-    if i >= arrayLength(&facing) || i >= arrayLength(&triangles) {
+    if i >= arrayLength(&facing) || i >= frame.triangle_count {
         return;
     }
-    let t = triangles[i];
+    let t = triangle_at(i);
     // From the corner of the largest angle, opposite the longest edge: there rounding is least, also of a sliver.
-    let p = vertices[t.x].position;
-    let q = vertices[t.y].position;
-    let r = vertices[t.z].position;
+    let p = vertex_position(t.x);
+    let q = vertex_position(t.y);
+    let r = vertex_position(t.z);
     let longest = vec3f(distance(q, r), distance(r, p), distance(p, q));
     let at_p = longest.x >= max(longest.y, longest.z);
     let at_q = !at_p && longest.y >= longest.z;
@@ -51,7 +51,7 @@ fn face(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
     let side = dot(cross(ab, ac), to_light);
     // What rounding can make of 0.
     let zero = 2.4e-7 * length(ab) * length(ac) * length(to_light);
-    let casts = with_masked != 0u || materials[vertices[t.x].material].cutoff < 0.0;
+    let casts = with_masked != 0u || materials[vertex_at(t.x).material].cutoff < 0.0;
     facing[i] = select(0, select(-1, 1, side > 0.0), abs(side) > zero && casts);
 }
 

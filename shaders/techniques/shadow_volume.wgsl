@@ -10,7 +10,7 @@ var<storage, read> draw: array<u32>;
 var<storage, read_write> line_draws: array<u32>;
 
 fn position(vertex: u32) -> vec3f {
-    return vertices[vertex].position;
+    return vertex_position(vertex);
 }
 
 @vertex

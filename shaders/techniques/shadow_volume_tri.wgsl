@@ -10,9 +10,9 @@ struct Ends {
 }
 
 fn ends_of(triangle: u32, k: u32) -> Ends {
-    let t = triangles[triangle];
-    let a = vertices[select(select(t.x, t.y, k == 1u), t.z, k == 2u)].position;
-    let b = vertices[select(select(t.y, t.z, k == 1u), t.x, k == 2u)].position;
+    let t = triangle_at(triangle);
+    let a = vertex_position(select(select(t.x, t.y, k == 1u), t.z, k == 2u));
+    let b = vertex_position(select(select(t.y, t.z, k == 1u), t.x, k == 2u));
     let turned = facing[triangle] < 0;
     return Ends(facing[triangle] != 0, select(a, b, turned), select(b, a, turned));
 }

@@ -40,6 +40,7 @@ pub fn run(wanted: Wanted, ids: Vec<String>, output: Output, adapter: Option<&st
         work.push((i as u64, setup.clone()));
     }
     let mut renderer = Renderer::new(Arc::new(Gpu::new(adapter)?), Arc::new(scene))?;
+    super::say_of_scene(&renderer);
     let bar = progress();
     let mut rows = Vec::new();
     measure::run(&mut renderer, &setup, &work, work.len() as u64, output.more.wanted(), &mut |step| {

@@ -329,6 +329,7 @@ pub fn run() -> Result<ExitCode> {
             let selected = [setup.technique.clone()];
             wanted.apply(&mut setup, &scene, &selected)?;
             let mut renderer = Renderer::new(Arc::new(Gpu::new(adapter)?), Arc::new(scene))?;
+            say_of_scene(&renderer);
             for note in capture::capture(&mut renderer, &setup, &output)? {
                 eprintln!("{note}");
             }
@@ -547,4 +548,11 @@ fn show(progress: &Progress, done: f32, what: String) {
 pub fn progress_bar(steps: u64) -> ProgressBar {
     let style = ProgressStyle::with_template("{bar:32} {percent:>3} %  {msg}  {eta} left");
     ProgressBar::new(steps).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
+}
+
+/// Says what of the scene the adapter had no room for.
+fn say_of_scene(renderer: &Renderer) {
+    if let Some(note) = renderer.scene_note() {
+        eprintln!("  {note}");
+    }
 }

@@ -78,6 +78,11 @@ impl Renderer {
         Ok([self.read_tally(&self.tally)?[0] + beside[0], self.read_tally(truth)?[0]])
     }
 
+    /// What of the scene the adapter had no room for, a sentence.
+    pub fn scene_note(&self) -> Option<&str> {
+        self.scene_gpu.note.as_deref()
+    }
+
     /// What the last frame did not do as it should, a sentence each.
     pub fn notes(&self) -> Result<Vec<String>> {
         let mut notes = Vec::new();

@@ -436,7 +436,7 @@ fn change(same: &[Option<usize>], [now, last]: [&Shadow; 2], hard: [&[f32]; 2]) 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::vec4;
+    use glam::{Vec3, vec4};
 
     const SIZE: [u32; 2] = [6, 2];
 

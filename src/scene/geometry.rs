@@ -3,6 +3,7 @@
 use super::bvh::{Bvh, Child};
 use super::edges::Edges;
 use super::pose::{Placement, placements};
+use super::textures::{Arrays, Limits};
 use super::{Scene, Wrap};
 use crate::gpu::{Buffer, Gpu, Table};
 use crate::map::fit::hull::Polyhedron;
@@ -395,16 +396,15 @@ pub fn shading_normal(words: [u32; 4]) -> Vec3 {
 #[derive(Clone)]
 pub struct Room {
     adapter: String,
-    /// Bytes of a buffer.
-    bytes: u64,
-    triangles: u64,
+    /// Bytes of a buffer, and of a table.
+    buffer: u64,
+    table: u64,
 }
 
 impl Room {
     pub fn of(gpu: &Gpu) -> Room {
-        // A BVH never has more nodes than triangles, and they are as large.
-        let triangles = Table::most(gpu) / size_of::<Corners>() as u64;
-        Room { adapter: gpu.info.name.clone(), bytes: gpu.most_bound(), triangles }
+        let buffer = gpu.device.limits().max_buffer_size;
+        Room { adapter: gpu.info.name.clone(), buffer, table: Table::most(gpu) }
     }
 
     /// Refuses a scene that is larger, before its triangles are made.
@@ -417,38 +417,44 @@ impl Room {
                 triangles += mesh.indices.len() as u64 / 3 * times;
             }
         }
-        let Room { adapter, bytes, triangles: most } = self;
-        let name = &scene.name;
-        let largest = (vertices * size_of::<Vertex>() as u64).max(triangles * size_of::<[u32; 4]>() as u64);
-        ensure!(
-            largest <= *bytes,
-            "{name} has {vertices} vertices in {triangles} triangles: that takes {} MiB in one buffer, and {adapter} \
-             allows {}; open a scene with fewer of them",
-            largest.div_ceil(1 << 20),
-            bytes >> 20
-        );
-        ensure!(
-            triangles <= *most,
-            "{name} has {triangles} triangles, and {adapter} has room for {most} in the texture that shadow rays read; \
-             open a scene with fewer of them"
-        );
+        let Room { adapter, buffer, table } = self;
+        // A BVH never has more nodes than triangles, and they are as large.
+        for (bytes, room, what) in [
+            (vertices * size_of::<Vertex>() as u64, *buffer.min(table), "vertices"),
+            (triangles * 12, *buffer, "triangles' corners"),
+            (triangles * size_of::<Corners>() as u64, *table, "triangles for shadow rays"),
+        ] {
+            ensure!(
+                bytes <= room,
+                "{} has {vertices} vertices in {triangles} triangles: its {what} take {} MiB, and {adapter} has room for {} MiB of \
+                 them; open a scene with fewer",
+                scene.name,
+                bytes.div_ceil(1 << 20),
+                room >> 20
+            );
+        }
         Ok(())
     }
 }
 
 /// A scene's buffers on the GPU.
 pub struct SceneGpu {
+    /// For the rasteriser; `records` holds the same for shaders that ask for a vertex by number.
     pub vertices: Buffer,
+    pub records: Table,
     /// Three corners a triangle, for casters.
     pub indices: Buffer,
     welded: Vec<u32>,
-    pub triangles: Buffer,
+    pub triangles: Table,
     pub materials: Buffer,
     /// The BVH's nodes and triangles.
     pub nodes: Table,
     pub corners: Table,
-    pub textures: wgpu::TextureView,
+    /// Small and large ones.
+    pub textures: [wgpu::TextureView; 2],
     pub sampler: wgpu::Sampler,
+    /// What the adapter had no room for, a sentence.
+    pub note: Option<String>,
     pub triangle_count: u32,
     pub opaque_count: u32,
     pub bounds: [Vec3; 2],
@@ -466,17 +472,16 @@ impl SceneGpu {
         let welded = welded(scene);
         let indices = geometry.flat_indices(&welded);
         let wrap = |w: Wrap| w as u32;
-        let textures = super::textures::upload(gpu, scene)?;
-        let side = textures.texture().width();
+        let arrays = Arrays::of(&scene.textures, Limits::of(gpu));
         let materials: Vec<GpuMaterial> = scene
             .materials
             .iter()
             .map(|m| {
                 let texture = m.texture.map(|t| &scene.textures[t as usize]);
-                let texels = texture.map_or([1; 2], |t| super::textures::kept(t, side));
+                let texels = m.texture.map_or([1; 2], |t| arrays.kept(&scene.textures, t as usize));
                 GpuMaterial {
                     base_color: m.base_color,
-                    texture: m.texture.map_or(0, |t| t + 1),
+                    texture: m.texture.map_or(0, |t| arrays.number(t as usize)),
                     cutoff: m.alpha_cutoff.unwrap_or(-1.0),
                     double_sided: m.double_sided as u32,
                     wrap: texture.map_or(0, |t| wrap(t.wrap[0]) | wrap(t.wrap[1]) << 2),
@@ -487,14 +492,21 @@ impl SceneGpu {
             })
             .collect();
         Ok(SceneGpu {
-            vertices: gpu.buffer("vertices", bytemuck::cast_slice(&geometry.vertices), Use::VERTEX | Use::STORAGE),
+            vertices: gpu.buffer("vertices", bytemuck::cast_slice(&geometry.vertices), Use::VERTEX),
+            records: Table::new(gpu, "vertices by number", bytemuck::cast_slice(&geometry.vertices)),
             indices: gpu.buffer("indices", bytemuck::cast_slice(&indices), Use::INDEX | Use::STORAGE),
             welded,
-            triangles: gpu.buffer("triangles", bytemuck::cast_slice(&geometry.triangles), storage),
+            triangles: Table::new(gpu, "triangles", bytemuck::cast_slice(&geometry.triangles)),
             materials: gpu.buffer("materials", bytemuck::cast_slice(&materials), storage),
             nodes: Table::new(gpu, "BVH nodes", bytemuck::cast_slice(&geometry.bvh.nodes)),
             corners: Table::new(gpu, "BVH triangles", bytemuck::cast_slice(&geometry.bvh_order(scene))),
-            textures,
+            note: arrays.reduced(&scene.textures).map(|(count, side)| {
+                format!(
+                    "{count} of {} textures are scaled down, to {side} texels a side at most.",
+                    scene.textures.len()
+                )
+            }),
+            textures: arrays.upload(gpu, scene)?,
             sampler: gpu.device.create_sampler(&wgpu::SamplerDescriptor {
                 label: Some("textures"),
                 address_mode_u: wgpu::AddressMode::Repeat,
@@ -533,7 +545,8 @@ impl SceneGpu {
         gpu.queue.write_buffer(&self.vertices, 0, bytemuck::cast_slice(&geometry.vertices));
         // Winding and surface ids can change too: a scale may pass through zero.
         gpu.queue.write_buffer(&self.indices, 0, bytemuck::cast_slice(&geometry.flat_indices(&self.welded)));
-        gpu.queue.write_buffer(&self.triangles, 0, bytemuck::cast_slice(&geometry.triangles));
+        self.records.write(gpu, bytemuck::cast_slice(&geometry.vertices));
+        self.triangles.write(gpu, bytemuck::cast_slice(&geometry.triangles));
         self.nodes.write(gpu, bytemuck::cast_slice(&geometry.bvh.nodes));
         self.corners.write(gpu, bytemuck::cast_slice(&geometry.bvh_order(scene)));
         self.bounds = geometry.bounds;

@@ -377,11 +377,6 @@ impl Scene {
             self.cameras.len(),
             self.lights.len()
         );
-        let large = self.textures.iter().filter(|t| t.width.max(t.height) > textures::MAX_SIDE).count();
-        if large > 0 {
-            let textures = if large == 1 { "texture is" } else { "textures are" };
-            out += &format!("  {large} {textures} scaled down to {} texels per side.\n", textures::MAX_SIDE);
-        }
         for note in &self.notes {
             out += &format!("  {note}\n");
         }

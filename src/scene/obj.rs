@@ -67,7 +67,7 @@ fn read(path: &Path) -> Result<Scene> {
             "f" => {
                 let counts = [polygons.positions.len(), polygons.uvs.len(), polygons.normals.len()];
                 let first = polygons.corners.len();
-                for word in words {
+                for word in words.take_while(|word| !word.starts_with('#')) {
                     polygons.corners.push(corner(word, counts).with_context(at)?);
                 }
                 ensure!(polygons.corners.len() < NONE as usize, "it has more corners of faces than can be counted");

@@ -257,6 +257,7 @@ pub fn material(name: &str, base_color: Vec4) -> Material {
 /// An sRGB colour from 0 to 1 in linear light.
 pub fn linear(color: [f32; 3]) -> Vec4 {
     let [r, g, b] = color.map(|x| match x.clamp(0.0, 1.0) {
+        x if x.is_nan() => 1.0,
         x if x <= 0.04045 => x / 12.92,
         x => ((x + 0.055) / 1.055).powf(2.4),
     });

@@ -33,6 +33,7 @@ pub fn for_each_vertex(scene: &Scene, mut visit: impl FnMut(DVec3)) {
 
 /// Adds cameras and lights that suit the scene's size and place.
 pub fn add(scene: &mut Scene, bounds: Bounds) {
+    tell_unseen(scene, bounds);
     let own = scene.cameras.len();
     let detail = detail(scene).unwrap_or(bounds);
     let far = 20.0 * bounds.radius();
@@ -72,6 +73,34 @@ pub fn add(scene: &mut Scene, bounds: Bounds) {
     let position = Vec3::new(center.x, bounds.max.y + 0.35 * radius, center.z);
     let color = Vec3::splat(position.distance_squared(center));
     add_light(scene, "omni", Light::Omni { position, range: 4.0 * radius, radius: 0.0, color }, None);
+}
+
+/// Notes what of the scene its cameras cannot show, and a scene too small for what a set-up can hold.
+fn tell_unseen(scene: &mut Scene, bounds: Bounds) {
+    let size = 2.0 * bounds.radius();
+    if size < 1e-4 {
+        scene.notes.push(format!(
+            "The scene is only {size:.1e} m across: near planes and light ranges, which are 1e-6 m at least, may cut it off; scale it up."
+        ));
+    }
+    for NamedCamera { name, camera, .. } in &scene.cameras {
+        let middle = (bounds.center() - camera.position).dot(camera.forward());
+        let reach = (0.5 * (bounds.max - bounds.min)).dot(camera.forward().abs());
+        let (name, far) = (shortened(name), camera.far);
+        if middle - reach > far {
+            scene.notes.push(format!(
+                "Camera {name} shows nothing: all of the scene lies behind its far plane, {far} m away."
+            ));
+        } else if middle + reach < camera.near {
+            scene.notes.push(format!(
+                "Camera {name} shows nothing: all of the scene lies behind it or before its near plane."
+            ));
+        } else if middle > far {
+            scene.notes.push(format!(
+                "Camera {name} does not show most of the scene: it lies behind its far plane, {far} m away."
+            ));
+        }
+    }
 }
 
 /// Puts the first camera that sees something before all others. Early exporters left out the turn between their cameras' axes and

@@ -1,86 +1,169 @@
-//! A scene's textures as one texture array, so that raster and rays sample them alike.
+//! A scene's textures as two texture arrays, so that raster and rays sample them alike: small images, and large ones.
 
 use super::{Scene, Texture};
 use crate::gpu::Gpu;
 use anyhow::{Context, Result, ensure};
 use rayon::prelude::*;
 
-/// Longest side of a layer, texels; larger images are scaled down.
-pub const MAX_SIDE: u32 = 1024;
-/// All layers together take no more than this, bytes.
-const BUDGET: u64 = 1 << 30;
+/// Longest side of what counts as small, texels. The layers of an array are all as large as its largest image, so that a few
+/// large ones do not make all others large.
+const SMALL: u32 = 1024;
 
-/// Scales every texture to one size, makes its mip chain (averaged in linear light) and uploads it.
-///
-/// # Errors
-/// More textures than the adapter has layers.
-pub fn upload(gpu: &Gpu, scene: &Scene) -> Result<wgpu::TextureView> {
-    let layers = scene.textures.len().max(1) as u32;
-    let limit = gpu.device.limits().max_texture_array_layers;
-    ensure!(layers <= limit, "{} has {layers} textures, and {} takes {limit}", scene.name, gpu.info.name);
-    let longest = scene.textures.iter().map(|t| t.width.max(t.height)).max().unwrap_or(1);
-    let mut side = longest.next_power_of_two().min(MAX_SIDE);
-    while side as u64 * side as u64 * 4 * layers as u64 > BUDGET {
-        side /= 2;
-    }
-    let mips = side.ilog2() + 1;
-    let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
-        label: Some("textures"),
-        size: wgpu::Extent3d { width: side, height: side, depth_or_array_layers: layers },
-        mip_level_count: mips,
-        sample_count: 1,
-        dimension: wgpu::TextureDimension::D2,
-        format: wgpu::TextureFormat::Rgba8UnormSrgb,
-        usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
-        view_formats: &[],
-    });
-    let chains: Vec<Vec<Vec<u8>>> = scene
-        .textures
-        .par_iter()
-        .map(|t| {
-            let image = image::RgbaImage::from_raw(t.width, t.height, t.rgba.clone())
-                .with_context(|| format!("{}: a texture's size does not match its data", scene.name))?;
-            let image = if (t.width, t.height) == (side, side) {
-                image
-            } else {
-                let filter = match t.filter.magnified_nearest {
-                    true => image::imageops::FilterType::Nearest,
-                    false => image::imageops::FilterType::Triangle,
-                };
-                image::imageops::resize(&image, side, side, filter)
-            };
-            let mut chain = vec![image.into_raw()];
-            for level in 1..mips {
-                chain.push(halve(&chain[level as usize - 1], side >> (level - 1)));
-            }
-            Ok(chain)
-        })
-        .collect::<Result<_>>()?;
-    for (layer, chain) in chains.iter().enumerate() {
-        for (level, texels) in chain.iter().enumerate() {
-            let side = side >> level;
-            gpu.queue.write_texture(
-                wgpu::TexelCopyTextureInfo {
-                    texture: &texture,
-                    mip_level: level as u32,
-                    origin: wgpu::Origin3d { x: 0, y: 0, z: layer as u32 },
-                    aspect: wgpu::TextureAspect::All,
-                },
-                texels,
-                wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(side * 4), rows_per_image: None },
-                wgpu::Extent3d { width: side, height: side, depth_or_array_layers: 1 },
-            );
-        }
-    }
-    Ok(texture.create_view(&wgpu::TextureViewDescriptor {
-        dimension: Some(wgpu::TextureViewDimension::D2Array),
-        ..Default::default()
-    }))
+/// What an adapter takes.
+#[derive(Clone, Copy)]
+pub struct Limits {
+    /// Longest side of a texture, texels.
+    side: u32,
+    /// Layers of an array.
+    layers: u32,
+    /// Bytes of all layers of both arrays, without their mips.
+    bytes: u64,
 }
 
-/// How many texels of a texture are left, each way, in layers of `side` texels: those of its image, or all that fit.
-pub fn kept(texture: &Texture, side: u32) -> [u32; 2] {
-    [texture.width, texture.height].map(|n| n.clamp(1, side))
+impl Limits {
+    pub fn of(gpu: &Gpu) -> Limits {
+        let limits = gpu.device.limits();
+        // An adapter with memory of its own has that for little else.
+        let gigabytes = if gpu.info.device_type == wgpu::DeviceType::DiscreteGpu { 4 } else { 1 };
+        Limits {
+            side: limits.max_texture_dimension_2d,
+            layers: limits.max_texture_array_layers,
+            bytes: gigabytes << 30,
+        }
+    }
+}
+
+/// Which array and layer each texture goes to, and the arrays' sides.
+pub struct Arrays {
+    /// Sides of the layers, texels, and how many textures go to each.
+    sides: [u32; 2],
+    counts: [usize; 2],
+    /// Of each texture: its array, and the layer there.
+    places: Vec<(usize, u32)>,
+    layers: u32,
+}
+
+impl Arrays {
+    /// Each image keeps its texels where the adapter has room; else the larger array's sides are halved until there is.
+    pub fn of(textures: &[Texture], limits: Limits) -> Arrays {
+        let side = |t: &Texture| t.width.max(t.height).next_power_of_two().min(limits.side);
+        let (mut sides, mut counts) = ([1; 2], [0; 2]);
+        let place = |t: &Texture| {
+            let array = usize::from(side(t) > SMALL);
+            sides[array] = side(t).max(sides[array]);
+            counts[array] += 1;
+            (array, counts[array] as u32 - 1)
+        };
+        let places = textures.iter().map(place).collect();
+        let bytes = |sides: [u32; 2]| (0..2).map(|i| u64::from(sides[i]).pow(2) * 4 * counts[i] as u64).sum::<u64>();
+        while bytes(sides) > limits.bytes {
+            let larger = usize::from(bytes([sides[0], 0]) <= bytes([0, sides[1]]));
+            sides[larger] /= 2;
+        }
+        Arrays { sides, counts, places, layers: limits.layers }
+    }
+
+    /// A texture as materials name it: 1 and more; the lowest bit of what lies over 65536 says that it is a large one.
+    pub fn number(&self, texture: usize) -> u32 {
+        let (array, layer) = self.places[texture];
+        (layer + 1) | (array as u32) << 16
+    }
+
+    /// How many texels of a texture are left, each way: those of its image, or all that fit.
+    pub fn kept(&self, textures: &[Texture], texture: usize) -> [u32; 2] {
+        let (side, t) = (self.sides[self.places[texture].0], &textures[texture]);
+        [t.width, t.height].map(|n| n.clamp(1, side))
+    }
+
+    /// How many textures have fewer texels than their images, and at most how many a side; None: none has.
+    pub fn reduced(&self, textures: &[Texture]) -> Option<(usize, u32)> {
+        let smaller = |i: &usize| self.kept(textures, *i) != [textures[*i].width, textures[*i].height];
+        let reduced: Vec<usize> = (0..textures.len()).filter(smaller).collect();
+        let largest = reduced.iter().map(|i| self.sides[self.places[*i].0]).max()?;
+        Some((reduced.len(), largest))
+    }
+
+    /// Scales every texture to its array's size, makes its mip chain (averaged in linear light) and uploads it.
+    ///
+    /// # Errors
+    /// More textures than the adapter has layers.
+    pub fn upload(&self, gpu: &Gpu, scene: &Scene) -> Result<[wgpu::TextureView; 2]> {
+        let (most, limit) = (self.counts.into_iter().max().unwrap_or(0), self.layers);
+        ensure!(
+            most <= limit as usize,
+            "{} has {most} textures of a kind, and {} takes {limit}",
+            scene.name,
+            gpu.info.name
+        );
+        let array = |i: usize| {
+            let (side, layers) = (self.sides[i], self.counts[i].max(1) as u32);
+            gpu.device.create_texture(&wgpu::TextureDescriptor {
+                label: Some("textures"),
+                size: wgpu::Extent3d { width: side, height: side, depth_or_array_layers: layers },
+                mip_level_count: side.ilog2() + 1,
+                sample_count: 1,
+                dimension: wgpu::TextureDimension::D2,
+                format: wgpu::TextureFormat::Rgba8UnormSrgb,
+                usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+                view_formats: &[],
+            })
+        };
+        let arrays = [array(0), array(1)];
+        let all: Vec<_> = scene.textures.iter().zip(&self.places).collect();
+        // A few at a time: all chains together can take more memory than the scene.
+        for some in all.chunks(rayon::current_num_threads().max(1)) {
+            let chain = |(t, place): &(&Texture, &(usize, u32))| chain(t, self.sides[place.0]);
+            let chains: Vec<_> = some
+                .par_iter()
+                .map(chain)
+                .collect::<Option<_>>()
+                .with_context(|| format!("{}: a texture's size does not match its data", scene.name))?;
+            for ((_, (array, layer)), chain) in some.iter().zip(chains) {
+                for (level, texels) in chain.iter().enumerate() {
+                    let side = self.sides[*array] >> level;
+                    gpu.queue.write_texture(
+                        wgpu::TexelCopyTextureInfo {
+                            texture: &arrays[*array],
+                            mip_level: level as u32,
+                            origin: wgpu::Origin3d { x: 0, y: 0, z: *layer },
+                            aspect: wgpu::TextureAspect::All,
+                        },
+                        texels,
+                        wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(side * 4), rows_per_image: None },
+                        wgpu::Extent3d { width: side, height: side, depth_or_array_layers: 1 },
+                    );
+                }
+            }
+            // So that what was copied on the way there is free again.
+            gpu.queue.submit([]);
+        }
+        Ok(arrays.map(|array| {
+            array.create_view(&wgpu::TextureViewDescriptor {
+                dimension: Some(wgpu::TextureViewDimension::D2Array),
+                ..Default::default()
+            })
+        }))
+    }
+}
+
+/// A texture's mip levels in a layer of `side` texels; None if its size does not match its data.
+fn chain(t: &Texture, side: u32) -> Option<Vec<Vec<u8>>> {
+    let image: image::ImageBuffer<image::Rgba<u8>, &[u8]> =
+        image::ImageBuffer::from_raw(t.width, t.height, &t.rgba[..])?;
+    let first = if (t.width, t.height) == (side, side) {
+        t.rgba.clone()
+    } else {
+        let filter = match t.filter.magnified_nearest && t.width.max(t.height) <= side {
+            true => image::imageops::FilterType::Nearest,
+            false => image::imageops::FilterType::Triangle,
+        };
+        image::imageops::resize(&image, side, side, filter).into_raw()
+    };
+    let mut chain = vec![first];
+    for level in 0..side.ilog2() {
+        chain.push(halve(&chain[level as usize], side >> level));
+    }
+    Some(chain)
 }
 
 /// The next smaller mip level: the mean of 2 × 2 texels, colours in linear light.

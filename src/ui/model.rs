@@ -142,6 +142,8 @@ pub struct Facts {
     pub error: Option<[f64; 2]>,
     /// What the picture shows wrong, known with the error.
     pub notes: Vec<String>,
+    /// What of the scene the adapter had no room for.
+    pub scene_note: Option<String>,
 }
 
 impl Facts {

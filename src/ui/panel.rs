@@ -230,10 +230,11 @@ fn file(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
     let [x, y, z] = size.to_array().map(|side| f64::from(side) / metres);
     let facts = format!("{} triangles, {x:.1} × {y:.1} × {z:.1} {unit}", grouped(m.scene.triangles()));
     ui.label(RichText::new(facts).small().weak()).tip("Size of the scene: width, height and depth.");
-    if !m.scene.notes.is_empty() {
-        let title = format!("What the loader changed ({})", m.scene.notes.len());
+    let notes: Vec<&String> = m.scene.notes.iter().chain(&m.facts.scene_note).collect();
+    if !notes.is_empty() {
+        let title = format!("What the loader changed ({})", notes.len());
         ui.collapsing(RichText::new(title).small(), |ui| {
-            for note in &m.scene.notes {
+            for note in notes {
                 ui.label(RichText::new(note).small());
             }
         });

@@ -726,6 +726,7 @@ impl Painter<'_> {
         self.counted = true;
         let setup = &order.setup;
         self.facts.notes = renderer.notes()?;
+        self.facts.scene_note = renderer.scene_note().map(str::to_owned);
         let visibility = renderer.read_visibility()?;
         let (hard, mean) = (renderer.read_labels()?, renderer.read_truth()?);
         let (mask, width) = (renderer.read_mask()?, renderer.read_width()?);

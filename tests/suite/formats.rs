@@ -153,7 +153,7 @@ fn all_formats_hold_the_same_scene() {
 #[test]
 fn polygons_of_any_shape_are_filled() {
     // An L, whose fan from the first corner would leave it; and a square with a corner in its side.
-    let scene = loaded("l.obj", b"v 0 0 0\nv 0 0 2\nv 2 0 2\nv 2 0 1\nv 1 0 1\nv 1 0 0\nf 4 5 6 1 2 3\n");
+    let scene = loaded("l.obj", b"v 0 0 0\nv 0 0 2\nv 2 0 2\nv 2 0 1\nv 1 0 1\nv 1 0 0\nf 4 5 6 1 2 3 # an L\n");
     assert!((area(&scene.meshes[0]) - 3.0).abs() < 1e-6);
     let up = |n: &Vec3| n.abs_diff_eq(Vec3::Y, 1e-6);
     assert!(scene.meshes[0].normals.iter().all(up));

@@ -35,6 +35,7 @@ mod logpsm;
 mod measures;
 mod metrics;
 mod moments;
+mod mutated;
 mod node_grids;
 mod notw;
 mod origin;

@@ -140,7 +140,7 @@ fn errors_name_the_key_the_value_and_the_range() {
         (with("[light]\nkind = \"spot\"\nposition = [0,1,0]\n"), vec!["spot", "direction", "outer_angle"]),
         (
             with("[light]\nkind = \"omni\"\nposition = [0,1,0]\nrange = \"wide\"\n"),
-            vec!["light.range", "wide", "0.001 to"],
+            vec!["light.range", "wide", "0.000001 to"],
         ),
         (
             with("[light]\nkind = \"omni\"\nposition = [0,1,0]\nrange = 3\nto_light = [0,1,0]\n"),

@@ -216,7 +216,8 @@ fn shared_structs_agree() {
         light_color "light_color", light_cosine "light_cosine", light_half_u "light_half_u", view "view",
         light_half_v "light_half_v", map "map", size "size", band "band", shadow_eye "shadow_eye", frozen "frozen",
         shadow_forward "shadow_forward", shadow_far "shadow_far", shadow_up "shadow_up", probe "probe",
-        orthographic "orthographic", shadow_orthographic "shadow_orthographic", reach "reach", beyond "beyond");
+        orthographic "orthographic", shadow_orthographic "shadow_orthographic", reach "reach", beyond "beyond",
+        padding "padding", triangle_count "triangle_count");
     same!("shot.wgsl", "Shot", ShotUniform, size "size", whole "whole", channels "channels", stretched "stretched",
         layers "layers", columns "columns");
     same!("lines.wgsl", "Segment", Segment, start "start", color "color", end "end", weight "weight");

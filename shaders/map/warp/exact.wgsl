@@ -187,11 +187,11 @@ struct Caster {
 }
 
 fn caster_of(triangle: u32) -> Caster {
-    let t = triangles[triangle].xyz;
+    let t = triangle_at(triangle).xyz;
     var c: Caster;
     c.triangle = t;
     for (var k = 0u; k < 3u; k++) {
-        c.positions[k] = vertices[t[k]].position;
+        c.positions[k] = vertex_position(t[k]);
         if curved() {
             c.clips[k] = light_frame(light_view, c.positions[k]);
             c.depths[k] = length(c.clips[k]);
@@ -252,7 +252,7 @@ fn meet(c: Caster, cell: vec2u, first: u32) {
         if sum != 0.0 && ((front && min(min(e.x, e.y), e.z) >= 0.0) || (back && max(max(e.x, e.y), e.z) <= 0.0)) {
             let share = e / sum;
             let v = c.triangle;
-            if !masked_out(materials[vertices[v.x].material],
+            if !masked_out(materials[vertex_at(v.x).material],
                            share.x * texture_place(v.x) + share.y * texture_place(v.y) + share.z * texture_place(v.z)) {
                 // Seen edge-on, the plane is met anywhere: no farther than the triangle goes.
                 var z = clamp(dot(share, c.depths), low, high);
@@ -285,8 +285,8 @@ fn box_triangles(@builtin(global_invocation_id) id: vec3u) {
         return;
     }
     let bounds = bounds_of_rays();
-    for (var i = id.x; i < arrayLength(&triangles); i += stride) {
-        let corners = triangle_corners(triangles[i].xyz);
+    for (var i = id.x; i < frame.triangle_count; i += stride) {
+        let corners = triangle_corners(triangle_at(i).xyz);
         let cut = cut_off(corners);
         var low = vec2f(1e9);
         var high = vec2f(-1e9);

@@ -338,8 +338,8 @@ fn handle(t: Part, again: bool) -> bool {
 
 // Level 0: the scene's triangles.
 fn handle_triangles(thread: u32, again: bool) {
-    for (var i = thread; i < arrayLength(&triangles); i += stride) {
-        let cut = cut_off(triangle_corners(triangles[i].xyz));
+    for (var i = thread; i < frame.triangle_count; i += stride) {
+        let cut = cut_off(triangle_corners(triangle_at(i).xyz));
         var kept = false;
         for (var k = 2u; k < cut.number; k++) {
             kept = handle(Part(cut.corners[0], cut.corners[k - 1u], cut.corners[k], i), again) || kept;
@@ -357,7 +357,7 @@ var<storage, read_write> level_dispatch: array<u32, 3>;
 @compute @workgroup_size(1)
 fn plan_level() {
     let source = level.number - u32(full(level.number));
-    let number = select(atomicLoad(&state.counters[of_level + source]), arrayLength(&triangles), source == 0u);
+    let number = select(atomicLoad(&state.counters[of_level + source]), frame.triangle_count, source == 0u);
     level_dispatch[0] = min((number + 63u) / 64u, stride / 64u);
     level_dispatch[1] = 1u;
     level_dispatch[2] = 1u;
@@ -430,7 +430,7 @@ fn piece_caster(@builtin(vertex_index) index: u32) -> PieceCaster {
     var k = index % 3u;
     if curved() {
         // The whole triangle, whose plane keeps its digits; in a frame that turns the image over, round the other way.
-        let whole = triangle_corners(triangles[t.triangle].xyz);
+        let whole = triangle_corners(triangle_at(t.triangle).xyz);
         for (var i = 0u; i < 3u; i++) {
             clips[i] = light_frame(light_view, whole[i].position);
             out.depths[i] = length(clips[i]);
@@ -448,7 +448,7 @@ fn piece_caster(@builtin(vertex_index) index: u32) -> PieceCaster {
     if curved() {
         out.origin = vec2f(dot(clips[0], out.e0), 0.0);
     }
-    out.material = vertices[triangles[t.triangle].x].material;
+    out.material = vertex_at(triangle_at(t.triangle).x).material;
     let corner = corners[k];
     let u = unwarped_place(corner.position);
     let at = warped(u.xy);

@@ -196,7 +196,7 @@ fn cut_off(corners: array<Corner, 3>) -> Cut {
 fn triangle_corners(t: vec3u) -> array<Corner, 3> {
     var corners: array<Corner, 3>;
     for (var k = 0u; k < 3u; k++) {
-        corners[k] = Corner(vertices[t[k]].position, texture_place(t[k]));
+        corners[k] = Corner(vertex_position(t[k]), texture_place(t[k]));
     }
     return corners;
 }

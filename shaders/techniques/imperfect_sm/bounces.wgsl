@@ -192,10 +192,10 @@ fn shoot(@builtin(global_invocation_id) id: vec3u) {
     if !hit.blocked {
         return;
     }
-    let index = triangles[hit.triangle];
-    let a = vertices[index.x];
-    let b = vertices[index.y];
-    let c = vertices[index.z];
+    let index = triangle_at(hit.triangle);
+    let a = vertex_at(index.x);
+    let b = vertex_at(index.y);
+    let c = vertex_at(index.z);
     let ab = b.position - a.position;
     let ac = c.position - a.position;
     let area = cross(ab, ac);
@@ -213,7 +213,7 @@ fn shoot(@builtin(global_invocation_id) id: vec3u) {
     if m.texture > 0u {
         let uv = (1.0 - y - z) * a.uv + y * b.uv + z * c.uv;
         // Coarse: it stands for a patch.
-        albedo *= textureSampleLevel(textures, texture_sampler, material_uv(m, uv), m.texture - 1u, 3.0).rgb;
+        albedo *= texture_at_level(m, uv, 3.0).rgb;
     }
     let spread = select(hit.t * hit.t, 1.0, frame.light_kind == directional);
     let beam = ray.beam / f32(count);
@@ -294,7 +294,7 @@ override asks: u32 = 1u;
 
 fn seen_by_ray(s: Surface, light: Vpl) -> bool {
     let origin = s.position + rounding(s.position) * s.normal;
-    return !trace(Ray(origin, light.position - origin, 0.0, 0.9999, triangles[s.triangle].w, true, 65536u)).blocked;
+    return !trace(Ray(origin, light.position - origin, 0.0, 0.9999, triangle_at(s.triangle).w, true, 65536u)).blocked;
 }
 
 var indirect_out: texture_storage_2d<rgba16float, write>;

@@ -49,11 +49,11 @@ fn place_points(@builtin(global_invocation_id) id: vec3u) {
         return;
     }
     let place = places[id.x];
-    let index = triangles[place.x];
+    let index = triangle_at(place.x);
     let w = unpack2x16unorm(place.y);
-    let a = vertices[index.x];
-    let b = vertices[index.y];
-    let c = vertices[index.z];
+    let a = vertex_at(index.x);
+    let b = vertex_at(index.y);
+    let c = vertex_at(index.z);
     let position = a.position + w.x * (b.position - a.position) + w.y * (c.position - a.position);
     let first = texture_place(index.x);
     let uv = first + w.x * (texture_place(index.y) - first) + w.y * (texture_place(index.z) - first);

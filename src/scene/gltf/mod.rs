@@ -23,6 +23,7 @@ use hierarchy::{Hierarchy, label};
 use mesh::Meshes;
 use serde::Deserialize;
 use serde_json::{Map, Value};
+use std::collections::BTreeSet;
 use std::path::Path;
 
 /// About what fits into a graphics card's buffers; sharing and instancing let a small file ask for
@@ -203,7 +204,14 @@ struct Transform {
 fn parse(text: &[u8]) -> Result<(Root, Vec<Transform>)> {
     let invalid = |error| broken(format!("its JSON is not valid glTF ({error})"));
     let mut value: Value = json::deserialize::from_slice(text).map_err(invalid)?;
-    tidy(&mut value);
+    let mut found = BTreeSet::new();
+    tidy(&mut value, &mut found);
+    // Exporters forget to list what they use.
+    if let Some(root) = value.as_object_mut() {
+        let used = root.get("extensionsUsed").and_then(Value::as_array).into_iter().flatten();
+        found.extend(used.filter_map(Value::as_str).map(str::to_owned));
+        root.insert("extensionsUsed".into(), found.into_iter().collect());
+    }
     let asset = &value["asset"];
     let version = asset["minVersion"].as_str().or(asset["version"].as_str()).unwrap_or_default();
     if version.is_empty() {
@@ -231,14 +239,18 @@ fn parse(text: &[u8]) -> Result<(Root, Vec<Transform>)> {
     Ok((json::deserialize::from_value(value).map_err(invalid)?, transforms))
 }
 
-/// Takes out `extras`, which may be any JSON, and makes whole numbers integers: exporters write them as 4.0 too.
-fn tidy(value: &mut Value) {
+/// Takes out `extras`, which may be any JSON, and makes whole numbers integers: exporters write them as 4.0 too. Adds the names of
+/// the extensions that are found.
+fn tidy(value: &mut Value, found: &mut BTreeSet<String>) {
     match value {
         Value::Object(members) => {
             members.remove("extras");
-            members.values_mut().for_each(tidy);
+            if let Some(Value::Object(extensions)) = members.get("extensions") {
+                found.extend(extensions.keys().cloned());
+            }
+            members.values_mut().for_each(|member| tidy(member, found));
         }
-        Value::Array(items) => items.iter_mut().for_each(tidy),
+        Value::Array(items) => items.iter_mut().for_each(|item| tidy(item, found)),
         Value::Number(number) => {
             // Up to 2^53 every whole number is a float of its own; zero keeps its sign.
             let whole = |x: &f64| x.fract() == 0.0 && *x != 0.0 && x.abs() < 9e15 || x.to_bits() == 0;

@@ -52,6 +52,12 @@ fn json_that_is_none() {
         let message = error_of("scene.gltf", text.as_bytes());
         assert!(message.contains(reason), "{message}");
     }
+    // In a .glb it may be no object at all.
+    for json in ["[1, 2]  ", "4.0     "] {
+        let header = [&b"glTF\x02\0\0\0"[..], &28u32.to_le_bytes(), &8u32.to_le_bytes(), b"JSON"].concat();
+        let message = error_of("scene.glb", &[&header, json.as_bytes()].concat());
+        assert!(message.contains("version"), "{message}");
+    }
     let deep = format!("{{\"asset\":{}", "[".repeat(100_000));
     error_of("scene.gltf", deep.as_bytes());
 }

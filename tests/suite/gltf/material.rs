@@ -171,7 +171,8 @@ fn a_texture_without_an_image_we_read_is_left_out() {
     file.json["textures"][0] = json!({ "extensions": { "EXT_texture_avif": { "source": 0 } } });
     let scene = file.load();
     assert_eq!(scene.materials[0].texture, None);
-    assert!(scene.notes[0].contains("no image that can be read"));
+    assert!(scene.notes[0].contains("EXT_texture_avif"), "{:?}", scene.notes);
+    assert!(scene.notes[1].contains("no image that can be read"), "{:?}", scene.notes);
 }
 
 #[test]

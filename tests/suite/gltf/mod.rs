@@ -110,6 +110,10 @@ fn extensions_that_only_shade_are_noted() {
             "The file uses VENDOR_thing, without which it is drawn.",
         ]
     );
+    // One that is used, though the file does not say so.
+    file.json["nodes"][0]["extensions"] = json!({ "VENDOR_other": 1 });
+    assert!(file.load().notes[1].contains("uses VENDOR_other, VENDOR_thing"), "{:?}", file.load().notes);
+    file.json["nodes"][0].as_object_mut().unwrap().remove("extensions");
     // What changes nothing that is drawn, and textures, whose materials are drawn without them.
     file.json["extensionsRequired"] = json!(["KHR_animation_pointer", "EXT_texture_avif"]);
     file.json["extensionsUsed"] = json!(["EXT_texture_avif"]);
