@@ -2,7 +2,7 @@
 //!
 //! They are read by hand: of the crates there are, one panics on a colour of one number and none keeps smoothing groups.
 
-use super::polygons::{Corner, GREY, NONE, Polygons, cannot_load, linear, material};
+use super::polygons::{Corner, GREY, NONE, Polygons, WRONG, cannot_load, linear, material};
 use super::textures::{MAX_IMAGES, TOO_LARGE, decode};
 use super::{Material, Scene, Texture, Wrap};
 use crate::files;
@@ -10,6 +10,7 @@ use crate::message::{counted, list, quoted, shortened};
 use anyhow::{Context, Result, anyhow, bail, ensure};
 use glam::{DVec3, Vec2, Vec3, Vec4};
 use image::RgbaImage;
+use std::borrow::Cow;
 use std::collections::{BTreeSet, HashMap};
 use std::path::{Path, PathBuf};
 use std::str::SplitWhitespace;
@@ -21,15 +22,25 @@ pub fn load(path: &Path) -> Result<Scene> {
 
 /// A file's text; what is no UTF-8 can only be a name or a comment. Lines that go on are one.
 fn text_of(data: &[u8]) -> String {
-    let text = String::from_utf8_lossy(data);
+    let text = match data {
+        [0xff, 0xfe, rest @ ..] => Cow::Owned(utf16(rest, u16::from_le_bytes)),
+        [0xfe, 0xff, rest @ ..] => Cow::Owned(utf16(rest, u16::from_be_bytes)),
+        _ => String::from_utf8_lossy(data),
+    };
     text.trim_start_matches('\u{feff}').replace("\\\r\n", " ").replace("\\\n", " ")
+}
+
+/// UTF-16, as some tools of Windows write text.
+fn utf16(data: &[u8], unit: fn([u8; 2]) -> u16) -> String {
+    let units = data.chunks_exact(2).map(|pair| unit([pair[0], pair[1]]));
+    char::decode_utf16(units).map(|c| c.unwrap_or(char::REPLACEMENT_CHARACTER)).collect()
 }
 
 fn read(path: &Path) -> Result<Scene> {
     let data = files::read(path, files::MOST_DATA).map_err(|error| anyhow!(files::reason(&error)))?;
     let text = text_of(&data);
     let mut polygons = Polygons::default();
-    let mut library = Library { folder: path.parent().unwrap_or(Path::new("")).into(), ..Library::default() };
+    let mut library = Library::beside(path);
     let (mut now, mut smooth) = (None, 0);
     let (mut lines_and_points, mut curves) = (0, 0);
     for (number, line) in text.lines().enumerate() {
@@ -89,6 +100,15 @@ fn read(path: &Path) -> Result<Scene> {
         "free-form curve or surface is left out.",
         "free-form curves or surfaces are left out.",
     ));
+    // Nothing at all would be seen. Exporters that write `d 0` for all have lost the opacity on their way.
+    let hidden = |material: u32| library.materials[material as usize].base_color.w < 0.5;
+    if library.hidden > 0 && polygons.faces.iter().all(|face| hidden(face.material)) {
+        library.materials.iter_mut().for_each(|material| material.base_color.w = 1.0);
+        library.hidden = 0;
+        notes.push(
+            "All materials are more than half transparent (d below 0.5): they are drawn as if they were opaque.".into(),
+        );
+    }
     notes.extend(library.notes());
     polygons.scene(path, library.materials, library.textures, notes)
 }
@@ -108,13 +128,15 @@ fn corner(word: &str, counts: [usize; 3]) -> Result<Corner> {
     let mut found = [NONE; 3];
     for (i, text) in word.split('/').enumerate() {
         let index: Option<i64> = if text.is_empty() && i > 0 { continue } else { text.parse().ok() };
-        let index = index.filter(|index| *index != 0 && i < 3);
+        // Some exporters write 0 for a normal or texture coordinate that there is none of.
+        let index = index.filter(|index| (*index != 0 || i > 0) && i < 3);
         let index = index.with_context(|| format!("{} is no corner of a face", quoted(word)))?;
         let index = if index < 0 { counts[i] as i64 + index } else { index - 1 };
-        let Some(index) = u32::try_from(index).ok().filter(|index| *index != NONE) else {
-            bail!("{} counts back beyond the first", quoted(word));
+        found[i] = match u32::try_from(index).ok().filter(|index| *index < WRONG) {
+            Some(index) => index,
+            None if i > 0 => WRONG,
+            None => bail!("{} counts back beyond the first", quoted(word)),
         };
-        found[i] = index;
     }
     let [position, uv, normal] = found;
     Ok(Corner { position, normal, uv })
@@ -140,14 +162,14 @@ struct Map {
 
 /// The materials of a file.
 #[derive(Default)]
-struct Library {
+pub(super) struct Library {
     folder: PathBuf,
     described: HashMap<String, Described>,
     /// Those in use, by name.
     used: HashMap<String, u32>,
     plain: Option<u32>,
-    materials: Vec<Material>,
-    textures: Vec<Texture>,
+    pub materials: Vec<Material>,
+    pub textures: Vec<Texture>,
     /// By the files that they are made of.
     known: HashMap<(Option<Map>, Option<Map>), Option<u32>>,
     /// Libraries and images that cannot be read, and why.
@@ -160,6 +182,19 @@ struct Library {
 }
 
 impl Library {
+    /// Of the files beside another.
+    pub fn beside(path: &Path) -> Self {
+        Library { folder: path.parent().unwrap_or(Path::new("")).into(), ..Library::default() }
+    }
+
+    /// The number of a material that is nothing but a texture.
+    pub fn painted(&mut self, name: &str) -> Result<u32> {
+        self.make(
+            name,
+            &Described { map_color: Some(Map { path: relative(name), clamp: false }), ..Described::default() },
+        )
+    }
+
     /// Reads the libraries that a line names.
     fn read(&mut self, names: &str) {
         // A name may hold spaces, or there may be several.
@@ -308,13 +343,13 @@ impl Library {
         }
     }
 
-    fn notes(&self) -> Vec<String> {
+    pub fn notes(&self) -> Vec<String> {
         let mut notes = Vec::new();
         if !self.missing.is_empty() {
             let names = self.missing.iter().take(5).cloned().collect::<Vec<_>>().join(", ");
             let more = self.missing.len().saturating_sub(5);
             let more = if more > 0 { format!(" and {more} more") } else { String::new() };
-            notes.push(format!("Drawn without {names}{more}: put what is missing next to the .obj file."));
+            notes.push(format!("Drawn without {names}{more}: put what is missing next to the file."));
         }
         if !self.unknown.is_empty() {
             let names = list(self.unknown.iter().map(String::as_str));

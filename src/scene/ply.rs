@@ -1,9 +1,10 @@
 //! Loads PLY files, ASCII and binary.
 
 use super::Scene;
-use super::polygons::{Corner, GREY, NONE, Polygons, cannot_load, linear, material};
+use super::obj::Library;
+use super::polygons::{Corner, GREY, NO_FACES, NONE, Polygons, cannot_load, linear, material};
 use crate::files;
-use crate::message::cut;
+use crate::message::{counted, cut};
 use anyhow::{Context, Result, anyhow, ensure};
 use glam::{DVec3, Vec2, Vec3, Vec4};
 use ply_rs_bw::parser::{Parser, Reader};
@@ -24,6 +25,10 @@ struct Element {
     /// From 0 to 1.
     color: [Option<f32>; 3],
     vertices: Vec<i64>,
+    /// Texture coordinates of a face's corners, two each.
+    corner_uvs: Vec<f32>,
+    /// Which of the file's textures a face has.
+    texture: usize,
 }
 
 impl PropertyAccess for Element {
@@ -55,6 +60,14 @@ impl PropertyAccess for Element {
                     _ => return PropertyAccessResult::Ignored,
                 }
             }
+            "texcoord" => {
+                self.corner_uvs = match value {
+                    Property::ListFloat(list) => list,
+                    Property::ListDouble(list) => list.into_iter().map(|x| x as f32).collect(),
+                    _ => return PropertyAccessResult::Ignored,
+                }
+            }
+            "texnumber" => self.texture = float().map_or(0, |number| number as usize),
             _ => return PropertyAccessResult::Ignored,
         }
         PropertyAccessResult::Set
@@ -73,7 +86,10 @@ fn share(value: &Property) -> Option<f32> {
 fn read(path: &Path) -> Result<Scene> {
     let data = files::read(path, files::MOST_DATA).map_err(|error| anyhow!(files::reason(&error)))?;
     let invalid = |error: ply_rs_bw::parser::ParseError| {
-        anyhow!("it is no PLY file that can be read ({})", cut(&error.to_string(), 160))
+        // Below the first line stands how the reader works.
+        let text = error.to_string();
+        let line = text.lines().next().unwrap_or_default().trim_end_matches(['.', ':']);
+        anyhow!("it is no PLY file that can be read ({}); export it again", cut(line, 160))
     };
     let parser = Parser::<Element>::new();
     let mut reader = Reader::new(&data[..]);
@@ -86,6 +102,28 @@ fn read(path: &Path) -> Result<Scene> {
             element.count,
             cut(name, 40)
         );
+    }
+    let drawn = ["face", "tristrips"];
+    let faces = drawn.iter().any(|name| header.elements.get(*name).is_some_and(|element| element.count > 0));
+    ensure!(faces, NO_FACES);
+    let mut notes: Vec<String> = Vec::new();
+    for (name, element) in
+        header.elements.iter().filter(|(name, _)| *name != "vertex" && !drawn.contains(&name.as_str()))
+    {
+        let name = cut(name, 40);
+        notes.extend(counted(
+            element.count,
+            &format!("{name} is left out."),
+            &format!("elements \"{name}\" are left out."),
+        ));
+    }
+    // As MeshLab and programs for photogrammetry name their textures.
+    let mut library = Library::beside(path);
+    let mut textured = Vec::new();
+    for comment in &header.comments {
+        if let Some(("TextureFile", name)) = comment.trim().split_once(char::is_whitespace) {
+            textured.push(library.painted(name.trim())?);
+        }
     }
     let payload = parser.read_payload(&mut reader, &header).map_err(invalid)?;
     let vertices = payload.get("vertex").context("it has no element \"vertex\"; export it with vertices and faces")?;
@@ -122,7 +160,13 @@ fn read(path: &Path) -> Result<Scene> {
         for index in &face.vertices {
             polygons.corners.push(corner(*index)?);
         }
-        polygons.face(first, 0, 0);
+        if face.corner_uvs.len() == 2 * face.vertices.len() && !textured.is_empty() {
+            for (corner, uv) in polygons.corners[first..].iter_mut().zip(face.corner_uvs.chunks_exact(2)) {
+                corner.uv = polygons.uvs.len() as u32;
+                polygons.uvs.push(Vec2::new(uv[0], 1.0 - uv[1]));
+            }
+        }
+        polygons.face(first, textured.get(face.texture).or(textured.first()).copied().unwrap_or_default(), 0);
     }
     // Strips one after the other, with -1 between them.
     for list in payload.get("tristrips").into_iter().flatten() {
@@ -131,14 +175,21 @@ fn read(path: &Path) -> Result<Scene> {
                 let first = polygons.corners.len();
                 let [a, b, c] = if i % 2 == 0 { [v[0], v[1], v[2]] } else { [v[0], v[2], v[1]] };
                 polygons.corners.extend([corner(a)?, corner(b)?, corner(c)?]);
-                polygons.face(first, 0, 0);
+                polygons.face(first, textured.first().copied().unwrap_or_default(), 0);
             }
         }
     }
-    let colored = polygons.colors.len() == count;
+    // A texture stands in the place of colours, which programs write beside it all the same.
+    let colored = polygons.colors.len() == count && library.textures.is_empty();
     if !colored {
         polygons.colors.clear();
     }
-    let base = if colored { Vec4::ONE } else { GREY };
-    polygons.scene(path, vec![material("PLY", base)], Vec::new(), Vec::new())
+    if textured.is_empty() {
+        library.materials.push(material("PLY", GREY));
+    }
+    if colored {
+        library.materials.iter_mut().for_each(|material| material.base_color = Vec4::ONE);
+    }
+    notes.extend(library.notes());
+    polygons.scene(path, library.materials, library.textures, notes)
 }

@@ -12,6 +12,11 @@ use std::path::Path;
 /// In place of an index that a corner does not have.
 pub const NONE: u32 = u32::MAX;
 
+/// In place of an index that a corner has, but that no file can mean: it counts back beyond the first.
+pub const WRONG: u32 = NONE - 1;
+
+pub const NO_FACES: &str = "it holds no faces to draw, only points or lines; export it with its faces";
+
 /// A file's polygons.
 #[derive(Default)]
 pub struct Polygons {
@@ -58,13 +63,14 @@ impl Polygons {
     /// # Errors
     /// An index or number that is none, no triangles, or too many.
     pub fn scene(
-        self,
+        mut self,
         path: &Path,
         materials: Vec<Material>,
         textures: Vec<Texture>,
         notes: Vec<String>,
     ) -> Result<Scene> {
         self.check()?;
+        let lost = self.drop_lost();
         // The distance from zero goes into a node of 64 bits before the vertices are rounded.
         let used = self.corners.iter().map(|corner| self.positions[corner.position as usize]);
         let (low, high) = used.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(l, h), p| (l.min(p), h.max(p)));
@@ -139,6 +145,11 @@ impl Polygons {
             "vertex has texture coordinates that are not finite, which are set to zero.",
             "vertices have texture coordinates that are not finite, which are set to zero.",
         ));
+        scene.notes.extend(counted(
+            lost,
+            "corner of a face names a normal or texture coordinate that the file does not have, and does without.",
+            "corners of faces name normals or texture coordinates that the file does not have, and do without.",
+        ));
         let bounds = origin::take_off(&mut scene)?;
         presets::add(&mut scene, bounds);
         Ok(scene)
@@ -149,30 +160,38 @@ impl Polygons {
         if triangles > MAX_TRIANGLES {
             return Err(too_many(triangles));
         }
-        ensure!(triangles > 0, "it holds no faces to draw, only points or lines; export it with its faces");
+        ensure!(triangles > 0, NO_FACES);
         for corner in &self.corners {
-            let all = [
-                ("vertex", corner.position, self.positions.len()),
-                ("normal", corner.normal, self.normals.len()),
-                ("texture coordinate", corner.uv, self.uvs.len()),
-            ];
-            for (what, index, count) in all.into_iter().filter(|(what, index, _)| *index != NONE || *what == "vertex") {
-                let number = u64::from(index) + 1;
-                ensure!(
-                    (index as usize) < count,
-                    "a face has the {what} number {number}, but the file has {count}; it is damaged or badly exported, export \
-                     it again"
-                );
-            }
-            let position = self.positions[corner.position as usize];
-            if !position.as_vec3().is_finite() {
+            let (number, count) = (u64::from(corner.position) + 1, self.positions.len());
+            let Some(position) = self.positions.get(corner.position as usize) else {
                 bail!(
-                    "the position of vertex number {} is not finite; export it again",
-                    u64::from(corner.position) + 1
+                    "a face has the vertex number {number}, but the file has {count}; it is damaged or badly exported, export it \
+                     again"
                 );
+            };
+            if !position.as_vec3().is_finite() {
+                bail!("the position of vertex number {number} is not finite; export it again");
             }
         }
         Ok(())
+    }
+
+    /// Takes normals and texture coordinates that are not there off the corners that name them, and says how many do. A surface is
+    /// complete without; some exporters leave them out.
+    fn drop_lost(&mut self) -> usize {
+        let (normals, uvs) = (self.normals.len(), self.uvs.len());
+        let mut lost = 0;
+        for corner in &mut self.corners {
+            let mut is_lost = false;
+            for (index, count) in [(&mut corner.normal, normals), (&mut corner.uv, uvs)] {
+                if *index != NONE && *index as usize >= count {
+                    *index = NONE;
+                    is_lost = true;
+                }
+            }
+            lost += usize::from(is_lost);
+        }
+        lost
     }
 
     fn corners_of(&self, face: &Face) -> &[Corner] {

@@ -1,10 +1,10 @@
 //! Cameras and lights that suit a scene's extent, all in scene space.
 
 use crate::light::Light;
-use crate::message::shortened;
-use crate::scene::pose::placements;
+use crate::message::{quoted, shortened};
+use crate::scene::pose::{Placement, placements};
 use crate::scene::{Camera, NamedCamera, NamedLight, Scene};
-use glam::{DVec3, Vec3};
+use glam::{DVec3, Vec3, Vec4};
 
 /// An axis-aligned box around the scene, scene space.
 #[derive(Clone, Copy, Debug)]
@@ -34,6 +34,7 @@ pub fn for_each_vertex(scene: &Scene, mut visit: impl FnMut(DVec3)) {
 /// Adds cameras and lights that suit the scene's size and place.
 pub fn add(scene: &mut Scene, bounds: Bounds) {
     tell_unseen(scene, bounds);
+    let own = scene.cameras.len();
     let detail = detail(scene).unwrap_or(bounds);
     let far = 20.0 * bounds.radius();
     add_camera(scene, "overview", overview(bounds, far), None);
@@ -42,6 +43,9 @@ pub fn add(scene: &mut Scene, bounds: Bounds) {
     }
     let low = low(scene, detail, far);
     add_camera(scene, "low", low, None);
+    if own > 0 {
+        open_with_a_view(scene);
+    }
 
     let center = bounds.center();
     let radius = bounds.radius();
@@ -97,6 +101,39 @@ fn tell_unseen(scene: &mut Scene, bounds: Bounds) {
             ));
         }
     }
+}
+
+/// Puts the first camera that sees something before all others. Early exporters left out the turn between their cameras' axes and
+/// those of glTF: such cameras look past the scene.
+fn open_with_a_view(scene: &mut Scene) {
+    let around = |placed: &Placement| {
+        let all = (0..placed.mesh.positions.len()).map(|i| placed.position(i).as_vec3());
+        all.fold([Vec3::INFINITY, Vec3::NEG_INFINITY], |[low, high], p| [low.min(p), high.max(p)])
+    };
+    let all = placements(scene, 0, 0.0);
+    let sees = |camera: &Camera| all.iter().any(|placed| may_see(camera, around(placed)));
+    let seeing = scene.cameras.iter().position(|named| sees(&named.camera));
+    if let Some(index @ 1..) = seeing {
+        let [blind, other] = [0, index].map(|i| quoted(&scene.cameras[i].name));
+        scene.notes.push(format!("The camera {blind} sees nothing of the scene, which opens with {other} instead."));
+        scene.cameras[..=index].rotate_right(1);
+    }
+}
+
+/// Whether a box is not beyond one of the sides of what a camera sees in a picture of 16 to 9.
+fn may_see(camera: &Camera, [low, high]: [Vec3; 2]) -> bool {
+    let seen = camera.projection(16.0 / 9.0) * camera.view();
+    let corners: [_; 8] = std::array::from_fn(|i| {
+        let corner = Vec3::new([low, high][i & 1].x, [low, high][i >> 1 & 1].y, [low, high][i >> 2].z);
+        (seen * corner.extend(1.0), (corner - camera.position).dot(camera.forward()))
+    });
+    let beyond = |outside: &dyn Fn(Vec4, f32) -> bool| corners.iter().all(|(clip, depth)| outside(*clip, *depth));
+    !(beyond(&|clip, _| clip.x < -clip.w)
+        || beyond(&|clip, _| clip.x > clip.w)
+        || beyond(&|clip, _| clip.y < -clip.w)
+        || beyond(&|clip, _| clip.y > clip.w)
+        || beyond(&|_, depth| depth < camera.near)
+        || beyond(&|_, depth| depth > camera.far))
 }
 
 /// Adds a camera under a name that no other has; `node`: what moves it.

@@ -1,7 +1,7 @@
 //! Scenes in OBJ, PLY and STL, formats that are refused, and presets beside a scene's file.
 
 use crate::common::{ok, shadowscope};
-use glam::{DVec3, Vec3, Vec4};
+use glam::{DVec3, Vec2, Vec3, Vec4};
 use shadowscope::scene::geometry::Geometry;
 use shadowscope::scene::{Mesh, Scene, formats};
 use std::path::Path;
@@ -253,13 +253,23 @@ fn files_that_are_damaged() {
         ("a.obj", "v 0 0 0\nf 1 -2 1\n", "line 2"),
         ("a.obj", "v 0 0 0\nf 1 0 1\n", "line 2"),
         ("a.obj", "v 0 0 0\nf 1/1/1/1 1 1\n", "line 2"),
-        ("a.obj", "v 0 0 0\nf 1/7 1/7 1/7\n", "texture coordinate number 7"),
         ("a.obj", "v 0 0 0\nf 99999999999999999999 1 1\n", "line 2"),
         ("a.obj", "v 0 0 0\nv 0 0 1\nf 1 2 1\n", "no triangles"),
         ("a.ply", "ply\n", "no PLY file"),
         ("a.ply", "ply\nformat ascii 1.0\nelement vertex 4000000000\nproperty float x\nend_header\n1\n", "no room"),
         ("a.ply", "ply\nformat ascii 1.0\nelement vertex 3\nend_header\n\n\n\n", "no room"),
-        ("a.ply", "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nend_header\n1\n", "lack x, y or z"),
+        (
+            "a.ply",
+            "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n1\n3 0 0 0\n",
+            "lack x, y or z",
+        ),
+        // What Gaussian splats look like.
+        ("a.ply", "ply\nformat ascii 1.0\nelement vertex 1\nproperty float packed\nend_header\n1\n", "no faces"),
+        (
+            "a.ply",
+            "ply\nformat ascii 1.0\nelement vertex 1\nproperty float16 x\nend_header\n1\n",
+            "(Line 4: Couldn't parse line); export",
+        ),
         (
             "a.ply",
             "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\nelement face 1\n\
@@ -288,6 +298,69 @@ fn files_that_are_damaged() {
     refused("cut.ply", &cut);
 }
 
+/// Normals and texture coordinates that faces name but the file leaves out: the surface is there without them.
+#[test]
+fn corners_of_obj_files_lack_what_they_name() {
+    for (lines, lost) in [
+        ("f 1//1 2//1 3//1\n", 3),
+        ("vt 0 0\nf 1/1 2/7 3/1\n", 1),
+        ("f 1/0/0 2/0/0 3/0/0\n", 3),
+        ("vn 0 1 0\nf 1//1 2//-1 3//-2\n", 1),
+        // Those that come later are there.
+        ("f 1//1 2//1 3//1\nvn 0 1 0\n", 0),
+    ] {
+        let scene = loaded("lacking.obj", format!("v 0 0 0\nv 0 0 1\nv 1 0 0\n{lines}").as_bytes());
+        assert!((area(&scene.meshes[0]) - 0.5).abs() < 1e-6);
+        assert!(scene.meshes[0].normals.iter().all(|n| n.abs_diff_eq(Vec3::Y, 1e-6)), "{lines}");
+        let told = scene.notes.join(" ");
+        assert_eq!(told.contains(&format!("{lost} corner")), lost > 0, "{lines}: {told}");
+        assert_eq!(told.contains("does not have"), lost > 0, "{lines}: {told}");
+    }
+}
+
+/// Where nothing would be left to see, opacity does not count; else it does.
+#[test]
+fn obj_files_of_hidden_materials_alone() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("a.mtl"), "newmtl gone\nKd 1 0 0\nd 0\nnewmtl there\nKd 0 1 0\n").unwrap();
+    let text = "mtllib a.mtl\nv 0 0 0\nv 0 0 1\nv 1 0 0\nusemtl gone\nf 1 2 3\n";
+    let alone = load(folder.path(), "alone.obj", text.as_bytes()).unwrap();
+    assert_eq!(alone.materials[0].base_color, Vec4::new(1.0, 0.0, 0.0, 1.0));
+    let both = load(folder.path(), "both.obj", format!("{text}usemtl there\nf 3 2 1\n").as_bytes()).unwrap();
+    assert_eq!(both.materials.iter().map(|m| m.base_color.w).collect::<Vec<_>>(), [0.0, 1.0]);
+    assert!(alone.notes.join(" ").contains("drawn as if they were opaque"), "{:?}", alone.notes);
+    assert!(both.notes.join(" ").contains("not drawn"), "{:?}", both.notes);
+}
+
+/// Textures as MeshLab and programs for photogrammetry write them: named in comments, with coordinates for each corner.
+#[test]
+fn textures_of_a_ply_file() {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, color) in [("a red.png", [255, 0, 0]), ("green.png", [0, 255, 0])] {
+        image::RgbImage::from_pixel(2, 2, image::Rgb(color)).save(folder.path().join(name)).unwrap();
+    }
+    let text = "ply\nformat ascii 1.0\ncomment VCGLIB generated\ncomment TextureFile a red.png\ncomment TextureFile green.png\n\
+                element vertex 4\nproperty float x\nproperty float y\nproperty float z\nproperty uchar red\nproperty uchar green\n\
+                property uchar blue\nelement face 2\nproperty list uchar int vertex_indices\nproperty list uchar float texcoord\n\
+                property int texnumber\nelement edge 1\nproperty int vertex1\nend_header\n\
+                0 0 0 9 9 9\n0 0 1 9 9 9\n1 0 1 9 9 9\n1 0 0 9 9 9\n3 0 1 2 6 0 0 0 1 1 1 1\n3 0 2 3 6 0 0 0.5 0.25 1 0 0\n0\n";
+    let scene = load(folder.path(), "textured.ply", text.as_bytes()).unwrap();
+    assert_eq!(scene.meshes.len(), 2, "one a texture");
+    for mesh in &scene.meshes {
+        let material = &scene.materials[mesh.material as usize];
+        let rgba = &scene.textures[material.texture.unwrap() as usize].rgba;
+        assert!(mesh.colors.is_empty() && material.base_color == Vec4::ONE, "the texture takes the place of colours");
+        let (red, at) = (mesh.uvs.contains(&Vec2::new(0.5, 0.75)), rgba[..3].to_vec());
+        assert_eq!(at, if red { [255, 0, 0] } else { [0, 255, 0] }, "{:?}", mesh.uvs);
+        assert!(mesh.uvs.contains(&Vec2::new(0.0, 1.0)), "v is up in the file, down in the image");
+    }
+    assert!(scene.notes.join(" ").contains("1 edge is left out"), "{:?}", scene.notes);
+    std::fs::remove_file(folder.path().join("green.png")).unwrap();
+    let scene = load(folder.path(), "textured.ply", text.as_bytes()).unwrap();
+    assert_eq!((scene.meshes.len(), scene.textures.len()), (2, 1));
+    assert!(scene.notes.join(" ").contains("\"green.png\" (there is no such file)"), "{:?}", scene.notes);
+}
+
 #[test]
 fn strips_of_a_ply_file() {
     let scene = loaded(
@@ -307,6 +380,10 @@ fn strips_of_a_ply_file() {
 #[test]
 fn formats_are_told_by_contents_before_names() {
     assert_eq!(loaded("named.obj", &as_ply("ascii")).triangles(), 14);
+    for order in [u16::to_le_bytes, u16::to_be_bytes] {
+        let text: Vec<u8> = format!("\u{feff}{}", as_obj()).encode_utf16().flat_map(order).collect();
+        assert_eq!(loaded("wide.obj", &text).triangles(), 14);
+    }
     assert_eq!(loaded("named.dat", as_ascii_stl().as_bytes()).triangles(), 14);
     for (name, contents, says) in [
         ("a.fbx", &b"Kaydara FBX Binary  \0"[..], "FBX"),

@@ -214,6 +214,11 @@ fn parse(text: &[u8]) -> Result<(Root, Vec<Transform>)> {
     }
     let asset = &value["asset"];
     let version = asset["minVersion"].as_str().or(asset["version"].as_str()).unwrap_or_default();
+    if version.is_empty() {
+        bail!(
+            "it names no version of glTF (\"asset\": {{\"version\": …}}), as files of glTF 1.0 may; convert it to glTF 2.0"
+        );
+    }
     if !version.starts_with("2.") {
         bail!("it is of glTF version {version:?}; convert it to glTF 2.0");
     }

@@ -163,10 +163,48 @@ fn odd_values_of_lights_are_told() {
     }
 }
 
+/// One that looks past the scene does not come first, and keeps its place otherwise.
+#[test]
+fn a_file_opens_with_a_camera_that_sees_something() {
+    let mut file = File::triangle();
+    let perspective = json!({ "yfov": 0.5, "znear": 0.1, "zfar": 20 });
+    let orthographic = json!({ "xmag": 1, "ymag": 1, "znear": 0.1, "zfar": 20 });
+    file.json["cameras"] = json!([
+        { "type": "perspective", "perspective": perspective },
+        { "type": "orthographic", "orthographic": orthographic },
+    ]);
+    let named = |camera: u32, place: [f32; 3]| {
+        json!([
+            { "mesh": 0 },
+            { "camera": camera, "translation": place, "name": "first" },
+            { "camera": 0, "translation": [0.5, 0.5, 8], "name": "second" },
+        ])
+    };
+    for camera in [0, 1] {
+        // Behind it, beside it on each side, and too far from it.
+        for place in
+            [[0.5, 0.5, -8.0], [9.0, 0.5, 8.0], [-9.0, 0.5, 8.0], [0.5, 9.0, 8.0], [0.5, -9.0, 8.0], [0.5, 0.5, 21.0]]
+        {
+            file.json["nodes"] = named(camera, place);
+            let scene = file.load();
+            let names: Vec<_> = scene.cameras.iter().map(|camera| camera.name.as_str()).collect();
+            assert_eq!(names, ["second", "first", "overview", "low"], "{place:?}");
+            let note = "The camera \"first\" sees nothing of the scene, which opens with \"second\" instead.";
+            assert!(scene.notes.iter().any(|told| told == note), "{:?}", scene.notes);
+        }
+        file.json["nodes"] = named(camera, [1.5, 0.5, 8.0]);
+        let scene = file.load();
+        assert_eq!((scene.cameras[0].name.as_str(), scene.notes.len()), ("first", 0), "it sees a part");
+    }
+    file.json["nodes"] = named(0, [0.5, 0.5, -8.0]);
+    file.json["nodes"][2]["camera"] = serde_json::Value::Null;
+    assert_eq!(file.load().cameras[0].name, "overview");
+}
+
 #[test]
 fn odd_values_of_cameras_are_told() {
     let mut file = File::triangle();
-    file.json["nodes"] = json!([{ "mesh": 0 }, { "translation": [0.5, 0.5, 4], "camera": 0 }]);
+    file.json["nodes"] = json!([{ "mesh": 0 }, { "translation": [0.5, 0.5, 14], "camera": 0 }]);
     for (perspective, note) in [
         (json!({ "yfov": 0, "znear": 0.1 }), "yfov 0; 45°"),
         (json!({ "yfov": -1, "znear": 0.1 }), "yfov -1; 45°"),
@@ -271,7 +309,11 @@ fn cameras_of_the_file_come_first_and_where_they_are() {
     assert_eq!((even.height, even.far), (Some(3.0), 40.0));
     // From the file's zero to what is higher than 0.
     assert!((even.forward() - Vec3::NEG_Z).length() < 1e-6 && even.near > 0.0);
-    assert!(scene.notes.is_empty(), "{:?}", scene.notes);
+    // The triangle stands in that camera's own plane.
+    assert_eq!(
+        scene.notes,
+        ["Camera camera 2 shows nothing: all of the scene lies behind it or before its near plane."]
+    );
 
     // What a camera cannot show is told.
     let whole = file.json.clone();
