@@ -17,14 +17,14 @@ impl Camera {
         self.height_at(depth) / height
     }
 
-    /// How far the picture is turned clockwise from upright, radians.
+    /// How far the camera is turned clockwise from upright, radians.
     pub fn roll(&self) -> f32 {
         let (right, up) = Camera { up: Vec3::Y, ..*self }.axes();
         let own = self.axes().1;
         own.dot(right).atan2(own.dot(up))
     }
 
-    /// Turns the picture clockwise from upright by an angle in radians.
+    /// Turns the camera clockwise from upright by an angle in radians.
     pub fn set_roll(&mut self, roll: f32) {
         self.up = Vec3::Y;
         if roll != 0.0 {

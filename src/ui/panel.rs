@@ -522,7 +522,7 @@ fn projection(ui: &mut Ui, c: &mut Camera, bounds: [Vec3; 2]) {
     }
     let mut roll = c.roll().to_degrees();
     let before = roll;
-    slide(ui, "roll", "How far the picture is turned clockwise from upright.", &mut roll, -180.0..=180.0, false, "°");
+    slide(ui, "roll", "How far the camera is turned clockwise from upright.", &mut roll, -180.0..=180.0, false, "°");
     if roll != before {
         c.set_roll(roll.to_radians());
     }
