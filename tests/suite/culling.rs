@@ -2,7 +2,7 @@
 
 use crate::common::*;
 use glam::{DMat3, DVec2, DVec3, DVec4, Vec2, Vec3, Vec4};
-use shadowscope::gpu::{Pass, Raster, Recorder, Timer};
+use shadowscope::gpu::{Pass, Raster, Recorder, Table, Timer};
 use shadowscope::light::LightView;
 use shadowscope::map::cascades::Fitting;
 use shadowscope::scene::geometry::Vertex;
@@ -108,7 +108,8 @@ fn casters_that_cover_no_texel_are_left_out_and_no_others() {
         let fitting = Fitting { count: 1, opaque: count, triangles: count, culled: 1, ..bytemuck::Zeroable::zeroed() };
         let all: Vec<u32> = (0..3 * count).collect();
         let buffer = |bytes: &[u8], usage| gpu.buffer("casters", bytes, usage);
-        let vertices = buffer(bytemuck::cast_slice(&corners), Use::VERTEX | Use::STORAGE);
+        let vertices = buffer(bytemuck::cast_slice(&corners), Use::VERTEX);
+        let records = Table::new(&gpu, "vertices by number", bytemuck::cast_slice(&corners));
         let indices = buffer(bytemuck::cast_slice(&all), Use::INDEX | Use::STORAGE);
         let kept = buffer(&vec![0; 12 * count as usize], Use::INDEX | Use::STORAGE | Use::COPY_SRC);
         let draws =
@@ -118,7 +119,7 @@ fn casters_that_cover_no_texel_are_left_out_and_no_others() {
         let mut recorder = Recorder::new(&gpu, &mut timer, false, [1, 1]);
         recorder
             .run(&cull)
-            .bind("vertices", &vertices)
+            .bind("vertices", records.view())
             .bind("corners_of", &indices)
             .bind("fitting", &buffer(bytemuck::bytes_of(&fitting), Use::UNIFORM))
             .bind("light_views", &buffer(&views, Use::UNIFORM))
