@@ -233,7 +233,7 @@ fn draw_line(in: Line) -> @location(0) vec4f {
     let surface = textureLoad(g_position, pixel, 0).w;
     let depth = dot(in.position - frame.eye, frame.forward);
     // Lines on a surface belong before it.
-    if surface > 0.0 && depth > surface * 1.003 {
+    if surface > 0.0 && depth > surface + 0.003 * distance_at(surface) {
         return vec4f(label_color(in.color), 0.35 * core);
     }
     let rim = 0.6 * saturate(2.0 * in.half + 0.5 - off);

@@ -305,7 +305,14 @@ fn color_of(pixel: vec2u) -> vec4f {
             return data(linear_to_srgb(s.albedo));
         }
         case view_depth: {
-            // Logarithmic from the nearest to the farthest corner of the scene, so that near things differ too.
+            // Logarithmic from the nearest to the farthest corner of the scene, so that near things differ too. How far before the
+            // scene an orthographic camera stands means nothing.
+            if frame.orthographic == 1u {
+                let middle = dot(0.5 * (frame.bounds_min + frame.bounds_max) - frame.eye, frame.forward);
+                let half = dot(0.5 * (frame.bounds_max - frame.bounds_min), abs(frame.forward));
+                let first = max(middle - half, frame.near);
+                return data(vec3f(saturate(log(s.depth / first) / log(max(min(middle + half, frame.far) / first, 1.0001)))));
+            }
             let low = max(frame.near, 1e-3);
             let reach = length(max(abs(frame.eye - frame.bounds_min), abs(frame.eye - frame.bounds_max)));
             return data(vec3f(saturate(log(s.depth / low) / log(max(min(frame.far, reach), 2.0 * low) / low))));

@@ -148,9 +148,14 @@ pub fn create_folder(file: &Path) -> Result<()> {
 /// Why it cannot be written.
 pub fn check_target(path: &Path) -> Result<Option<String>> {
     let name = path.display();
-    ensure!(!path.is_dir(), "{name} is a folder; give the name of a file in it");
+    let folder_named = path.as_os_str().as_encoded_bytes().last().is_some_and(|b| std::path::is_separator(*b as char));
+    ensure!(!path.is_dir() && !folder_named, "{name} is a folder; give the name of a file in it");
     let cannot = |error: io::Error| anyhow::anyhow!("{name} cannot be written: {}", reason(&error));
     if let Ok(held) = std::fs::metadata(path) {
+        #[cfg(unix)]
+        if std::os::unix::fs::FileTypeExt::is_fifo(&held.file_type()) {
+            bail!("{name} is a pipe; give the name of a file");
+        }
         if !held.is_file() {
             return Ok(None);
         }

@@ -229,7 +229,7 @@ pub struct Frame<'a> {
     /// Width and height, pixels.
     pub size: [u32; 2],
     /// The picture's depth buffer with its stencil ([`Gpu::depth_stencil`]): near over the depth along the camera's axis, 0 where
-    /// nothing is. Passes that count in the stencil draw into it; no pass may write its depth.
+    /// nothing is; of an orthographic camera even, from 1 at the near plane on. Passes that count in the stencil draw into it; no pass may write its depth.
     pub depth: wgpu::TextureView,
     /// Of all that is random.
     pub seed: u32,

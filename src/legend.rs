@@ -278,6 +278,10 @@ impl Key {
 /// The depths that the view `depth` runs over, as in `shaders/shade.wgsl`.
 fn eye_depths(setup: &Setup, bounds: [Vec3; 2]) -> [f32; 2] {
     let c = &setup.camera;
+    if c.height.is_some() {
+        let [low, high] = c.depths(bounds);
+        return [low, high.max(1.0001 * low)];
+    }
     let low = c.near.max(1e-3);
     let reach = (c.position - bounds[0]).abs().max((c.position - bounds[1]).abs()).length();
     [low, c.far.min(reach).max(2.0 * low)]

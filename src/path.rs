@@ -275,6 +275,11 @@ impl OwnPath {
         for (i, key) in self.keys.iter().enumerate() {
             key.check(light).with_context(|| format!("key {} of the path", i + 1))?;
         }
+        let cameras = || self.keys.iter().filter_map(|k| k.camera);
+        ensure!(
+            !(cameras().any(|c| c.height.is_some()) && cameras().any(|c| c.fov.is_some() && c.height.is_none())),
+            "the path's keys have a height and a fov in different keys: all of it is seen in perspective (fov) or orthographic (height)"
+        );
         for (i, pair) in self.keys.windows(2).enumerate() {
             let [a, b] = [pair[0].time, pair[1].time];
             if b <= a {

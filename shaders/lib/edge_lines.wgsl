@@ -38,5 +38,5 @@ fn edge_corner(index: u32, ends: vec2u) -> Line {
 @fragment
 fn edge_line(l: Line) -> @location(0) vec4f {
     let surface = textureLoad(g_position, vec2u(l.at.xy), 0).w;
-    return vec4f(select(1.0, 0.2, surface > 0.0 && l.depth > 1.005 * surface));
+    return vec4f(select(1.0, 0.2, surface > 0.0 && l.depth > surface + 0.005 * distance_at(surface)));
 }

@@ -33,7 +33,7 @@ fn draw_lines(in: VolumeLine) -> @location(0) vec4f {
     if frame.orthographic == 1u {
         depth = frame.near + (1.0 - in.clip.z) / length(steps);
     }
-    let hidden = surface > 0.0 && depth > 1.003 * surface;
+    let hidden = surface > 0.0 && depth > surface + 0.003 * distance_at(surface);
     return vec4f(select(1.0, 0.2, hidden));
 }
 

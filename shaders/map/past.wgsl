@@ -18,6 +18,11 @@ fn now_past(frames: u32) -> Past {
     return Past(frame.view_proj, frame.eye, frames, frame.forward, frame.orthographic);
 }
 
+// How far off a place is of a camera: from the eye, or along an orthographic view, whose eye means nothing.
+fn off_camera(eye: vec3f, forward: vec3f, orthographic: u32, position: vec3f) -> f32 {
+    return select(distance(position, eye), dot(position - eye, forward), orthographic == 1u);
+}
+
 // Cosine of the angle at which the last frame's camera saw a surface.
 fn seen_before(past: Past, s: Surface) -> f32 {
     let way = select(s.position - past.eye, past.forward, past.orthographic == 1u);

@@ -205,6 +205,7 @@ impl Figure {
             (setup.against, setup.front) = (Vec::new(), 0);
         } else if !self.against.is_empty() {
             setup.against = self.against.iter().map(|a| Side::parse(a)).collect::<Result<_>>()?;
+            setup.complete();
             setup.front = setup.front.min(setup.against.len() as u32);
         }
         if let Some(how) = &self.arrange {

@@ -12,7 +12,7 @@ use crate::map::silhouettes::groups;
 use crate::params::{Group, Params};
 use crate::scene::edges::Bodies;
 use anyhow::{Result, ensure};
-use glam::Vec3;
+use glam::{Vec3, Vec4};
 use std::time::Instant;
 use wgpu::BufferUsages as Use;
 
@@ -81,8 +81,9 @@ pub struct Conservative {
     draws: Buffer,
     /// For a revision of the scene, and room for so many casters.
     scene: Option<((u64, u64), OfScene)>,
-    /// Which bodies count as closed, for an eye and a lamp at these places, and how many triangles belong to others.
-    closed: Option<([Vec3; 2], Vec<bool>, usize)>,
+    /// Which bodies count as closed, for an eye and a lamp at these places and a near plane that is all an eye, and how many
+    /// triangles belong to others.
+    closed: Option<(([Vec3; 2], Option<Vec4>), Vec<bool>, usize)>,
     /// For so many bytes.
     own_planes: Option<(u64, Buffer)>,
     /// For so many triangles, or 0 where none are kept.
@@ -198,8 +199,11 @@ impl Conservative {
         })?;
         // A ray that begins or ends in a body may cross fronts only: there it counts as open.
         let places = [f.eye.position, if lamp { f.light.position() } else { f.eye.position }];
+        // An orthographic camera's rays begin all over its near plane.
+        let cut = f.eye.height.map(|_| f.eye.near_plane());
+        let places = (places, cut);
         if self.closed.as_ref().is_none_or(|(of, ..)| *of != places) {
-            let closed = scene.bodies.without(f.geometry, &places);
+            let closed = scene.bodies.without(f.geometry, &places.0, cut);
             if *self.closed.as_ref().map_or(&scene.bodies.closed, |(_, held, _)| held) != closed {
                 let beside = f.geometry.edges().beside(f.geometry, &closed);
                 gpu.queue.write_buffer(&scene.neighbours, 0, bytemuck::cast_slice(&beside));

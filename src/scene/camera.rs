@@ -1,7 +1,7 @@
 //! The camera: a pinhole's perspective, or an orthographic view.
 
 use super::settled;
-use glam::{DVec3, Mat4, Vec3};
+use glam::{DVec3, Mat4, Vec3, Vec4};
 use serde::{Deserialize, Serialize};
 
 /// A camera in scene space. Metres and degrees.
@@ -14,7 +14,8 @@ pub struct Camera {
     /// What points upwards in the picture, as far as it is at right angles to the view: the camera's roll.
     #[serde(default = "upright", skip_serializing_if = "is_upright")]
     pub up: Vec3,
-    /// Vertical field of view, degrees. An orthographic camera has none.
+    /// Vertical field of view, degrees. An orthographic camera has none, and keeps it for when it is one no more.
+    #[serde(default = "usual_fov")]
     pub fov: f32,
     /// `Some`: an orthographic camera, whose picture is so many metres high at every depth.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -25,6 +26,10 @@ pub struct Camera {
 
 fn upright() -> Vec3 {
     Vec3::Y
+}
+
+fn usual_fov() -> f32 {
+    60.0
 }
 
 fn is_upright(up: &Vec3) -> bool {
@@ -89,6 +94,19 @@ impl Camera {
         }
     }
 
+    /// The near plane: positive behind it, as the camera looks.
+    pub fn near_plane(&self) -> Vec4 {
+        let forward = self.forward();
+        forward.extend(-forward.dot(self.position) - self.near)
+    }
+
+    /// The depths along the camera's axis between which it may see something of a box, metres.
+    pub fn depths(&self, bounds: [Vec3; 2]) -> [f32; 2] {
+        let middle = (bounds[0].midpoint(bounds[1]) - self.position).dot(self.forward());
+        let reach = (0.5 * (bounds[1] - bounds[0])).dot(self.forward().abs());
+        [(middle - reach).max(self.near), (middle + reach).min(self.far)]
+    }
+
     /// How high the picture is at a depth along the camera's axis, metres.
     pub fn height_at(&self, depth: f32) -> f32 {
         2.0 * self.half_height() as f32 * if self.height.is_some() { 1.0 } else { depth }
@@ -142,7 +160,6 @@ impl Camera {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::Vec4;
 
     #[test]
     fn rays_pass_through_the_pixels_that_the_projection_says() {

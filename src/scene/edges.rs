@@ -5,7 +5,7 @@ use crate::frame::Frame;
 use crate::gpu::{Buffer, Gpu, hold};
 use anyhow::{Result, ensure};
 use bytemuck::{Pod, Zeroable};
-use glam::{DVec3, Vec3};
+use glam::{DVec3, Vec3, Vec4};
 use rayon::prelude::*;
 use std::time::Instant;
 
@@ -122,9 +122,18 @@ pub struct Bodies {
 }
 
 impl Bodies {
-    /// Which closed bodies neither of these points lies in.
-    pub fn without(&self, geometry: &Geometry, points: &[Vec3]) -> Vec<bool> {
+    /// Which closed bodies none of these points lies in, and no plane cuts that is given.
+    pub fn without(&self, geometry: &Geometry, points: &[Vec3], cut: Option<Vec4>) -> Vec<bool> {
         let mut closed = self.closed.clone();
+        if let Some(plane) = cut {
+            let mut sides = vec![[false; 2]; closed.len()];
+            for (i, body) in geometry.casters().iter().enumerate() {
+                for corner in geometry.corners(i) {
+                    sides[*body as usize][usize::from(plane.dot(corner.extend(1.0)) > 0.0)] = true;
+                }
+            }
+            closed.iter_mut().zip(sides).for_each(|(closed, sides)| *closed &= sides != [true; 2]);
+        }
         for p in points {
             let around = |b: &[Vec3; 2]| p.cmpge(b[0]).all() && p.cmple(b[1]).all();
             let asked: Vec<bool> = (0..closed.len()).map(|i| self.closed[i] && around(&self.boxes[i])).collect();

@@ -43,7 +43,7 @@ fn read(path: &Path) -> Result<Scene> {
     let mut library = Library::beside(path);
     let (mut now, mut smooth) = (None, 0);
     let (mut lines_and_points, mut curves) = (0, 0);
-    for (number, line) in text.lines().enumerate() {
+    for (number, line) in lines(&text).enumerate() {
         let at = || format!("line {}", number + 1);
         let mut words = line.split_whitespace();
         match words.next().unwrap_or_default() {
@@ -222,7 +222,7 @@ impl Library {
         };
         let text = text_of(&data);
         let mut now = None;
-        for line in text.lines() {
+        for line in lines(&text) {
             let mut words = line.split_whitespace();
             let key = words.next().unwrap_or_default();
             if key == "newmtl" {
@@ -421,4 +421,10 @@ fn joined(mut color: RgbaImage, alpha: &RgbaImage) -> RgbaImage {
     let level = resized.unwrap_or(level);
     color.pixels_mut().zip(level.pixels()).for_each(|(c, a)| c[3] = a[0]);
     color
+}
+
+/// The lines of a text, however it ends them: old programs wrote carriage returns alone.
+fn lines(text: &str) -> impl Iterator<Item = &str> + Clone {
+    let old = !text.contains('\n');
+    text.split(move |c| c == '\n' || old && c == '\r').map(|line| line.strip_suffix('\r').unwrap_or(line))
 }

@@ -6,6 +6,9 @@ use crate::scene::pose::placements;
 use anyhow::{Result, bail};
 use glam::{DVec3, Mat3};
 
+/// The largest scene whose cameras and lights a set-up can hold, metres across.
+const LARGEST: f64 = 1e10;
+
 /// Sets [`Scene::origin`] and gives the scene's extent relative to it, as it stands at the clock's start. Says in the notes
 /// what the distance has cost.
 ///
@@ -22,6 +25,9 @@ pub fn take_off(scene: &mut Scene) -> Result<Bounds> {
     let size = (high - low).length();
     if !finite || !(size as f32).is_finite() || !(low.length() as f32).is_finite() {
         bail!("its triangles leave the range of 32-bit floats; move or scale it closer to zero");
+    }
+    if size > LARGEST {
+        bail!("its scene is {size:.1e} m across; up to {LARGEST:.0e} m can be drawn: scale it down");
     }
     if size as f32 == 0.0 {
         bail!(

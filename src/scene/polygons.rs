@@ -226,6 +226,12 @@ impl Split {
         if count <= 3 {
             return fan(count);
         }
+        // One that comes to a corner again has no inside to speak of, and would keep the ears' search busy for long.
+        let mut places: Vec<[u64; 3]> = ring.iter().map(|p| p.to_array().map(f64::to_bits)).collect();
+        places.sort_unstable();
+        if places.windows(2).any(|two| two[0] == two[1]) {
+            return fan(count);
+        }
         let ring: Vec<[f64; 3]> = ring.iter().map(|p| (*p - ring[0]).to_array()).collect();
         if !project3d_to_2d(&ring, count, &mut self.plane) {
             return fan(count);

@@ -193,7 +193,7 @@ pub fn check(table: &Table) -> Result<()> {
     for key in ["camera", "shadow_camera"] {
         if let Some(Value::Table(camera)) = table.get(key) {
             apply(CAMERA, camera, &format!("{key}."))?;
-            need(camera, &["position", "target", "fov", "near", "far"], key)?;
+            need(camera, &["position", "target", shape(camera), "near", "far"], key)?;
         }
     }
     if let Some(Value::Table(light)) = table.get("light") {
@@ -251,7 +251,7 @@ pub fn check_presets(presets: &Table) -> Result<()> {
     for (i, camera) in list("cameras").enumerate() {
         let whose = format!("camera {}", i + 1);
         apply(&[&[name], CAMERA].concat(), camera, &format!("{whose}: "))?;
-        need(camera, &["name", "position", "target", "fov"], &whose)?;
+        need(camera, &["name", "position", "target", shape(camera)], &whose)?;
     }
     for (i, light) in list("lights").enumerate() {
         let whose = format!("light {}", i + 1);
@@ -310,6 +310,11 @@ fn apply(rules: &[Rule], table: &Table, path: &str) -> Result<()> {
         }
     }
     Ok(())
+}
+
+/// Which key says how much a camera shows.
+fn shape(camera: &Table) -> &'static str {
+    if camera.contains_key("height") { "height" } else { "fov" }
 }
 
 fn need(table: &Table, keys: &[&str], whose: &str) -> Result<()> {

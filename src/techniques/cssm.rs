@@ -234,9 +234,15 @@ impl Technique for Cssm {
         }
         let reach = Reach { texels: 0.5 * (p.kernel - 1) as f32, ..Reach::default() };
         let eye = scope(f, reach).eye();
-        let at = |percent: f32| (eye.near + (eye.far - eye.near) * percent as f64 / 100.0) as f32;
+        let mut depths = [eye.near as f32, eye.far as f32];
+        if eye.orthographic {
+            // How far before the scene such a camera stands means nothing.
+            depths = f.camera.depths(f.scene.bounds);
+        }
+        let [near, far] = depths;
+        let at = |percent: f32| near + (far - near) * percent / 100.0;
         let first = at(p.percent_1);
-        let ends = [eye.near as f32, first, at(p.percent_2).max(first), eye.far as f32];
+        let ends = [near, first, at(p.percent_2).max(first), far];
         let sides = [1, p.coarser_2, p.coarser_3].map(|coarser| p.resolution / coarser);
         let places = self.sets(f, &p)?;
         let sets: Vec<PlaceSet> = (0..3)

@@ -310,7 +310,12 @@ pub fn split_range(p: &PssmParams, scope: &Scope) -> [f64; 2] {
     if low >= high {
         return all;
     }
-    if p.fit == "stable" && !matches!(scope.light, Light::Spot { .. }) {
+    if p.fit == "stable" && eye.orthographic {
+        // How far before the scene such a camera stands means nothing: even steps of a fourth of what it sees, or less.
+        let step = ((high - low).log2().floor() - 2.0).exp2();
+        low = (low / step + 1e-3).floor() * step;
+        high = (high / step - 1e-3).ceil() * step;
+    } else if p.fit == "stable" && !matches!(scope.light, Light::Spot { .. }) {
         // An end that lies on a step, but for rounding, stays there.
         low = ((low.log2() * 4.0 + 1e-3).floor() / 4.0).exp2();
         high = ((high.log2() * 4.0 - 1e-3).ceil() / 4.0).exp2();

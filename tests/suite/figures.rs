@@ -37,6 +37,7 @@ fn picture(r: &mut Renderer, s: &Setup) -> Vec<[u8; 4]> {
 /// Beside these sides, with small maps.
 fn against(s: &Setup, sides: &[&str]) -> Setup {
     let mut figure = Setup { against: sides.iter().map(|t| Side::parse(t).unwrap()).collect(), ..s.clone() };
+    figure.complete();
     for side in sides {
         let technique = side.split(':').next().unwrap_or_default();
         if ["pcf", "pssm", "lispsm"].contains(&technique) {

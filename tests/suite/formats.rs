@@ -448,3 +448,18 @@ fn presets_beside_a_file() {
         );
     }
 }
+
+/// A face that comes to its corners again and again is cut as a fan: ears would be sought for very long.
+#[test]
+fn faces_that_repeat_their_corners_load_soon() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("again.obj");
+    let corners: Vec<String> = (0..20_000).map(|i| (1 + i % 5).to_string()).collect();
+    let text = format!("v -1 0 -1\nv 1 0 -1\nv 1 0 1\nv -1 0 1\nv 0 1 0\nf {}\n", corners.join(" "));
+    std::fs::write(&path, &text).unwrap();
+    let scene = formats::load(&path).unwrap();
+    assert!(scene.triangles() > 5000);
+    // Old programs ended lines with a carriage return alone.
+    std::fs::write(&path, "v 0 0 0\rv 1 0 0\rv 0 1 0\rf 1 2 3\r").unwrap();
+    assert_eq!(formats::load(&path).unwrap().triangles(), 1);
+}

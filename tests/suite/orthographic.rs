@@ -157,3 +157,29 @@ fn contact_shadows_march_through_an_even_picture() {
     assert!(2 * with.lit_incorrect < without.lit_incorrect, "{} of {}", with.lit_incorrect, without.lit_incorrect);
     assert!(with.shadow_incorrect < without.lit_incorrect / 4 + without.shadow_incorrect + 8, "{with:?}");
 }
+
+/// How far before the scene such a camera stands changes nothing, and rays may begin within what its near plane cuts.
+#[test]
+fn the_cameras_distance_means_nothing() {
+    let back = |by: f32| {
+        let v = view();
+        Camera { position: v.position - v.forward() * by, far: v.far + by, near: v.near + by, ..v }
+    };
+    for (technique, sets) in [("pssm", &[][..]), ("sdsm", &[]), ("cssm", &[]), ("pcf", &["stored=nearest"])] {
+        let at = |by: f32| {
+            let light = if technique == "cssm" { lights()[3] } else { lights()[0] };
+            let (mut r, mut s) = over_the_yard(back(by), light, [96, 72]);
+            let e = errors(&mut r, &mut s, technique, sets);
+            (e.lit_incorrect + e.shadow_incorrect) as f64 / e.facing as f64
+        };
+        let [near, far] = [0.0, 2000.0].map(at);
+        assert!((near - far).abs() < 0.004, "{technique}: {near:.4} near by, {far:.4} far off");
+    }
+    // The near plane cuts the first box of the yard, beside the axis.
+    let cut = Camera { height: Some(6.0), ..camera(Vec3::new(0.6, 0.6, -0.2), Vec3::new(0.6, 0.6, -9.0)) };
+    let (mut r, mut s) = over_the_yard(cut, sun(Vec3::new(0.3, 0.8, 0.5)), [96, 72]);
+    for technique in ["csm-conservative", "izb", "psv", "shadow-volume"] {
+        let e = errors(&mut r, &mut s, technique, &[]);
+        assert_eq!(e.lit_incorrect + e.shadow_incorrect, 0, "{technique}: {e:?}");
+    }
+}

@@ -345,7 +345,7 @@ fn dots(s: Surface) -> f32 {
         }
         let at = (vec2f(0.5, -0.5) * clip.xy / clip.w + 0.5) * vec2f(frame.size);
         let cover = saturate(radius + 0.5 - distance(at, vec2f(s.pixel) + 0.5));
-        let behind = s.valid && dot(light.position - frame.eye, frame.forward) > 1.01 * s.depth;
+        let behind = s.valid && dot(light.position - frame.eye, frame.forward) > s.depth + 0.01 * distance_at(s.depth);
         strength = max(strength, select(cover, 0.0, behind));
         hidden = max(hidden, select(0.0, cover, behind));
     }

@@ -33,7 +33,7 @@ pub fn add(root: &Root, hierarchy: &Hierarchy, bounds: Bounds, scene: &mut Scene
         if let Some(extension) = extension {
             let file = get(AsRef::<[khr::Light]>::as_ref(root), extension.light, "light", &owner)?;
             let name = first_name([&file.name, &node.name], "light", extension.light.value());
-            let light = convert_light(file, world, bounds, &mut tell("light", &name, &mut told))
+            let light = convert_light(file, world, (bounds, moved.is_some()), &mut tell("light", &name, &mut told))
                 .ok_or_else(|| broken(format!("light {} has an unknown type", extension.light)))?;
             dark += usize::from(light.color() == Vec3::ZERO);
             add_light(scene, &name, light, moved);
@@ -103,11 +103,13 @@ fn convert_camera(
         }
         (None, None) => (45.0, None, None, None),
     };
+    // A camera without a far plane has one behind all that it may ever see.
+    let endless = (10.0 * diagonal).max(3.0 * (distance + diagonal));
     let near = znear.filter(|near| positive(*near)).unwrap_or(1e-3 * diagonal).clamp(1e-6, 1e8);
     if let Some(given) = znear.filter(|given| *given != near) {
         tell("znear", given, format!("{near} m is taken"));
     }
-    let far = zfar.filter(|far| far.is_finite() && *far > near).unwrap_or(10.0 * diagonal).max(2.0 * near);
+    let far = zfar.filter(|far| far.is_finite() && *far > near).unwrap_or(endless).max(2.0 * near);
     if let Some(given) = zfar.filter(|given| *given <= near || given.is_nan()) {
         tell("zfar", given, format!("{far} m is taken, as it must lie beyond znear"));
     }
@@ -118,13 +120,14 @@ fn convert_camera(
 fn convert_light(
     file: &khr::Light,
     world: Mat4,
-    bounds: Bounds,
+    (bounds, moves): (Bounds, bool),
     tell: &mut impl FnMut(&str, f32, String),
 ) -> Option<Light> {
     let position = world.w_axis.truncate();
     let backward = world.z_axis.truncate().normalize_or(Vec3::Z);
     let distance = position.distance(bounds.center());
-    let all = distance + 2.0 * bounds.radius();
+    // A lamp without a range reaches all, wherever an animation takes it.
+    let all = (distance + 2.0 * bounds.radius()) * if moves { 100.0 } else { 1.0 };
     let usable = |range: &f32| *range > 0.0 && range.is_finite();
     let range = file.range.filter(usable).unwrap_or(all).clamp(1e-6, 1e9);
     if let Some(given) =
