@@ -61,6 +61,9 @@ const FACES: usize = 6;
 /// Layers of each view: see [`ConservativeMaps::layers`].
 pub const LAYERS: usize = 3;
 
+/// Where rays begin and end: an eye, a lamp, and a near plane that is all an eye.
+type Begins = ([Vec3; 2], Option<Vec4>);
+
 /// Draws them.
 pub struct Conservative {
     map: ShadowMap,
@@ -81,9 +84,8 @@ pub struct Conservative {
     draws: Buffer,
     /// For a revision of the scene, and room for so many casters.
     scene: Option<((u64, u64), OfScene)>,
-    /// Which bodies count as closed, for an eye and a lamp at these places and a near plane that is all an eye, and how many
-    /// triangles belong to others.
-    closed: Option<(([Vec3; 2], Option<Vec4>), Vec<bool>, usize)>,
+    /// Which bodies count as closed where rays begin there, and how many triangles belong to others.
+    closed: Option<(Begins, Vec<bool>, usize)>,
     /// For so many bytes.
     own_planes: Option<(u64, Buffer)>,
     /// For so many triangles, or 0 where none are kept.
