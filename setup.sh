@@ -4,7 +4,7 @@
 set -eu
 
 # Vulkan loader and Mesa's drivers (a GPU's, and lavapipe for machines without one); client libraries that
-# a window loads at run time (X11 and Wayland); Xvfb and xdotool for the window test; a C and C++ compiler (the FLIP measure is built from C++).
+# a window loads at run time (X11 and Wayland); Xvfb and xdotool for the window test; a C and C++ compiler (the FLIP measure and the decoder of meshopt are built from C++).
 packages="libvulkan1 mesa-vulkan-drivers libx11-6 libx11-xcb1 libxcursor1 libxi6 libxrandr2 libxkbcommon0 libxkbcommon-x11-0 libwayland-client0 xvfb xdotool gcc g++ libc6-dev"
 
 if ! command -v dpkg-query >/dev/null 2>&1 || ! command -v apt-get >/dev/null 2>&1; then
