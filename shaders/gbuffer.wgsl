@@ -102,9 +102,8 @@ fn fragment(in: Fragment) -> Targets {
     let uv_dy = dpdy(in.uv);
     // The winding decides, not the rasteriser: the same rule as for rays.
     let a = in.corner - ray_start(in.clip.xy);
-    let front = dot(in.normal, select(a, frame.forward, frame.orthographic == 1u)) <= 0.0;
-    let ray = pixel_ray(in.clip.xy);
-    let exact = weights_at(ray, a, in.second, in.third, select(-1.0, 1.0, front));
+    let front = dot(in.normal, to_eye(in.corner)) >= 0.0;
+    let exact = weights_at(pixel_ray(in.clip.xy), a, in.second, in.third, select(-1.0, 1.0, front));
     let off_edges = max(exact, in.least);
     let w = off_edges / (off_edges.x + off_edges.y + off_edges.z);
     let uv = w.x * in.uvs.xy + w.y * in.uvs.zw + w.z * in.last_uv;

@@ -207,8 +207,8 @@ impl Side {
 
     /// Fills in defaults where so many metres stand for one.
     fn complete(&mut self, unit: f64) {
-        for spec in self.info().into_iter().flat_map(|i| i.specs()) {
-            self.params.entry(spec.name.into()).or_insert_with(|| spec.default_in(unit));
+        if let Some(info) = self.info() {
+            info.fill(&mut self.params, unit);
         }
     }
 }
@@ -418,10 +418,7 @@ impl Setup {
     /// Fills in the defaults of the selected technique's parameters, so that a saved set-up holds them all.
     pub fn complete(&mut self) {
         if let Some(info) = techniques::find(&self.technique) {
-            let values = self.params.entry(self.technique.clone()).or_default();
-            for spec in info.specs() {
-                values.entry(spec.name.into()).or_insert_with(|| spec.default_in(self.unit));
-            }
+            info.fill(self.params.entry(self.technique.clone()).or_default(), self.unit);
         }
         self.against.iter_mut().for_each(|side| side.complete(self.unit));
     }
@@ -435,7 +432,9 @@ impl Setup {
         let chosen = |technique: &str, values: &mut Values| {
             let specs = techniques::find(technique).into_iter().flat_map(|i| i.specs());
             for spec in specs.filter(|s| s.default_in(before) != s.default_in(unit)) {
-                values.retain(|name, value| name != spec.name || *value != spec.default_in(before));
+                if values.get(spec.name) == Some(&spec.default_in(before)) {
+                    values.remove(spec.name);
+                }
             }
         };
         self.params.iter_mut().for_each(|(technique, values)| chosen(technique, values));

@@ -51,11 +51,11 @@ fn counted(p: Place) -> bool {
 // How far it is on the surface's plane to where the rays of this pixel's neighbours to the right and below meet it, metres.
 fn pixel_steps(s: Surface) -> mat2x3f {
     let rays = frame.rays;
-    let parallel = frame.orthographic == 1u;
-    let ray = select((s.position - frame.eye) / s.depth, frame.forward, parallel);
+    let scale = scale_at(s.depth);
+    let ray = -to_eye(s.position) / scale;
     let slope = dot(s.normal, ray);
     let along_normal = select(slope, select(-1e-7, 1e-7, slope >= 0.0), abs(slope) < 1e-7);
-    return select(s.depth, 1.0, parallel) * mat2x3f(rays[0] - ray * (dot(s.normal, rays[0]) / along_normal),
+    return scale * mat2x3f(rays[0] - ray * (dot(s.normal, rays[0]) / along_normal),
                              rays[1] - ray * (dot(s.normal, rays[1]) / along_normal));
 }
 

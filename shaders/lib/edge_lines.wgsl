@@ -12,9 +12,11 @@ fn edge_corner(index: u32, ends: vec2u) -> Line {
     if ends.x == ends.y {
         return Line(vec4f(2.0, 2.0, 0.0, 1.0), 0.0);
     }
-    var a = frame.eye_proj * vec4f(vertex_position(ends.x) - frame.eye, 1.0);
-    var b = frame.eye_proj * vec4f(vertex_position(ends.y) - frame.eye, 1.0);
-    var depths = vec2f(dot(vertex_position(ends.x) - frame.eye, frame.forward), dot(vertex_position(ends.y) - frame.eye, frame.forward));
+    let p = vertex_position(ends.x) - frame.eye;
+    let q = vertex_position(ends.y) - frame.eye;
+    var a = frame.eye_proj * vec4f(p, 1.0);
+    var b = frame.eye_proj * vec4f(q, 1.0);
+    var depths = vec2f(dot(p, frame.forward), dot(q, frame.forward));
     if max(depths.x, depths.y) < frame.near {
         return Line(vec4f(2.0, 2.0, 0.0, 1.0), 0.0);
     }

@@ -90,9 +90,14 @@ fn to_eye(position: vec3f) -> vec3f {
     return select(frame.eye - position, -frame.forward, frame.orthographic == 1u);
 }
 
-// Side of a pixel at a depth along the camera's axis, metres.
+// How many times as large as at 1 m what the picture shows at a depth along the camera's axis is.
+fn scale_at(depth: f32) -> f32 {
+    return select(depth, 1.0, frame.orthographic == 1u);
+}
+
+// Side of a pixel there, metres.
 fn pixel_at(depth: f32) -> f32 {
-    return select(depth, 1.0, frame.orthographic == 1u) * length(frame.rays[1]);
+    return scale_at(depth) * length(frame.rays[1]);
 }
 
 // What 1 % of the distance is meant of: the depth, or of an orthographic camera, whose place means nothing, that of its target.

@@ -7,11 +7,11 @@ var nodes: texture_2d<u32>;
 var corners: texture_2d<u32>;
 
 fn node_texel(i: u32) -> vec4u {
-    return textureLoad(nodes, vec2u(i & 4095u, i >> 12u), 0);
+    return textureLoad(nodes, table_texel(i), 0);
 }
 
 fn corner_texel(i: u32) -> vec4u {
-    return textureLoad(corners, vec2u(i & 4095u, i >> 12u), 0);
+    return textureLoad(corners, table_texel(i), 0);
 }
 
 // What the rays of a frame add up to.

@@ -32,7 +32,7 @@ fn earlier(s: Surface) -> Held {
     }
     let size = vec2f(frame.size);
     let place = before.xy;
-    let away = off_camera(past.eye, past.forward, past.orthographic, s.position);
+    let away = off_camera(past, s.position);
     // How much farther off the surface is a pixel on.
     let facing = max(seen_before(past, s), 0.02);
     let step = pixel_at(away) * sqrt(1.0 - facing * facing) / facing;
@@ -84,7 +84,7 @@ fn accumulate(@builtin(global_invocation_id) id: vec3u) {
         frames = min(before.frames + 1.0, f32(turning.accumulate));
         light = mix(held, light, max(turning.blend_factor, 1.0 / frames));
     }
-    let away = (bitcast<u32>(off_camera(frame.eye, frame.forward, frame.orthographic, s.position)) & ~0xffu) | u32(frames);
+    let away = (bitcast<u32>(off_camera(now_past(0u), s.position)) & ~0xffu) | u32(frames);
     textureStore(history_out, id.xy, vec4u(bitcast<u32>(light), away, 0u, 0u));
 }
 

@@ -18,9 +18,9 @@ fn now_past(frames: u32) -> Past {
     return Past(frame.view_proj, frame.eye, frames, frame.forward, frame.orthographic);
 }
 
-// How far off a place is of a camera: from the eye, or along an orthographic view, whose eye means nothing.
-fn off_camera(eye: vec3f, forward: vec3f, orthographic: u32, position: vec3f) -> f32 {
-    return select(distance(position, eye), dot(position - eye, forward), orthographic == 1u);
+// How far off a place is of a frame's camera: from the eye, or along an orthographic view, whose eye means nothing.
+fn off_camera(camera: Past, position: vec3f) -> f32 {
+    return select(distance(position, camera.eye), dot(position - camera.eye, camera.forward), camera.orthographic == 1u);
 }
 
 // Cosine of the angle at which the last frame's camera saw a surface.

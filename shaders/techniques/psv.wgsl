@@ -23,7 +23,7 @@ var visibility_out: texture_storage_2d<r32float, write>;
 var map_out: texture_storage_2d<r32float, write>;
 
 fn record_texel(i: u32) -> vec4u {
-    return textureLoad(records, vec2u(i & 4095u, i >> 12u), 0);
+    return textureLoad(records, table_texel(i), 0);
 }
 
 // How far from the light a surface lies: metres from a lamp, along the direction of the sun's light.

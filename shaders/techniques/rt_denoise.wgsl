@@ -378,7 +378,7 @@ fn a_trous(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) lo
     // How depth along the camera's axis changes on the surface's plane from pixel to pixel.
     let ray = pixel_ray(vec2f(pixel) + 0.5);
     let facing = dot(s.normal, ray);
-    let slope = -select(s.depth, 1.0, frame.orthographic == 1u) * vec2f(dot(s.normal, frame.rays[0]), dot(s.normal, frame.rays[1])) / select(facing, -1e-4, abs(facing) < 1e-4);
+    let slope = -scale_at(s.depth) * vec2f(dot(s.normal, frame.rays[0]), dot(s.normal, frame.rays[1])) / select(facing, -1e-4, abs(facing) < 1e-4);
     var sum = vec2f(0.0);
     var weights = 0.0;
     for (var y = -radius; y <= radius; y++) {

@@ -1,16 +1,13 @@
 //! `advise`: the cheapest configuration within an error budget.
 
-use super::{Wanted, check_target, chosen, failures, named, print, progress};
+use super::{Wanted, check_target, chosen, failures, named, print, progress, renderer};
 use crate::chart;
-use crate::frame::Renderer;
-use crate::gpu::Gpu;
 use crate::measure::advise::{Advice, Budget, Figure, advise};
 use crate::measure::{self, Record, table};
 use crate::techniques;
 use anyhow::{Result, ensure};
 use std::path::PathBuf;
 use std::process::ExitCode;
-use std::sync::Arc;
 
 #[derive(clap::Args)]
 pub struct Limits {
@@ -50,7 +47,7 @@ pub fn run(mut wanted: Wanted, ids: Vec<String>, limits: Limits, adapter: Option
     let (ids, mut failed) = chosen(&ids, &setup)?;
     let by = by.unwrap_or_else(|| Figure::suited(&ids));
     let max_error = by.parse(&limits.max_error)?;
-    let mut renderer = Renderer::new(Arc::new(Gpu::new(adapter)?), Arc::new(scene))?;
+    let mut renderer = renderer(adapter, scene)?;
     let bar = progress();
     let budget = Budget { by, max_error, max_ratio: limits.max_ratio };
     let advice = advise(&mut renderer, &setup, &ids, &axes, budget, &mut |done, what| {

@@ -1,12 +1,9 @@
 //! `measure`: techniques side by side at one set-up.
 
-use super::{More, Wanted, check_target, chosen, failures, print, progress};
-use crate::frame::Renderer;
-use crate::gpu::Gpu;
+use super::{More, Wanted, check_target, chosen, failures, print, progress, renderer};
 use crate::measure::{self, Step, table};
 use anyhow::{Result, ensure};
 use std::path::PathBuf;
-use std::sync::Arc;
 
 /// Where the rows go besides the table on standard output.
 #[derive(clap::Args)]
@@ -39,8 +36,7 @@ pub fn run(wanted: Wanted, ids: Vec<String>, output: Output, adapter: Option<&st
         setup.select(id)?;
         work.push((i as u64, setup.clone()));
     }
-    let mut renderer = Renderer::new(Arc::new(Gpu::new(adapter)?), Arc::new(scene))?;
-    super::say_of_scene(&renderer);
+    let mut renderer = renderer(adapter, scene)?;
     let bar = progress();
     let mut rows = Vec::new();
     measure::run(&mut renderer, &setup, &work, work.len() as u64, output.more.wanted(), &mut |step| {

@@ -329,8 +329,7 @@ pub fn run() -> Result<ExitCode> {
             figure.apply(&mut setup, &scene)?;
             let selected = [setup.technique.clone()];
             wanted.apply(&mut setup, &scene, &selected)?;
-            let mut renderer = Renderer::new(Arc::new(Gpu::new(adapter)?), Arc::new(scene))?;
-            say_of_scene(&renderer);
+            let mut renderer = renderer(adapter, scene)?;
             for note in capture::capture(&mut renderer, &setup, &output)? {
                 eprintln!("{note}");
             }
@@ -551,9 +550,11 @@ pub fn progress_bar(steps: u64) -> ProgressBar {
     ProgressBar::new(steps).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
 }
 
-/// Says what of the scene the adapter had no room for.
-fn say_of_scene(renderer: &Renderer) {
+/// A renderer of a scene on an adapter by its name; says what of the scene the adapter had no room for.
+fn renderer(adapter: Option<&str>, scene: Scene) -> Result<Renderer> {
+    let renderer = Renderer::new(Arc::new(Gpu::new(adapter)?), Arc::new(scene))?;
     if let Some(note) = renderer.scene_note() {
         eprintln!("  {note}");
     }
+    Ok(renderer)
 }

@@ -100,11 +100,17 @@ impl Camera {
         forward.extend(-forward.dot(self.position) - self.near)
     }
 
-    /// The depths along the camera's axis between which it may see something of a box, metres.
-    pub fn depths(&self, bounds: [Vec3; 2]) -> [f32; 2] {
+    /// The depths along the camera's axis between which a box lies, metres.
+    pub fn span(&self, bounds: [Vec3; 2]) -> [f32; 2] {
         let middle = (bounds[0].midpoint(bounds[1]) - self.position).dot(self.forward());
         let reach = (0.5 * (bounds[1] - bounds[0])).dot(self.forward().abs());
-        [(middle - reach).max(self.near), (middle + reach).min(self.far)]
+        [middle - reach, middle + reach]
+    }
+
+    /// Those of them between which the camera may see something of it.
+    pub fn depths(&self, bounds: [Vec3; 2]) -> [f32; 2] {
+        let [first, last] = self.span(bounds);
+        [first.max(self.near), last.min(self.far)]
     }
 
     /// How high the picture is at a depth along the camera's axis, metres.

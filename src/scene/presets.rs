@@ -84,18 +84,17 @@ fn tell_unseen(scene: &mut Scene, bounds: Bounds) {
         ));
     }
     for NamedCamera { name, camera, .. } in &scene.cameras {
-        let middle = (bounds.center() - camera.position).dot(camera.forward());
-        let reach = (0.5 * (bounds.max - bounds.min)).dot(camera.forward().abs());
+        let [first, last] = camera.span([bounds.min, bounds.max]);
         let (name, far) = (shortened(name), camera.far);
-        if middle - reach > far {
+        if first > far {
             scene.notes.push(format!(
                 "Camera {name} shows nothing: all of the scene lies behind its far plane, {far} m away."
             ));
-        } else if middle + reach < camera.near {
+        } else if last < camera.near {
             scene.notes.push(format!(
                 "Camera {name} shows nothing: all of the scene lies behind it or before its near plane."
             ));
-        } else if middle > far {
+        } else if 0.5 * (first + last) > far {
             scene.notes.push(format!(
                 "Camera {name} does not show most of the scene: it lies behind its far plane, {far} m away."
             ));

@@ -240,6 +240,13 @@ impl Info {
         self.groups().flat_map(|g| g.specs)
     }
 
+    /// Fills in the defaults of what has no value, where so many metres stand for one.
+    pub fn fill(&self, values: &mut Values, unit: f64) {
+        for spec in self.specs() {
+            values.entry(spec.name.into()).or_insert_with(|| spec.default_in(unit));
+        }
+    }
+
     fn groups(&self) -> impl Iterator<Item = &'static Group> + use<> {
         self.params.iter().chain([&contact::GROUP])
     }
