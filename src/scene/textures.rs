@@ -216,3 +216,37 @@ pub fn decode(bytes: &[u8], hint: Option<image::ImageFormat>) -> Result<(image::
     }
     Ok((decoded.into_rgba8(), false))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const LIMITS: Limits = Limits { side: 8192, layers: 256, bytes: 1 << 30 };
+
+    fn textures(sides: &[[u32; 2]]) -> Vec<Texture> {
+        sides.iter().map(|[width, height]| Texture { width: *width, height: *height, ..Texture::default() }).collect()
+    }
+
+    #[test]
+    fn small_images_stay_small_beside_large_ones() {
+        let images = textures(&[[64, 64], [2048, 100], [1024, 512], [4096, 4096]]);
+        let arrays = Arrays::of(&images, LIMITS);
+        assert_eq!((arrays.sides, arrays.counts), ([1024, 4096], [2, 2]));
+        // As WGSL reads them: the layer from 1 on, and whether it is one of the large ones.
+        assert_eq!([0, 1, 2, 3].map(|i| arrays.number(i)), [1, 65537, 2, 65538]);
+        assert_eq!(arrays.reduced(&images), None);
+        assert_eq!(Arrays::of(&[], LIMITS).sides, [1, 1]);
+    }
+
+    #[test]
+    fn what_has_no_room_is_halved() {
+        // 40 of 64 MiB, and 80 of 4 MiB.
+        let images = textures(&[vec![[4096, 4096]; 40], vec![[1024, 1024]; 80]].concat());
+        let arrays = Arrays::of(&images, LIMITS);
+        assert_eq!(arrays.sides, [1024, 2048]);
+        assert_eq!(arrays.reduced(&images), Some((40, 2048)));
+        assert_eq!(arrays.kept(&images, 0), [2048; 2]);
+        // The adapter's own limit.
+        assert_eq!(Arrays::of(&textures(&[[16384, 16384]]), LIMITS).sides, [1, 8192]);
+    }
+}

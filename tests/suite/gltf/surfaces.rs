@@ -126,6 +126,26 @@ fn albedos(r: &Renderer) -> Vec<(Vec2, [u8; 3])> {
     .collect()
 }
 
+/// Columns one texel wide of a large image: scaled down they would be grey.
+#[test]
+fn large_images_keep_their_texels() {
+    let rgba = (0..2048 * 2048).flat_map(|i| [[0; 3], [255; 3]][i % 2].into_iter().chain([255]));
+    let texture = Texture { width: 2048, height: 2048, rgba: rgba.collect(), ..Texture::default() };
+    // A texel is four pixels wide.
+    let (r, _) = floor_seen_from(0.02, texture, [glam::Vec4::ONE; 4]);
+    assert_eq!(r.scene_note(), None);
+    let mut seen = [0; 2];
+    for (place, color) in albedos(&r) {
+        let at = (place.x + 1.0) / 2.0 * 2048.0;
+        if (at.fract() - 0.5).abs() < 0.15 {
+            let white = at as usize % 2;
+            assert_eq!(usize::from(color[0] > 130), white, "{color:?} at {at}");
+            seen[white] += 1;
+        }
+    }
+    assert!(seen.iter().all(|n| *n > 500), "{seen:?}");
+}
+
 #[test]
 fn magnified_texels_are_squares_under_nearest() {
     // Three by five texels, no power of two, that wrap around in three ways.
