@@ -701,8 +701,8 @@ const ANIMATION: &str = "geometry and BVH (CPU)";
 
 pub(crate) const SAMPLED: wgpu::TextureUsages =
     wgpu::TextureUsages::TEXTURE_BINDING.union(wgpu::TextureUsages::COPY_SRC);
-pub(crate) const DRAWN: wgpu::TextureUsages = SAMPLED.union(wgpu::TextureUsages::RENDER_ATTACHMENT);
-pub(crate) const STORED: wgpu::TextureUsages = SAMPLED.union(wgpu::TextureUsages::STORAGE_BINDING);
+pub const DRAWN: wgpu::TextureUsages = SAMPLED.union(wgpu::TextureUsages::RENDER_ATTACHMENT);
+pub const STORED: wgpu::TextureUsages = SAMPLED.union(wgpu::TextureUsages::STORAGE_BINDING);
 
 impl Renderer {
     /// Uploads a scene and makes the passes that every frame has.

@@ -11,12 +11,12 @@ mod sweep;
 mod tables;
 
 use crate::frame::Renderer;
-use crate::gpu::Gpu;
+use crate::gpu::{self, Gpu};
 use crate::measure::{Axis, reproduce};
 use crate::scene::{Clock, Scene, builtin};
 use crate::setup::{self, Arrange, Overlay, Setup, Side};
 use crate::truth::Samples;
-use crate::{capture, files, techniques, tour, ui};
+use crate::{capture, files, message, techniques, tour, ui};
 use anyhow::{Context, Result, bail, ensure};
 use clap::builder::{OsStringValueParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand};
@@ -39,6 +39,9 @@ struct Cli {
     /// Use the first graphics adapter whose name contains this.
     #[arg(long, global = true)]
     adapter: Option<String>,
+    /// Take shaders from this folder where it has one of the same name; the window reloads them when they change.
+    #[arg(long, global = true, value_name = "DIR")]
+    shaders: Option<PathBuf>,
 }
 
 #[derive(Subcommand)]
@@ -131,6 +134,12 @@ enum Command {
         /// As JSON.
         #[arg(long)]
         json: bool,
+    },
+    /// Write all shaders into a folder, to be changed there: the window then takes them with --shaders.
+    Shaders {
+        /// The folder.
+        #[arg(short, long, value_name = "DIR")]
+        output: PathBuf,
     },
     /// Name what there is.
     List {
@@ -301,12 +310,40 @@ enum Listed {
     Adapters,
 }
 
+/// The whole program, with techniques of one's own on top of ours.
+pub fn main(own: &'static [techniques::Own]) -> ExitCode {
+    #[cfg(target_os = "linux")]
+    give_runtime_folder();
+    techniques::add(own).and_then(|()| run()).unwrap_or_else(|error| {
+        eprintln!("shadowscope: {}", message::sentence(&error));
+        ExitCode::FAILURE
+    })
+}
+
+/// Graphics drivers complain where a session has no folder for its sockets, as on machines without a display: makes one that
+/// is the user's alone. Where that fails they may complain.
+#[cfg(target_os = "linux")]
+fn give_runtime_folder() {
+    use std::os::unix::fs::{DirBuilderExt, MetadataExt};
+    const NAME: &str = "XDG_RUNTIME_DIR";
+    if std::env::var_os(NAME).is_some_and(|folder| Path::new(&folder).is_dir()) {
+        return;
+    }
+    let user = rustix::process::getuid().as_raw();
+    let folder = std::env::temp_dir().join(format!("shadowscope-{user}"));
+    // One that is there may be anybody's.
+    let _ = std::fs::DirBuilder::new().mode(0o700).create(&folder);
+    let private = |about: std::fs::Metadata| about.is_dir() && about.uid() == user && about.mode() & 0o077 == 0;
+    if std::fs::symlink_metadata(&folder).is_ok_and(private) {
+        // SAFETY: no other thread runs yet that could read the environment meanwhile.
+        unsafe { std::env::set_var(NAME, folder) };
+    }
+}
+
 /// Does what the command line says.
-///
-/// # Errors
-/// One sentence for the user.
-pub fn run() -> Result<ExitCode> {
+fn run() -> Result<ExitCode> {
     let cli = Cli::parse();
+    cli.shaders.as_deref().map_or(Ok(()), gpu::read_from)?;
     let adapter = cli.adapter.as_deref();
     if let (Some(setup), Some(_)) = (&cli.setup, &cli.command) {
         bail!("{setup} stands before the command; write it after");
@@ -348,6 +385,14 @@ pub fn run() -> Result<ExitCode> {
         Some(Command::Stability { wanted }) => stability::run(wanted, adapter),
         Some(Command::Reproduce { ids, output }) => reproduce(&ids, output.as_deref(), adapter),
         Some(Command::Flatland { scene, json }) => flatland::run(scene.as_deref(), json),
+        Some(Command::Shaders { output }) => {
+            check_folder(&output)?;
+            for name in gpu::write_files(&output)? {
+                eprintln!("{} stays as it is: it differs from ours.", output.join(name).display());
+            }
+            eprintln!("wrote the shaders; try them with `shadowscope --shaders {}`", output.display());
+            Ok(())
+        }
         Some(Command::List { what, json }) => list::list(what, json),
         Some(Command::Tour { output }) => tour::write(&output, adapter),
     };

@@ -9,7 +9,7 @@ mod timer;
 pub use memory::{Account, Buffer, Counted, Texture};
 pub use pass::{Pass, Raster, Recorder, Resource, Run, Watch};
 use shader::Loaded;
-pub use shader::{Shaders, files as shader_files};
+pub use shader::{Fault, Shaders, names as shader_files, read_from, write_files};
 pub use table::Table;
 pub use timer::{DrawCount, Draws, LayerCount, Timer, TimerMode};
 

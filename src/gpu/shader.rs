@@ -1,13 +1,14 @@
 //! WGSL: found, put together from includes, checked by naga, and reflected.
 
 use super::Gpu;
+use crate::files;
 use crate::palette;
 use crate::params::Group;
 use crate::techniques;
-use anyhow::{Context, Result, anyhow, bail};
+use anyhow::{Context, Result, anyhow, bail, ensure};
 use include_dir::{Dir, include_dir};
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, PoisonError};
+use std::sync::{Arc, OnceLock, PoisonError};
 use std::time::SystemTime;
 use wgpu::naga;
 
@@ -16,16 +17,56 @@ const CAPABILITIES: naga::valid::Capabilities = naga::valid::Capabilities::STORA
 
 static EMBEDDED: Dir = include_dir!("$CARGO_MANIFEST_DIR/shaders");
 
-/// Where shader text comes from: the binary, or the folder named by `SHADOWSCOPE_SHADERS`.
+/// Where shader text comes from: the binary, and before it a folder, whose files take the place of those of the same name.
 pub struct Shaders {
     folder: Option<PathBuf>,
 }
 
+static FOLDER: OnceLock<PathBuf> = OnceLock::new();
+
+/// Has all that is made from now on read its shaders from a folder.
+///
+/// # Errors
+/// It is none, or holds no shader that there is.
+pub fn read_from(folder: &Path) -> Result<()> {
+    let told = folder.display();
+    ensure!(folder.is_dir(), "--shaders {told}: there is no such folder; `shadowscope shaders -o {told}` makes one");
+    ensure!(
+        names().iter().any(|f| folder.join(f).is_file()),
+        "--shaders {told}: no shader in it has the name of one of ours, such as map/filter/pcf.wgsl"
+    );
+    FOLDER.get_or_init(|| folder.into());
+    Ok(())
+}
+
 impl Default for Shaders {
     fn default() -> Self {
-        Shaders { folder: std::env::var_os("SHADOWSCOPE_SHADERS").map(PathBuf::from) }
+        Shaders { folder: FOLDER.get().cloned().or_else(|| std::env::var_os("SHADOWSCOPE_SHADERS").map(PathBuf::from)) }
     }
 }
+
+/// What is wrong with a shader, and where.
+#[derive(Debug)]
+pub struct Fault {
+    /// The file, and its line, from 1; 0: it is generated.
+    pub file: String,
+    pub line: usize,
+    pub message: String,
+    /// The lines around it, with their numbers.
+    pub lines: Vec<(usize, String)>,
+}
+
+impl std::fmt::Display for Fault {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        let text = self.lines.iter().find(|l| l.0 == self.line).map_or("", |l| l.1.trim());
+        write!(f, "{}:{}: {text}: {}", self.file, self.line, self.message)
+    }
+}
+
+impl std::error::Error for Fault {}
+
+/// Lines shown before and behind a faulty one.
+const AROUND: usize = 3;
 
 /// A module put together and checked, with what it binds.
 pub struct Program {
@@ -78,7 +119,7 @@ impl Gpu {
 }
 
 /// Every shader file of the binary, relative to `shaders/`.
-pub fn files() -> Vec<String> {
+pub fn names() -> Vec<String> {
     fn walk(dir: &Dir, out: &mut Vec<String>) {
         out.extend(dir.files().map(|f| f.path().to_string_lossy().replace('\\', "/")));
         dir.dirs().for_each(|d| walk(d, out));
@@ -89,16 +130,36 @@ pub fn files() -> Vec<String> {
     out
 }
 
+/// Writes every shader file of the binary into a folder. Files that are there and differ are somebody's work: they stay, and
+/// their names are returned.
+///
+/// # Errors
+/// A file that cannot be written.
+pub fn write_files(folder: &Path) -> Result<Vec<String>> {
+    let mut kept = Vec::new();
+    for name in names() {
+        let path = folder.join(&name);
+        let text = EMBEDDED.get_file(&name).map(|f| f.contents()).unwrap_or_default();
+        match path.exists().then(|| files::read_text(&path)).transpose()? {
+            Some(there) if there.as_bytes() != text => kept.push(name),
+            Some(_) => {}
+            None => files::save(&path, text)?,
+        }
+    }
+    Ok(kept)
+}
+
 impl Shaders {
-    /// Shaders read from a folder instead of the binary.
+    /// Shaders of which a folder holds some or all.
     pub fn from_folder(folder: &Path) -> Shaders {
         Shaders { folder: Some(folder.into()) }
     }
 
-    /// The newest change of any file, where shaders are read from a folder.
+    /// The newest change of any file in the folder, where there is one.
     pub fn changed(&self) -> Option<SystemTime> {
         let folder = self.folder.as_ref()?;
-        files().iter().filter_map(|f| folder.join(f).metadata().ok()?.modified().ok()).max()
+        let own = techniques::own().iter().flat_map(|own| own.shaders).map(|(name, _)| name.to_string());
+        names().into_iter().chain(own).filter_map(|f| folder.join(f).metadata().ok()?.modified().ok()).max()
     }
 
     fn read(&self, file: &str) -> Result<String> {
@@ -111,16 +172,13 @@ impl Shaders {
             }
             _ => {}
         }
-        match &self.folder {
-            Some(folder) => {
-                let path = folder.join(file);
-                std::fs::read_to_string(&path).with_context(|| format!("shader {} cannot be read", path.display()))
-            }
-            None => match EMBEDDED.get_file(file).and_then(|f| f.contents_utf8()) {
-                Some(text) => Ok(text.into()),
-                None => bail!("there is no shader {file}"),
-            },
+        if let Some(path) = self.folder.as_ref().map(|folder| folder.join(file)).filter(|path| path.exists()) {
+            return files::read_text(&path);
         }
+        let own = techniques::own().iter().flat_map(|own| own.shaders).find(|(name, _)| *name == file);
+        let ours = || EMBEDDED.get_file(file)?.contents_utf8();
+        let text = own.map(|(_, text)| *text).or_else(ours).with_context(|| format!("there is no shader {file}"))?;
+        Ok(text.into())
     }
 
     /// Puts files with spaces between them, what they include (`//!include lib/frame.wgsl`, each once) and the parameter
@@ -148,18 +206,28 @@ impl Shaders {
             .enumerate()
             .for_each(|(i, line)| line.insert_str(0, &format!("@group(0) @binding({i}) ")));
         let source: String = lines.iter().flat_map(|(_, _, l)| [l.as_str(), "\n"]).collect();
-        let place =
-            |offset: Option<naga::SourceLocation>| match offset.and_then(|l| lines.get(l.line_number as usize - 1)) {
-                Some((file, line, text)) => format!("{file}:{line}: {}", text.trim()),
-                None => files.to_string(),
+        let fault = |at: Option<naga::SourceLocation>, message: String| {
+            let Some((file, line, _)) = at.and_then(|l| lines.get(l.line_number as usize - 1)) else {
+                return anyhow!("{files}: {message}");
             };
-        let module = naga::front::wgsl::parse_str(&source)
-            .map_err(|e| anyhow!("{}: {}", place(e.location(&source)), e.message()))?;
+            let near = |l: &&(String, usize, String)| l.0 == *file && l.1.abs_diff(*line) <= AROUND;
+            // Numbers of bindings are not the author's.
+            let written = |text: &str| {
+                text.split_once("@binding(")
+                    .and_then(|(_, rest)| rest.split_once(") "))
+                    .map(|(_, rest)| rest.to_string())
+            };
+            let around =
+                lines.iter().filter(near).map(|(_, n, text)| (*n, written(text).unwrap_or_else(|| text.clone())));
+            anyhow!(Fault { file: file.clone(), line: *line, message, lines: around.collect() })
+        };
+        let module =
+            naga::front::wgsl::parse_str(&source).map_err(|e| fault(e.location(&source), e.message().to_string()))?;
         let mut validator = naga::valid::Validator::new(naga::valid::ValidationFlags::all(), CAPABILITIES);
         let info = validator.validate(&module).map_err(|e| {
             let detail = std::iter::successors(Some(e.as_inner() as &dyn std::error::Error), |e| e.source());
             let detail: Vec<String> = detail.map(|e| e.to_string()).collect();
-            anyhow!("{}: {}", place(e.location(&source)), detail.join(": "))
+            fault(e.location(&source), detail.join(": "))
         })?;
         Ok(Program { source, module, info })
     }

@@ -234,7 +234,7 @@ mod tests {
         );
         assert!(expand(&setup, &ids, &[Axis::parse("nonsense=1").unwrap()], false).is_err());
         assert!(expand(&setup, &ids[..1], &[Axis::parse("pcf.kernel=3").unwrap()], false).is_err());
-        for info in techniques::ALL {
+        for info in techniques::ALL.iter() {
             let all = expand(&setup, &[info.id.into()], &[], true).unwrap();
             assert!(all.len() > 1 || info.main.is_empty(), "{}: its main parameters have values", info.id);
             let known = |(name, _): &&(&str, &str)| info.specs().any(|s| s.name == *name);

@@ -55,8 +55,8 @@ use crate::map::noise::NoiseParams;
 use crate::map::prefilter::PrefilterParams;
 use crate::params::{Condition, Group, Kind, Params, Spec, Values};
 use crate::view::View;
-use anyhow::{Context, Result, anyhow};
-use std::sync::LazyLock;
+use anyhow::{Context, Result, anyhow, ensure};
+use std::sync::{LazyLock, OnceLock};
 
 /// What is known of a technique before it is made.
 pub struct Info {
@@ -179,8 +179,38 @@ pub fn wgsl() -> String {
     text
 }
 
+/// A technique that a program brings along on top of ours (`examples/planar_shadow.rs`).
+pub struct Own {
+    pub info: &'static Info,
+    /// Its shaders: their names, as [`crate::gpu::Pass`] is given them, and their text.
+    pub shaders: &'static [(&'static str, &'static str)],
+}
+
+static OWN: OnceLock<&'static [Own]> = OnceLock::new();
+
+/// Adds a program's own techniques to all lists, before anything asks for these.
+///
+/// # Errors
+/// An id that is taken, or a second call.
+pub fn add(own: &'static [Own]) -> Result<()> {
+    for (i, Own { info, .. }) in own.iter().enumerate() {
+        let others = BUILT_IN.iter().copied().chain(own[..i].iter().map(|o| o.info));
+        ensure!(others.into_iter().all(|o| o.id != info.id), "there already is a technique called {}", info.id);
+    }
+    OWN.set(own).map_err(|_| anyhow!("techniques can be added once"))
+}
+
+/// The techniques that the program has brought along.
+pub(crate) fn own() -> &'static [Own] {
+    OWN.get().copied().unwrap_or_default()
+}
+
 /// Every technique, in the order of the lists. The first is the default.
-pub static ALL: &[&Info] = &[
+pub static ALL: LazyLock<Vec<&'static Info>> =
+    LazyLock::new(|| BUILT_IN.iter().copied().chain(own().iter().map(|o| o.info)).collect());
+
+/// Those of this house.
+static BUILT_IN: &[&Info] = &[
     &shadow_map::INFO,
     &pcf::INFO,
     &pcss::INFO,

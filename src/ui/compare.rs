@@ -246,7 +246,7 @@ fn side_menu(ui: &mut Ui, m: &mut Model, side: usize) {
         m.set_side(side, Side::TRUTH);
         ui.close();
     }
-    for info in techniques::ALL {
+    for info in techniques::ALL.iter() {
         let chosen = !m.setup.is_truth(side) && m.setup.side(side).technique == info.id;
         let served = info.refuses(&m.setup.light);
         let button = ui.add_enabled(served.is_none(), Button::selectable(chosen, info.title));

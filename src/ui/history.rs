@@ -170,7 +170,7 @@ fn changes(before: &Setup, after: &Setup) -> String {
             differ(&format!("{} {}", letter(i + 1), shown_name(spec)), value(a), value(b));
         }
     }
-    for info in techniques::ALL {
+    for info in techniques::ALL.iter() {
         for spec in info.specs() {
             let value = |s: &Setup| {
                 s.params.get(info.id).and_then(|v| v.get(spec.name)).cloned().unwrap_or(spec.default_in(s.unit))

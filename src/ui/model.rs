@@ -11,6 +11,7 @@ use super::timeline::Timeline;
 use crate::capture;
 use crate::flatland::Flatland;
 use crate::frame::{Told, ToldLight, technique_ms};
+use crate::gpu::Fault;
 use crate::legend::Known;
 use crate::map::fit::lixel::Plane;
 use crate::measure::Record;
@@ -92,11 +93,19 @@ pub struct Reading {
 /// A message in the bar over the viewport.
 pub struct Note {
     pub text: String,
+    /// The shader that it is about.
+    pub code: Option<Code>,
     pub error: bool,
     /// When it goes; None: once it is dismissed.
     pub until: Option<Instant>,
     /// It tells what could not be opened, and goes when something else is.
     pub opening: bool,
+}
+
+/// Lines of a shader, of which one is wrong.
+pub struct Code {
+    pub lines: Vec<(usize, String)>,
+    pub wrong: usize,
 }
 
 /// How long what is said stays, and what went wrong.
@@ -620,24 +629,35 @@ impl Model {
     /// Says something for a few seconds.
     pub fn say(&mut self, text: impl Into<String>) {
         let until = Some(Instant::now() + SAID);
-        self.notes.push(Note { text: text.into(), error: false, until, opening: false });
+        self.notes.push(Note { text: text.into(), code: None, error: false, until, opening: false });
     }
 
     /// Says what went wrong, long enough to be read.
     pub fn fail(&mut self, error: &anyhow::Error) {
         let until = Some(Instant::now() + FAILED);
-        self.warn(Note { text: message::sentence(error), error: true, until, opening: false });
+        self.warn(Note { text: message::sentence(error), code: None, error: true, until, opening: false });
     }
 
     /// Says what could not be opened, until something else is.
     pub fn fail_to_open(&mut self, error: &anyhow::Error) {
         let until = Some(Instant::now() + FAILED);
-        self.warn(Note { text: message::sentence(error), error: true, until, opening: true });
+        self.warn(Note { text: message::sentence(error), code: None, error: true, until, opening: true });
     }
 
     /// Says what keeps the picture from being drawn, until it is dismissed.
     pub fn stop(&mut self, error: &anyhow::Error) {
-        self.warn(Note { text: message::sentence(error), error: true, until: None, opening: false });
+        let fault = error.downcast_ref::<Fault>();
+        let code = fault.map(|f| Code { lines: f.lines.clone(), wrong: f.line });
+        let text = match fault {
+            Some(f) => format!(
+                "{}, line {}: {}. The last picture stays until it is mended.",
+                f.file,
+                f.line,
+                f.message.trim_end_matches('.')
+            ),
+            None => message::sentence(error),
+        };
+        self.warn(Note { text, code, error: true, until: None, opening: false });
     }
 
     fn warn(&mut self, note: Note) {

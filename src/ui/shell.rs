@@ -2,7 +2,7 @@
 
 use super::controls::{set_panel_left, take_said};
 use super::history::REST;
-use super::model::{Action, Model, Tab, Traced};
+use super::model::{Action, Code, Model, Tab, Traced};
 use super::viewport;
 use super::{compare, drawer, flatland, freeze, maps, panel, picker};
 use crate::legend::letter;
@@ -443,6 +443,9 @@ fn messages(ctx: &Context, rect: Rect, m: &mut Model) {
                     ui.vertical(|ui| {
                         ui.set_width(width - 30.0);
                         ui.add(Label::new(RichText::new(&note.text)).wrap().selectable(true));
+                        if let Some(code) = &note.code {
+                            faulty(ui, code);
+                        }
                     });
                     if ui.small_button("×").on_hover_text("Dismiss.").clicked() {
                         dismissed = Some(i);
@@ -457,6 +460,17 @@ fn messages(ctx: &Context, rect: Rect, m: &mut Model) {
     });
     if let Some(i) = dismissed {
         m.notes.remove(i);
+    }
+}
+
+/// The lines around a shader's fault.
+fn faulty(ui: &mut Ui, code: &Code) {
+    ui.add_space(4.0);
+    let wide = code.lines.last().map_or(1, |l| l.0.to_string().len());
+    for (number, text) in &code.lines {
+        let line = RichText::new(format!("{number:wide$}  {text}")).monospace();
+        let line = if *number == code.wrong { line.color(ui.visuals().error_fg_color) } else { line.weak() };
+        ui.add(Label::new(line).truncate().selectable(true));
     }
 }
 

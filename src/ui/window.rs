@@ -326,7 +326,11 @@ impl Open {
                     m.say("Shaders reloaded.");
                 }
                 Done::Value(_, Err(e)) | Done::Point(Err(e)) | Done::Plane(Err(e)) => m.fail(&e),
-                Done::Reloaded(Err(e)) | Done::Failed(e) => m.stop(&e),
+                Done::Reloaded(Err(e)) => {
+                    m.notes.retain(|n| n.code.is_none());
+                    m.stop(&e);
+                }
+                Done::Failed(e) => m.stop(&e),
                 Done::Broken(e) => {
                     m.loading = None;
                     m.stop(&e);

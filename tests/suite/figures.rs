@@ -358,7 +358,7 @@ fn the_legend_has_the_colours_of_the_picture() {
 fn every_view_has_its_legend() {
     let (mut r, s) = yard_setup();
     let plain = ["shaded", "albedo", "triangles"];
-    for info in shadowscope::techniques::ALL {
+    for info in shadowscope::techniques::ALL.iter() {
         let mut s = s.clone();
         choose(&mut s, info, 64, &[]);
         let center = Vec3::new(-0.5, 3.0, 2.0);

@@ -54,6 +54,7 @@ mod stability;
 mod sweep;
 mod tables;
 mod techniques;
+mod tinker;
 mod truth;
 mod volumes;
 mod warps;

@@ -3,7 +3,7 @@
 use crate::common::*;
 use glam::{Vec2, Vec3};
 use shadowscope::frame::Renderer;
-use shadowscope::gpu::{Gpu, Pass, Recorder, Resource, Shaders, Timer, shader_files};
+use shadowscope::gpu::{Gpu, Pass, Recorder, Resource, Shaders, Timer};
 use shadowscope::light::Light;
 use shadowscope::measure::metrics::FACING;
 use shadowscope::params::{Params, Value, Values};
@@ -18,15 +18,9 @@ var<storage, read> second: array<vec4f>;
 var<storage, read_write> probed: array<vec4f>;
 ";
 
-/// A device that has `probe.wgsl`, which binds `PROBED` and is written on top of the shaders, in the folder.
+/// A device that has `probe.wgsl`, which binds `PROBED` and lies in the folder.
 pub fn with_probe(text: &str) -> (Gpu, tempfile::TempDir) {
     let folder = tempfile::tempdir().unwrap();
-    let from = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("shaders");
-    for file in shader_files() {
-        let to = folder.path().join(&file);
-        std::fs::create_dir_all(to.parent().unwrap()).unwrap();
-        std::fs::copy(from.join(&file), to).unwrap();
-    }
     std::fs::write(folder.path().join("probe.wgsl"), format!("{text}{PROBED}")).unwrap();
     let mut gpu = Gpu::new(None).unwrap();
     gpu.shaders = Shaders::from_folder(folder.path());

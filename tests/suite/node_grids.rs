@@ -2,7 +2,7 @@
 
 use crate::common::*;
 use glam::{DMat2, DVec2, UVec2, Vec2, Vec3};
-use shadowscope::gpu::{Gpu, Pass, Recorder, Resource, Shaders, Timer, shader_files};
+use shadowscope::gpu::{Gpu, Pass, Recorder, Resource, Shaders, Timer};
 use shadowscope::map::filter::alone;
 use shadowscope::map::warp::storage;
 use shadowscope::measure::{self};
@@ -190,12 +190,6 @@ fn probe(@builtin(global_invocation_id) id: vec3u) {
 impl Bench {
     fn new() -> Bench {
         let folder = tempfile::tempdir().unwrap();
-        let from = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("shaders");
-        for file in shader_files() {
-            let to = folder.path().join(&file);
-            std::fs::create_dir_all(to.parent().unwrap()).unwrap();
-            std::fs::copy(from.join(&file), to).unwrap();
-        }
         let probe = |id: &str| format!("//!include techniques/{id}.wgsl\n{PROBE}");
         std::fs::write(folder.path().join("probe.wgsl"), probe("fem_grid")).unwrap();
         let mut gpu = Gpu::new(None).unwrap();

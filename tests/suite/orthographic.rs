@@ -90,7 +90,7 @@ fn every_technique_is_as_right_as_in_perspective() {
     let close = Camera { height: None, ..tilted };
     let (mut r, mut s) = over_the_yard(tilted, lights()[0], size);
     let mut wrong = Vec::new();
-    for info in techniques::ALL {
+    for info in techniques::ALL.iter() {
         let Some(light) = in_turn(info, &lights()) else { continue };
         let share = |r: &mut Renderer, s: &mut Setup, camera: Camera| {
             (s.camera, s.light) = (camera, light);

@@ -1196,7 +1196,7 @@ fn the_panel_clips_nothing_and_keeps_its_columns() {
             }
         }
         let mut opened = height < 1000.0;
-        for info in techniques::ALL {
+        for info in techniques::ALL.iter() {
             // Every parameter that some value of another shows.
             let choices: Vec<Option<(&str, &str)>> = info
                 .specs()
@@ -1907,7 +1907,7 @@ fn no_row_moves_under_the_pointer() {
 /// What another parameter switches on or off stands below that: rows that come move none that was touched.
 #[test]
 fn parameters_stand_below_those_they_depend_on() {
-    for info in techniques::ALL {
+    for info in techniques::ALL.iter() {
         let mut sections: Vec<&str> = Vec::new();
         info.specs().for_each(|s| {
             if !sections.contains(&s.section) {

@@ -21,7 +21,7 @@ fn repeat(name: &str, size: [u32; 2], times: usize) {
     let (_, scene) = Setup::open(name).unwrap();
     let mut r = Renderer::new(gpu(), Arc::new(scene)).unwrap();
     let lights = lights(name);
-    for info in techniques::ALL {
+    for info in techniques::ALL.iter() {
         let served: Vec<_> = lights.iter().filter(|s| info.refuses(&s.light).is_none()).collect();
         // Every other under the spot.
         if let Some(s) = served.get(info.mark % served.len().max(1)) {

@@ -67,7 +67,7 @@ fn whole() -> Vec<(String, &'static [Group])> {
     ];
     let alone = shader_files().into_iter().filter(|f| !part(f) && !parts.contains(&f.as_str()));
     let mut all: Vec<_> = alone.map(|f| (f.clone(), groups(&f))).collect();
-    for info in techniques::ALL {
+    for info in techniques::ALL.iter() {
         let own = format!("techniques/{}.wgsl", info.id.replace('-', "_"));
         // Warps have one file for one map, and one for maps in all directions, whatever these are.
         let stem = info.id.split('-').next().unwrap_or_default();

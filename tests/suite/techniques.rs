@@ -870,7 +870,7 @@ fn other(spec: &Spec) -> Value {
 fn parameters_that_do_not_apply_change_nothing() {
     let (mut r, mut s) = built_in("cubes", "near", [48, 30]);
     let mut asked = BTreeMap::new();
-    for info in techniques::ALL {
+    for info in techniques::ALL.iter() {
         s.select(info.id).unwrap();
         let mut settings = Vec::new();
         let mut groups = BTreeSet::new();
@@ -937,7 +937,7 @@ fn within(c: &Condition) -> Value {
 #[test]
 fn groups_that_do_not_apply_change_nothing() {
     let (mut r, mut s) = built_in("cubes", "near", [48, 30]);
-    for info in techniques::ALL {
+    for info in techniques::ALL.iter() {
         s.select(info.id).unwrap();
         for group in info.params.iter().filter(|g| g.when.is_some()) {
             let condition = group.when.unwrap();

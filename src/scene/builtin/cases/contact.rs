@@ -29,7 +29,7 @@ fn bias(t: f32) -> f64 {
 
 /// In all techniques that have one, whichever is selected.
 fn place(setup: &mut Setup, t: f32) {
-    for info in techniques::ALL {
+    for info in techniques::ALL.iter() {
         if info.specs().any(|s| s.name == "bias") {
             setup.params.entry(info.id.into()).or_default().insert("bias".into(), Value::Float(bias(t)));
         }
