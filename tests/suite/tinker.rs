@@ -93,7 +93,7 @@ fn a_technique_from_outside_is_one_like_ours() {
     let lights = [
         "directional:to_light=-1,1,0.2",
         "spot:position=-2,4,0;direction=2,-4,0;outer_angle=40;range=20;color=20,20,20",
-        "omni:position=-2,1,0;range=20;color=9,9,9",
+        "omni:position=0.5,1.2,0;range=20;color=9,9,9",
     ];
     for light in lights {
         let place = ["w.obj", "--camera", "0,6,7:0,0,0:45", "--light", light, "--size", "160x120"];
