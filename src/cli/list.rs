@@ -1,6 +1,6 @@
 //! `list`: what there is.
 
-use super::{Listed, print};
+use super::{Listed, parameters, print};
 use crate::gpu;
 use crate::scene::builtin;
 use crate::scene::builtin::cases::CASES;
@@ -78,6 +78,12 @@ pub fn list(what: Listed, json: bool) -> Result<()> {
                 None => (v.id.to_string(), v.doc.to_string()),
             });
             (value.collect(), pairs(text.collect()))
+        }
+        Listed::Parameters => {
+            let value = techniques::ALL.iter().flat_map(|i| i.specs().map(move |s| {
+                serde_json::json!({"technique": i.id, "name": s.name, "default": s.default(), "range": s.range(), "doc": s.doc.trim()})
+            }));
+            (value.collect(), parameters::page())
         }
         Listed::Adapters => {
             let all: Vec<_> = gpu::adapters(&gpu::instance()).iter().map(|a| a.get_info()).collect();

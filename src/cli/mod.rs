@@ -6,6 +6,7 @@ mod flatland;
 mod lamps;
 mod list;
 mod measure;
+mod parameters;
 mod stability;
 mod sweep;
 mod tables;
@@ -307,6 +308,8 @@ enum Listed {
     Cases,
     Techniques,
     Views,
+    /// Of every technique, as Markdown.
+    Parameters,
     Adapters,
 }
 
@@ -602,4 +605,42 @@ fn renderer(adapter: Option<&str>, scene: Scene) -> Result<Renderer> {
         eprintln!("  {note}");
     }
     Ok(renderer)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The command line takes what the docs tell their readers to type, whatever it would take to run it.
+    #[test]
+    fn commands_of_the_docs_are_understood() {
+        let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+        let mut pages = vec![root.join("README.md")];
+        for folder in ["docs", "docs/techniques", "docs/lessons"] {
+            let entries = std::fs::read_dir(root.join(folder)).into_iter().flatten().flatten();
+            pages.extend(entries.map(|e| e.path()).filter(|p| p.extension().is_some_and(|e| e == "md")));
+        }
+        let (mut wrong, mut found) = (Vec::new(), 0);
+        for page in pages {
+            let text = std::fs::read_to_string(&page).unwrap().replace("\\\n", " ");
+            let mut shell = false;
+            for line in text.lines().map(str::trim) {
+                if line.starts_with("```") {
+                    shell = line.starts_with("```sh");
+                }
+                // What a shell fills in is not there.
+                if !shell || !line.starts_with("shadowscope") || line.contains('$') {
+                    continue;
+                }
+                let command = line.split(" #").next().unwrap_or_default();
+                let words = shlex::split(command).unwrap_or_default();
+                found += 1;
+                if let Err(error) = Cli::try_parse_from(&words) {
+                    wrong.push(format!("{}: {command}: {error}", page.display()));
+                }
+            }
+        }
+        assert!(wrong.is_empty(), "{wrong:#?}");
+        assert!(found > 80, "{found} commands");
+    }
 }

@@ -14,6 +14,7 @@ mod conservative;
 mod contact;
 mod culling;
 mod denoise;
+mod docs;
 mod edges;
 mod figures;
 mod files;
