@@ -6,8 +6,10 @@ mod lights;
 pub mod place;
 mod presets;
 mod shape;
+mod shown;
 
 pub use lights::{Lamp, MOST_LIGHTS};
+pub use shown::{Crop, MAX_SUPERSAMPLE, parse_crop};
 
 use crate::capture;
 use crate::contact;
@@ -64,6 +66,15 @@ pub struct Setup {
     /// Width and height of the picture, pixels.
     #[serde(default = "default_size")]
     pub size: [u32; 2],
+    /// Pixels, across and down, that are drawn for one of a capture and averaged, 1 to [`MAX_SUPERSAMPLE`].
+    #[serde(default = "one", skip_serializing_if = "is_one")]
+    pub supersample: u32,
+    /// Captures have alpha 0 where no surface is.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub transparent: bool,
+    /// The part of the picture that captures show.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub crop: Option<Crop>,
     /// Start of every random pattern.
     #[serde(default)]
     pub seed: u32,
@@ -247,6 +258,12 @@ fn default_view() -> String {
 fn default_size() -> [u32; 2] {
     [1280, 720]
 }
+fn one() -> u32 {
+    1
+}
+fn is_one(number: &u32) -> bool {
+    *number == 1
+}
 fn middle() -> [f32; 2] {
     [0.5; 2]
 }
@@ -282,6 +299,9 @@ impl Setup {
             front: 0,
             legend: false,
             size: default_size(),
+            supersample: one(),
+            transparent: false,
+            crop: None,
             seed: 0,
             truth_samples: Samples::Auto,
             error_dilation: 0,
@@ -453,6 +473,9 @@ impl Setup {
         Setup {
             view,
             legend: false,
+            supersample: one(),
+            transparent: false,
+            crop: None,
             shadow_camera: None,
             outlines: false,
             error_dilation: 0,
@@ -557,6 +580,9 @@ impl Setup {
             error_dilation: 0,
             error_base: Base::Dark,
             error_window: default_window(),
+            supersample: one(),
+            transparent: false,
+            crop: None,
             probe: middle(),
             params: BTreeMap::new(),
             path: None,
@@ -671,6 +697,7 @@ impl Setup {
                 self.size[1]
             );
         }
+        self.check_shown()?;
         ensure!(
             self.error_dilation <= MAX_DILATION,
             "error_dilation = {} is not allowed; it takes 0 to {MAX_DILATION} pixels",

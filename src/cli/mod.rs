@@ -186,6 +186,15 @@ struct Figure {
     /// Draw what maps cover as lines into the scene; with a shadow camera they are drawn anyway.
     #[arg(long)]
     outlines: bool,
+    /// Draw N × N pixels for each of the file and average them, 1 to 4. Values, classes and charts stay as they are.
+    #[arg(long, value_name = "N")]
+    supersample: Option<u32>,
+    /// Leave what no surface covers transparent.
+    #[arg(long, num_args = 0..=1, require_equals = true, default_missing_value = "true", value_name = "BOOL")]
+    transparent: Option<bool>,
+    /// Show only this part of the picture: X,Y,WIDTH,HEIGHT, each as a share of the side or as pixels (320px); none: all of it.
+    #[arg(long, value_name = "X,Y,W,H")]
+    crop: Option<String>,
 }
 
 fn parse_place(text: &str) -> Result<[f32; 2]> {
@@ -219,6 +228,8 @@ impl Figure {
         setup.error_base = self.error_base.unwrap_or(setup.error_base);
         setup.error_window = self.error_window.unwrap_or(setup.error_window);
         setup.probe = self.probe.unwrap_or(setup.probe);
+        setup.supersample = self.supersample.unwrap_or(setup.supersample);
+        setup.transparent = self.transparent.unwrap_or(setup.transparent);
         if let Some(overlay) = &self.overlay {
             let (view, opacity) = match overlay.split_once(':') {
                 Some((view, opacity)) => {
@@ -326,9 +337,15 @@ pub fn run() -> Result<ExitCode> {
                 setup.view = view;
                 setup.overlay = None;
             }
+            let crop = figure.crop.clone();
             figure.apply(&mut setup, &scene)?;
             let selected = [setup.technique.clone()];
             wanted.apply(&mut setup, &scene, &selected)?;
+            if let Some(crop) = crop {
+                // Pixels are those of the size that it ends with.
+                setup.crop = setup::parse_crop(&crop, setup.size)?;
+                setup.check()?;
+            }
             let mut renderer = renderer(adapter, scene)?;
             for note in capture::capture(&mut renderer, &setup, &output)? {
                 eprintln!("{note}");

@@ -7,9 +7,11 @@
 mod advice;
 mod camera;
 mod canvas;
+mod captures;
 mod chart;
 mod compare;
 mod controls;
+mod cropping;
 mod drawer;
 mod errors;
 pub mod flatland;

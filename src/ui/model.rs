@@ -289,6 +289,8 @@ pub struct Model {
     pub pinned: BTreeSet<&'static str>,
     /// The picture has the capture's shape.
     pub framed: bool,
+    /// The part of the picture that captures show is being dragged out in it.
+    pub cropping: bool,
     /// A capture with a legend has the capture's size as a whole; else its picture has.
     pub whole: bool,
     /// The file dialog, where the system has none.
@@ -350,6 +352,7 @@ impl Model {
             places: BTreeMap::new(),
             pinned: BTreeSet::new(),
             framed: false,
+            cropping: false,
             whole: false,
             picker: None,
             unsaved: Vec::new(),
@@ -550,6 +553,9 @@ impl Model {
             arrange: now.arrange,
             front: now.front,
             legend: now.legend,
+            supersample: now.supersample,
+            transparent: now.transparent,
+            crop: now.crop,
             against: now.against.clone(),
             error_dilation: now.error_dilation,
             error_base: now.error_base,

@@ -521,7 +521,8 @@ impl Open {
         let resized = std::mem::replace(&mut self.full, full) != full;
         let number = self.stage.order(Order {
             number: 0,
-            setup: m.setup.clone(),
+            // Only files let through what lies behind them.
+            setup: Setup { transparent: false, ..m.setup.clone() },
             scene: m.scene.clone(),
             full,
             moving: held || resized || self.glide.is_some() || m.moving(),

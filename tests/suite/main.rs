@@ -6,6 +6,7 @@ mod around;
 mod averaged_truth;
 mod backprojection;
 mod bias;
+mod capture_options;
 mod cascades;
 mod chart;
 mod cli;

@@ -1465,6 +1465,52 @@ fn the_frame_gives_the_picture_the_captures_shape() {
     assert!((picture.aspect_ratio() - 1280.0 / 720.0).abs() < 1e-3 && picture.width() == 940.0, "{picture:?}");
 }
 
+/// A rectangle that is dragged out in the picture is what captures show, in one step; Escape and slips leave all as it was.
+#[test]
+fn a_crop_is_dragged_out_in_the_picture() {
+    let mut harness = harness("cubes", 1400.0);
+    open(&mut harness, "Capture");
+    let before = setup(&harness);
+    let drag = |harness: &mut Harness<'static, State>, from: [f32; 2], to: [f32; 2]| {
+        let at = |share: [f32; 2]| {
+            let rect = harness.state().picture;
+            let [w, h] = before.size.map(|side| side as f32);
+            // The picture has the capture's shape, in the middle of what the panel leaves.
+            let scale = (rect.width() / w).min(rect.height() / h);
+            let whole = egui::Rect::from_center_size(rect.center(), scale * egui::vec2(w, h));
+            whole.min + whole.size() * egui::vec2(share[0], share[1])
+        };
+        let (from, to) = (at(from), at(to));
+        harness.drag_at(from);
+        harness.run_steps(2);
+        harness.hover_at(to);
+        harness.run_steps(2);
+        harness.drop_at(to);
+        harness.run_steps(4);
+    };
+    click(&mut harness, "From the picture");
+    assert!(harness.state().model.framed && harness.state().model.cropping);
+    drag(&mut harness, [0.75, 0.9], [0.25, 0.1]);
+    let part = setup(&harness).part();
+    let near = [320, 72, 640, 576].iter().zip(part).all(|(a, b)| b.abs_diff(*a) <= 3);
+    assert!(near && !harness.state().model.cropping, "{part:?}");
+    assert_eq!(setup(&harness).camera, before.camera, "the camera has not moved");
+    let field = |harness: &Harness<'static, State>, text: &str| harness.query_by_value(text).is_some();
+    assert!(field(&harness, &format!("{} px", part[0])), "its numbers stand in the panel");
+    // Another drag is the camera's again.
+    drag(&mut harness, [0.5, 0.5], [0.6, 0.5]);
+    assert_ne!(setup(&harness).camera, before.camera);
+    assert_eq!(setup(&harness).part(), part);
+    click(&mut harness, "From the picture");
+    harness.key_press(egui::Key::Escape);
+    harness.run_steps(2);
+    assert!(!harness.state().model.cropping);
+    click(&mut harness, "All of it");
+    assert_eq!(setup(&harness).crop, None);
+    click(&mut harness, "Undo");
+    assert_eq!(setup(&harness).part(), part);
+}
+
 #[test]
 fn closing_with_rows_in_no_file_asks() {
     let mut harness = charted();
