@@ -7,15 +7,20 @@ use crate::frame::{Ask, History, Pixels, Renderer, Truth};
 use crate::legend::{self, Key};
 use crate::measure::metrics;
 use crate::scene::geometry::shading_normal;
+use crate::sequence;
 use crate::setup::Setup;
 use crate::techniques;
-use anyhow::{Context, Result, anyhow, bail, ensure};
+use anyhow::{Context, Result, anyhow, ensure};
 use pixels::{averaged, cut};
 use std::io::Cursor;
 use std::path::Path;
 
-/// Keyword of the PNG text chunk (iTXt) that holds the set-up as TOML.
-const KEYWORD: &str = "shadowscope-setup";
+/// Keywords of the PNG text chunks (iTXt) that hold the set-up as TOML, and of an animation the sequence.
+pub const SETUP: &str = "shadowscope-setup";
+pub const SEQUENCE: &str = "shadowscope-sequence";
+
+/// Endings of files that may hold a set-up.
+pub const HOLD: [&str; 3] = sequence::ENDINGS;
 
 /// Renders a set-up at its size and writes it: .png the view with the set-up inside, .exr the raw 32-bit
 /// floats of the views visibility, truth, depth (one channel), position, normals (shading normals) and aliasing (three),
@@ -201,7 +206,7 @@ pub fn write_png(path: &Path, size: [u32; 2], rgba: &[u8], setup: Option<&str>) 
     encoder.set_depth(png::BitDepth::Eight);
     encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
     if let Some(text) = setup {
-        encoder.add_itxt_chunk(KEYWORD.into(), text.into()).with_context(doing)?;
+        encoder.add_itxt_chunk(SETUP.into(), text.into()).with_context(doing)?;
     }
     let mut writer = encoder.write_header().with_context(doing)?;
     writer.write_image_data(rgba).with_context(doing)?;
@@ -209,26 +214,41 @@ pub fn write_png(path: &Path, size: [u32; 2], rgba: &[u8], setup: Option<&str>) 
     files::save(path, &bytes)
 }
 
-/// Reads the set-up inside a captured PNG.
+/// Reads the set-up inside a captured picture or animation.
 ///
 /// # Errors
-/// No file, no PNG, or a PNG without a set-up.
+/// No file, no picture, or one without a set-up.
 pub fn read_setup(path: &Path) -> Result<String> {
     let name = path.display();
-    let file =
+    read_text(path, SETUP)?
+        .with_context(|| format!("{name} holds no set-up; only pictures captured by shadowscope do"))
+}
+
+/// Reads the text of a keyword inside a captured picture or animation; None: it holds none.
+///
+/// # Errors
+/// No file, or no picture.
+pub fn read_text(path: &Path, keyword: &str) -> Result<Option<String>> {
+    let name = path.display();
+    let mut file =
         files::open(path, files::MOST_DATA).map_err(|e| anyhow!("{name} cannot be read: {}", files::reason(&e)))?;
+    if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("webp")) {
+        let texts = sequence::read_texts(&mut file);
+        let [setup, sequence] = texts.map_err(|e| anyhow!("{name} cannot be read: {}", files::reason(&e)))?;
+        return Ok(if keyword == SETUP { setup } else { sequence });
+    }
     let mut decoder = png::Decoder::new(file);
     let not_png = || format!("{name} is not a PNG file that can be read");
     decoder.read_header_info().with_context(not_png)?;
     let reader = decoder.read_info().with_context(not_png)?;
-    let Some(mut chunk) = reader.info().utf8_text.iter().find(|c| c.keyword == KEYWORD).cloned() else {
-        bail!("{name} holds no set-up; only pictures captured by shadowscope do");
+    let Some(mut chunk) = reader.info().utf8_text.iter().find(|c| c.keyword == keyword).cloned() else {
+        return Ok(None);
     };
     // A text may be compressed a thousandfold.
     let most = files::MOST_TEXT as usize;
     let bound = || format!("the set-up inside {name} cannot be read, or has more than {} MiB", most >> 20);
     chunk.decompress_text_with_limit(most).with_context(bound)?;
-    chunk.get_text().with_context(|| format!("the set-up inside {name} cannot be read"))
+    chunk.get_text().map(Some).with_context(|| format!("the set-up inside {name} cannot be read"))
 }
 
 fn write_exr(renderer: &Renderer, setup: &Setup, path: &Path) -> Result<()> {

@@ -343,7 +343,7 @@ impl Setup {
                 let text = files::read_text(path)?;
                 Setup::from_toml(&text, path).with_context(|| format!("{told} is not a usable set-up"))
             }
-            "png" => {
+            held if capture::HOLD.contains(&held) => {
                 let text = capture::read_setup(path)?;
                 Setup::from_toml(&text, path).with_context(|| format!("the set-up inside {told} cannot be used"))
             }

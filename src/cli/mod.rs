@@ -1,6 +1,7 @@
 //! The command line.
 
 mod advise;
+mod animate;
 mod chart;
 mod flatland;
 mod lamps;
@@ -46,19 +47,13 @@ enum Command {
     /// Render one picture: .png with the set-up inside, or .exr with the view's raw floats.
     Capture {
         #[command(flatten)]
-        wanted: Wanted,
+        picture: Picture,
         /// File to write.
         #[arg(short, long)]
         output: PathBuf,
-        /// What to draw; `list views` names them.
-        #[arg(long)]
-        view: Option<String>,
-        /// The technique; `list techniques` names them.
-        #[arg(long)]
-        technique: Option<String>,
-        #[command(flatten)]
-        figure: Figure,
     },
+    /// Render frames along a way, as an animation (.png, .apng, .webp) or as numbered pictures (frame-.png).
+    Animate(animate::Wanted),
     /// Measure errors, times and memory of techniques.
     Measure {
         #[command(flatten)]
@@ -145,6 +140,47 @@ enum Command {
         #[arg(short, long, default_value = "out")]
         output: PathBuf,
     },
+}
+
+/// A picture of a set-up.
+#[derive(Args)]
+struct Picture {
+    #[command(flatten)]
+    wanted: Wanted,
+    /// What to draw; `list views` names them.
+    #[arg(long)]
+    view: Option<String>,
+    /// The technique; `list techniques` names them.
+    #[arg(long)]
+    technique: Option<String>,
+    #[command(flatten)]
+    figure: Figure,
+}
+
+impl Picture {
+    /// Opens the set-up with all that was asked for on top.
+    fn open(self) -> Result<(Setup, Scene)> {
+        let Picture { wanted, view, technique, figure } = self;
+        let own = technique.clone().unwrap_or(setup::DEFAULT_TECHNIQUE.into());
+        let (mut setup, scene) = wanted.open(&[own])?;
+        if let Some(technique) = &technique {
+            setup.select(technique)?;
+        }
+        if let Some(view) = view {
+            setup.view = view;
+            setup.overlay = None;
+        }
+        let crop = figure.crop.clone();
+        figure.apply(&mut setup, &scene)?;
+        let selected = [setup.technique.clone()];
+        wanted.apply(&mut setup, &scene, &selected)?;
+        if let Some(crop) = crop {
+            // Pixels are those of the size that it ends with.
+            setup.crop = setup::parse_crop(&crop, setup.size)?;
+            setup.check()?;
+        }
+        Ok((setup, scene))
+    }
 }
 
 /// What a picture is composed of.
@@ -324,28 +360,11 @@ pub fn run() -> Result<ExitCode> {
     }
     let done = match cli.command {
         None => open(cli.setup.as_deref(), adapter),
-        Some(Command::Capture { wanted, output, view, technique, figure }) => {
+        Some(Command::Capture { picture, output }) => {
             // What can be refused early is, before a scene is loaded and drawn.
-            capture::check(view.as_deref().unwrap_or("truth"), &output)?;
+            capture::check(picture.view.as_deref().unwrap_or("truth"), &output)?;
             check_target(&output)?;
-            let own = technique.clone().unwrap_or(setup::DEFAULT_TECHNIQUE.into());
-            let (mut setup, scene) = wanted.open(&[own])?;
-            if let Some(technique) = &technique {
-                setup.select(technique)?;
-            }
-            if let Some(view) = view {
-                setup.view = view;
-                setup.overlay = None;
-            }
-            let crop = figure.crop.clone();
-            figure.apply(&mut setup, &scene)?;
-            let selected = [setup.technique.clone()];
-            wanted.apply(&mut setup, &scene, &selected)?;
-            if let Some(crop) = crop {
-                // Pixels are those of the size that it ends with.
-                setup.crop = setup::parse_crop(&crop, setup.size)?;
-                setup.check()?;
-            }
+            let (setup, scene) = picture.open()?;
             let mut renderer = renderer(adapter, scene)?;
             for note in capture::capture(&mut renderer, &setup, &output)? {
                 eprintln!("{note}");
@@ -353,6 +372,7 @@ pub fn run() -> Result<ExitCode> {
             eprintln!("wrote {}", output.display());
             Ok(())
         }
+        Some(Command::Animate(wanted)) => return animate::run(wanted, adapter),
         Some(Command::Measure { wanted, techniques, output }) => measure::run(wanted, techniques, output, adapter),
         Some(Command::Sweep { wanted, techniques, output }) => sweep::run(wanted, techniques, output, adapter),
         Some(Command::Chart(wanted)) => chart::run(&wanted),

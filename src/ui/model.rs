@@ -722,8 +722,7 @@ impl Model {
 
     /// Length of the chosen animation, seconds.
     pub fn duration(&self) -> f32 {
-        let Some(animation) = self.scene.animations.get(self.setup.animation as usize) else { return 0.0 };
-        animation.channels.iter().filter_map(|c| c.times.last()).fold(0.0, |a, t| a.max(*t))
+        self.scene.duration(self.setup.animation)
     }
 
     /// Undoes a step; the action loads the scene, where that differs.

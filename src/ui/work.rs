@@ -23,6 +23,7 @@ use anyhow::{Context, Result, bail, ensure};
 use egui::ColorImage;
 use glam::Vec3;
 use std::cell::Cell;
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
@@ -204,7 +205,8 @@ impl Desk {
                     Flatland::from_toml(&text).with_context(|| format!("{what} is no usable world of flatland"));
                 return post.send(Done::World(job, path, world));
             }
-            let bare = ending.is_none_or(|e| e != "toml" && e != "png");
+            let holds = |e: &OsString| e == "toml" || capture::HOLD.iter().any(|held| e == *held);
+            let bare = !ending.as_ref().is_some_and(holds);
             let technique = technique.as_deref().unwrap_or(setup::DEFAULT_TECHNIQUE);
             let opened =
                 Setup::open_for(&what, &[technique]).and_then(|(setup, scene)| prepared(setup, scene, &room, bare));
