@@ -2,6 +2,7 @@
 //!
 //! It is a bookmark, the command line's input, what a capture embeds, and what undo steps through.
 
+mod command;
 mod lights;
 pub mod place;
 mod presets;
@@ -920,33 +921,37 @@ pub fn scene_light(scene: &Scene, name: &str, clock: Clock) -> Result<Light> {
 }
 
 /// Reads `--camera` and its like: a name, for that camera at a moment, or `px,py,pz:tx,ty,tz:fov` in the scene's own coordinates (near and far then follow the scene's
-/// first camera), with `height=` metres instead of a field of view for an orthographic camera, and a fourth part for what is up.
+/// first camera), with `height=` metres instead of a field of view for an orthographic camera, and behind it what is up, and `near=` and `far=`.
 pub fn parse_camera(scene: &Scene, text: &str, clock: Clock) -> Result<Camera> {
     let parts: Vec<&str> = text.split(':').collect();
-    if !matches!(parts.len(), 3 | 4) || scene.cameras.iter().any(|c| c.name == text) {
+    if !(3..=7).contains(&parts.len()) || scene.cameras.iter().any(|c| c.name == text) {
         return scene_camera(scene, text, clock);
     }
     let form = || {
         format!(
             "the camera {text} cannot be read: write it as NAME, px,py,pz:tx,ty,tz:fov or px,py,pz:tx,ty,tz:height=metres, and behind it \
-             :ux,uy,uz for what is up"
+             :ux,uy,uz for what is up, :near=metres and :far=metres"
         )
     };
     let first = scene.cameras[0].camera;
     let place = |text| anyhow::Ok((parse_vec3(text)? - scene.origin).as_vec3());
-    let (fov, height) = match parts[2].strip_prefix("height=") {
-        Some(height) => (first.fov, Some(height.parse().with_context(form)?)),
-        None => (parts[2].parse().with_context(form)?, None),
-    };
-    let up = parts.get(3).map(|up| parse_vec3(up)).transpose().with_context(form)?;
-    Ok(Camera {
-        position: place(parts[0]).with_context(form)?,
-        target: place(parts[1]).with_context(form)?,
-        up: up.map_or(Vec3::Y, |up| up.as_vec3()),
-        fov,
-        height,
-        ..first
-    })
+    let (position, target) = (place(parts[0]).with_context(form)?, place(parts[1]).with_context(form)?);
+    let mut camera = Camera { position, target, up: Vec3::Y, height: None, ..first };
+    match parts[2].strip_prefix("height=") {
+        Some(height) => camera.height = Some(height.parse().with_context(form)?),
+        None => camera.fov = parts[2].parse().with_context(form)?,
+    }
+    for part in &parts[3..] {
+        match part.split_once('=') {
+            Some(("near", near)) => camera.near = near.parse().with_context(form)?,
+            Some(("far", far)) => camera.far = far.parse().with_context(form)?,
+            // Of an orthographic camera: for when it is one no more.
+            Some(("fov", fov)) => camera.fov = fov.parse().with_context(form)?,
+            Some(_) => bail!(form()),
+            None => camera.up = parse_vec3(part).with_context(form)?.as_vec3(),
+        }
+    }
+    Ok(camera)
 }
 
 /// Reads `--light` and `--add-light`: a name, `NAME:key=value;…` for that light changed, or `KIND:key=value;…` with the keys of the set-up's `[light]` table.
@@ -984,6 +989,18 @@ pub fn parse_light(scene: &Scene, text: &str, clock: Clock) -> Result<Light> {
     place::take_off_light(&mut table, scene.origin);
     let table = filled(table);
     Light::deserialize(toml::Value::Table(table)).map_err(|e| one_line(&format!("--light {text}: {e}")))
+}
+
+/// Reads `--own-path`: the table `path` of a set-up's file, in one line.
+pub fn parse_path(scene: &Scene, text: &str) -> Result<Arc<OwnPath>> {
+    let told = || format!("--own-path {}", message::shortened(text));
+    let mut table: toml::Table =
+        toml::from_str(&format!("path = {text}")).map_err(|e| one_line(&e.to_string())).with_context(told)?;
+    shape::check(&table).with_context(told)?;
+    place::take_off(&mut table, scene.origin);
+    let path = table.remove("path").with_context(told)?;
+    let path = OwnPath::deserialize(path).map_err(|e| one_line(&e.to_string())).with_context(told)?;
+    Ok(Arc::new(path))
 }
 
 fn parse_vec3(text: &str) -> Result<DVec3> {

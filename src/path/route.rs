@@ -65,10 +65,9 @@ impl Route {
         let before = setup.params.clone();
         self.place(setup, t);
         for side in &mut setup.against {
-            let (Some(old), Some(new)) = (before.get(&side.technique), setup.params.get(&side.technique)) else {
-                continue;
-            };
-            let moved = new.iter().filter(|(name, value)| old.get(*name) != Some(*value));
+            let (old, new) = (before.get(&side.technique), setup.params.get(&side.technique));
+            let held = |name: &String| old.and_then(|old| old.get(name));
+            let moved = new.into_iter().flatten().filter(|(name, value)| held(name) != Some(*value));
             side.params.extend(moved.map(|(name, value)| (name.clone(), value.clone())));
         }
     }

@@ -1,12 +1,14 @@
 //! The panel's section on captures: what goes into a file, and which.
 
+use super::animating;
 use super::controls::{HEIGHT, Tip, field, row};
 use super::cropping;
 use super::model::{Action, Model};
 use crate::legend::{Key as Legend, picture_height, strip_height};
 use crate::setup::{MAX_SIZE, MAX_SUPERSAMPLE};
+use anyhow::Result;
 use egui::{Button, ComboBox, DragValue, RichText, TextEdit, Ui};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// The section's contents.
 pub fn show(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
@@ -82,15 +84,39 @@ pub fn show(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
             ui.spinner();
         }
     });
+    animating::rows(ui, m, out);
+    ui.add_space(4.0);
     path_row(
         ui,
         "set-up",
         "All settings as a text file (.toml) that opens here and on the command line.",
         &mut m.setup_path,
     );
-    let save = ui.add_enabled(!m.setup_path.trim().is_empty(), Button::new("Save set-up"));
-    if save.tip("Write all settings into this file (Ctrl+S).").clicked() {
-        out.push(Action::SaveSetup(PathBuf::from(m.setup_path.trim())));
+    ui.horizontal_wrapped(|ui| {
+        let save = ui.add_enabled(!m.setup_path.trim().is_empty(), Button::new("Save set-up"));
+        if save.tip("Write all settings into this file (Ctrl+S).").clicked() {
+            out.push(Action::SaveSetup(PathBuf::from(m.setup_path.trim())));
+        }
+        let tip = "Put a command on the clipboard that draws this picture in a shell: shadowscope capture …";
+        if ui.button("Copy command").tip(tip).clicked() {
+            let file = m.picture_path.trim();
+            let command = m.setup.command(&m.scene, if file.is_empty() { "picture.png" } else { file });
+            copy(ui, m, command, "The command is on the clipboard.");
+        }
+        if ui.button("Copy TOML").tip("Put the set-up on the clipboard, as its file has it.").clicked() {
+            let text = m.setup.to_toml(Path::new(m.setup_path.trim()));
+            copy(ui, m, text, "The set-up is on the clipboard.");
+        }
+    });
+}
+
+fn copy(ui: &Ui, m: &mut Model, text: Result<String>, told: &str) {
+    match text {
+        Ok(text) => {
+            ui.ctx().copy_text(text);
+            m.say(told);
+        }
+        Err(e) => m.fail(&e),
     }
 }
 
@@ -112,7 +138,7 @@ fn file_size(m: &Model) -> String {
     }
 }
 
-fn path_row(ui: &mut Ui, name: &str, tip: &str, path: &mut String) {
+pub fn path_row(ui: &mut Ui, name: &str, tip: &str, path: &mut String) {
     row(ui, name, tip, |ui, label| {
         let width = ui.available_width();
         ui.add_sized([width, HEIGHT], TextEdit::singleline(path)).labelled_by(label.id).tip(tip);

@@ -5,6 +5,7 @@
 //! What else takes long runs in `work`.
 
 mod advice;
+mod animating;
 mod camera;
 mod canvas;
 mod captures;

@@ -1,6 +1,7 @@
 //! What the window shows and changes, without the device that draws it.
 
 use super::advice::Advising;
+use super::animating::Animating;
 use super::chart::Chart;
 use super::flatland::Lab;
 use super::history::History;
@@ -19,6 +20,7 @@ use crate::measure::stability::Run;
 use crate::message;
 use crate::params::Values;
 use crate::scene::{Camera, Clock, Scene};
+use crate::sequence::Sequence;
 use crate::setup::{Arrange, Setup, Side};
 use crate::techniques::{self, Info, lixel_per_pixel};
 use crate::truth::Progress;
@@ -55,6 +57,8 @@ pub enum Action {
     Capture(PathBuf),
     /// A file of 1920 × 1080 pixels with the legend in it.
     Figure(PathBuf),
+    /// Write an animation of the set-up, or its frames.
+    Animate(Sequence, PathBuf),
     /// Ask where to capture to.
     PickCapture,
     SaveSetup(PathBuf),
@@ -291,6 +295,7 @@ pub struct Model {
     pub framed: bool,
     /// The part of the picture that captures show is being dragged out in it.
     pub cropping: bool,
+    pub animating: Animating,
     /// A capture with a legend has the capture's size as a whole; else its picture has.
     pub whole: bool,
     /// The file dialog, where the system has none.
@@ -353,6 +358,7 @@ impl Model {
             pinned: BTreeSet::new(),
             framed: false,
             cropping: false,
+            animating: Animating::default(),
             whole: false,
             picker: None,
             unsaved: Vec::new(),

@@ -1,6 +1,8 @@
 //! The side panel: every setting and figure, in sections that fold.
 
-use super::controls::{HEIGHT, Tip, field, length_unit, parameter, row, set_length_unit, set_panel_left, slide};
+use super::controls::{
+    HEIGHT, Tip, field, length_unit, parameter, reset_all, row, set_length_unit, set_panel_left, slide,
+};
 use super::lighting;
 use super::model::{Action, Model};
 use super::style::TEXT;
@@ -61,7 +63,10 @@ pub fn show(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
             1 => title.to_string(),
             _ => format!("{title}: {}", letter(m.side())),
         };
-        section(ui, "Parameters", header(&of("Parameters", m), true), |ui| parameters(ui, m));
+        let heading = section(ui, "Parameters", header(&of("Parameters", m), true), |ui| parameters(ui, m));
+        if m.edited().is_some_and(|info| changed(info, m, None)) && reset_all(ui, &heading, "all parameters") {
+            reset_group(m, None);
+        }
         if !m.scene.animations.is_empty() {
             section(ui, "Animation", header("Animation", true), |ui| animation(ui, m));
         }
@@ -360,12 +365,32 @@ const OTHERS: f32 = 560.0;
 /// What is rendered sooner needs no sign of it.
 const AWAITED: Duration = Duration::from_millis(150);
 
+/// Whether something of a section of a technique's parameters, or of all, is not at its default.
+fn changed(info: &Info, m: &mut Model, section: Option<&str>) -> bool {
+    let (unit, values) = (m.setup.unit, m.edited_values());
+    let mut specs = info.specs().filter(|s| section.is_none_or(|title| s.section == title));
+    specs.any(|s| values.get(s.name).is_some_and(|value| *value != s.default_in(unit)))
+}
+
+/// Sets a section of the parameters, or all, back to their defaults.
+fn reset_group(m: &mut Model, section: Option<&str>) {
+    let Some(info) = m.edited() else { return };
+    let unit = m.setup.unit;
+    let values = m.edited_values();
+    for spec in info.specs().filter(|s| section.is_none_or(|title| s.section == title)) {
+        values.insert(spec.name.into(), spec.default_in(unit));
+    }
+}
+
 fn parameters(ui: &mut Ui, m: &mut Model) {
     let Some(chosen) = m.edited() else {
         ui.label(RichText::new("The truth has no parameters but its samples, above.").small().weak());
         return;
     };
     let (distance, unit) = (m.first_reach() as f64, m.setup.unit);
+    let all: BTreeSet<&str> = chosen.specs().map(|s| s.section).collect();
+    let touched: BTreeSet<&str> = all.into_iter().filter(|title| changed(chosen, m, Some(title))).collect();
+    let mut reset = None;
     let other = compare::other_values(m);
     let mut held = std::mem::take(&mut m.pinned);
     let pinned = &mut held;
@@ -413,7 +438,7 @@ fn parameters(ui: &mut Ui, m: &mut Model) {
     });
     for title in sections.into_iter().filter(|title| rest.iter().any(|s| s.section == *title)) {
         let header = CollapsingHeader::new(RichText::new(title).small().weak()).id_salt(("parameters", title));
-        header.default_open(title != "Rasteriser bias").show_unindented(ui, |ui| {
+        let shown = header.default_open(title != "Rasteriser bias").show_unindented(ui, |ui| {
             rest.iter().filter(|s| s.section == title).for_each(|spec| one(ui, spec, pinned));
             if with_plane && title == lixel_per_pixel::SECTION {
                 let button = ui.selectable_label(picking, "Pick a plane");
@@ -422,8 +447,14 @@ fn parameters(ui: &mut Ui, m: &mut Model) {
                     .clicked();
             }
         });
+        if touched.contains(title) && reset_all(ui, &shown.header_response, title) {
+            reset = Some(title);
+        }
     }
     (m.pinned, m.places, m.picking) = (held, places, picking);
+    if let Some(title) = reset {
+        reset_group(m, Some(title));
+    }
 }
 
 fn camera(ui: &mut Ui, m: &mut Model) {

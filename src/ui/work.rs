@@ -17,6 +17,7 @@ use crate::path::Route;
 use crate::scene::Scene;
 use crate::scene::builtin::cases;
 use crate::scene::geometry::{Geometry, Room};
+use crate::sequence::{self, Sequence};
 use crate::setup::{self, Setup};
 use crate::{capture, techniques};
 use anyhow::{Context, Result, bail, ensure};
@@ -76,6 +77,8 @@ pub enum Done {
     Advised(u64, Result<Box<(Budget, Advice)>>),
     /// The file, and what its picture shows wrong.
     Captured(Result<(PathBuf, Vec<String>)>),
+    /// The file of an animation, or of its first frame, and what its pictures show wrong.
+    Animated(u64, Result<(PathBuf, Vec<String>)>),
     Saved(Tab, Result<PathBuf>),
     Read(PathBuf, Result<Vec<Record>>),
     /// A small picture.
@@ -325,6 +328,25 @@ impl Desk {
             post.send(Done::Captured(captured.map(|notes| (path, made.into_iter().chain(notes).collect()))));
         });
         self.drawing.push(thread);
+    }
+
+    /// Draws a sequence of a set-up into a file, likewise.
+    pub fn animate(
+        &mut self,
+        job: u64,
+        adapter: String,
+        scene: Arc<Scene>,
+        setup: Setup,
+        (sequence, path): (Sequence, PathBuf),
+    ) {
+        let work = move |renderer: &mut Renderer, watch: &Watch| {
+            let frames = sequence.frames;
+            let tell = |done: f32| format!("Frame {} of {frames}", (done * frames as f32).round() as u32 + 1);
+            let notes =
+                sequence::write(renderer, &setup, &sequence, &path, &mut |done| watch.progress(done, &tell(done)))?;
+            Ok((if sequence::is_numbered(&path) { sequence::numbered(&path, 0) } else { path }, notes))
+        };
+        self.beside(job, adapter, scene, work, Done::Animated);
     }
 
     /// Draws a small picture.
