@@ -36,6 +36,9 @@ struct View {
     ambient: f32,
     // Of `range`: by the logarithm of one more.
     log: u32,
+    // 1: where nothing is seen the picture lets through what lies behind it.
+    transparent: u32,
+    padding: u32,
 }
 
 var<uniform> view: View;
@@ -347,17 +350,17 @@ fn contact_picture(s: Surface) -> vec4f {
     return data(select(false_shadow_color, label_color(2u), textureLoad(truth, s.pixel, 0).x < 0.5));
 }
 
-// The overlay over the picture's colour: blended, or small in the upper right corner.
+// The overlay over the picture's colour, multiplied by alpha: blended, or small in the upper right corner.
 fn below_overlay(pixel: vec2u, color: vec4f) -> vec4f {
     if view.opacity < 1.0 {
         let o = textureLoad(over, pixel, 0);
-        return mix(color, o, view.opacity * o.a);
+        return mix(color, vec4f(o.rgb, 1.0), view.opacity * o.a);
     }
     if beside_inset(pixel) {
         return color;
     }
     if !inside_inset(pixel) {
-        return vec4f(0.9);
+        return vec4f(vec3f(0.9), 1.0);
     }
     let corner = inset_corner();
     // The mean of the nine pixels that it covers.
@@ -366,16 +369,22 @@ fn below_overlay(pixel: vec2u, color: vec4f) -> vec4f {
         let at = (pixel - corner) * 3u + vec2u(i % 3u, i / 3u);
         sum += textureLoad(over, min(at, frame.size - 1u), 0);
     }
-    return sum / 9.0;
+    return vec4f(sum.rgb / 9.0, 1.0);
 }
 
 @compute @workgroup_size(8, 8)
 fn shade(@builtin(global_invocation_id) id: vec3u) {
     if id.x < frame.size.x && id.y < frame.size.y {
-        var color = color_of(id.xy);
-        if layer == 1u {
-            color = below_overlay(id.xy, color);
+        let color = color_of(id.xy);
+        var alpha = 1.0;
+        if view.transparent == 1u && color.a == 0.0 && !(textureLoad(g_position, id.xy, 0).w > 0.0) {
+            alpha = 0.0;
         }
-        textureStore(output, id.xy, vec4f(saturate(color.rgb), select(1.0, color.a, layer == 2u)));
+        // Multiplied by alpha, so that lines can be blended over it.
+        var out = vec4f(saturate(color.rgb) * alpha, select(alpha, color.a, layer == 2u));
+        if layer == 1u {
+            out = below_overlay(id.xy, out);
+        }
+        textureStore(output, id.xy, out);
     }
 }

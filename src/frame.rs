@@ -19,6 +19,7 @@ pub use indirect::Indirect;
 pub use lights::ToldLight;
 pub use lines::{Segment, Style};
 pub use maps::{LightSpace, MapLayer, Place};
+pub use read::Pixels;
 pub use shot::{Shot, ShotUniform};
 
 use crate::contact::{self, Contact};
@@ -435,6 +436,9 @@ pub struct ViewUniform {
     pub ambient: f32,
     /// Of `range`: by the logarithm of one more.
     pub log: u32,
+    /// The picture lets through what lies behind it where nothing is seen.
+    pub transparent: u32,
+    pub padding: u32,
 }
 
 /// What a picture is drawn as, as `layer` in `shaders/shade.wgsl`.
@@ -469,6 +473,7 @@ struct Drawing {
     opacity: f32,
     dilation: u32,
     light_base: bool,
+    transparent: bool,
     /// Lit by the other lights too, whose sum the recorder knows.
     more_lights: bool,
 }
@@ -486,6 +491,7 @@ impl Drawing {
             opacity: 0.0,
             dilation,
             light_base,
+            transparent: setup.transparent,
             more_lights: shaded && !setup.lit_beside().is_empty(),
         }
     }
@@ -541,7 +547,17 @@ impl Shading {
         let key = [picture.number, drawn_map(&picture.drawn), picture.layer as u32, offered, more];
         let pass = self.pass(gpu, key)?;
         let light_base = picture.light_base as u32;
-        let mut view = ViewUniform { range: [0.0, 1.0], rows, opacity, dilation, light_base, ..ViewUniform::zeroed() };
+        // What will lie over another says by its alpha where it shows data.
+        let transparent = (picture.transparent && picture.layer != Layer::Over) as u32;
+        let mut view = ViewUniform {
+            range: [0.0, 1.0],
+            rows,
+            opacity,
+            dilation,
+            light_base,
+            transparent,
+            ..ViewUniform::zeroed()
+        };
         let mut run = recorder.run(pass).bind("view", &buffer).bind("shown", map).bind("light_view", &no_light_view);
         run = run.bind("indirect", indirect.as_ref().map_or(map, |i| &i.view));
         if let Some(indirect) = indirect {

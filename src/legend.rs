@@ -561,25 +561,33 @@ pub fn picture_height(key: &Key, [width, whole]: [u32; 2]) -> Option<u32> {
     Some(height)
 }
 
-/// The picture of a capture, four bytes a pixel, with its axes drawn in and the strip below it; the new size.
+/// The picture of a capture, four bytes a pixel, with the strip below it; the new size.
 ///
 /// # Errors
 /// The drawing cannot be made into a picture.
-pub fn below(key: &Key, size: [u32; 2], rgba: &[u8]) -> Result<([u32; 2], Vec<u8>)> {
+pub fn below(key: &Key, size: [u32; 2], mut rgba: Vec<u8>) -> Result<([u32; 2], Vec<u8>)> {
+    let (height, strip) = strip(key, size[0] as f32, text_size(size));
+    let height = height.ceil() as u32;
+    rgba.extend(draw(&svg(&strip, [size[0], height], true))?);
+    Ok(([size[0], size[1] + height], rgba))
+}
+
+/// Draws the axes of a chart into its picture, whose colours are multiplied by their alpha.
+///
+/// # Errors
+/// As [`below`].
+pub fn draw_axes(key: &Key, size: [u32; 2], rgba: &mut [u8]) -> Result<()> {
     let [w, h] = size.map(|s| s as f32);
-    let text = text_size(size);
-    let (strip_height, strip) = strip(key, w, text);
-    let strip_height = strip_height.ceil() as u32;
-    let over = draw(&svg(&axes(key, [w, h], h, text), size, false))?;
-    let under = draw(&svg(&strip, [size[0], strip_height], true))?;
-    let mut out = Vec::with_capacity(rgba.len() + under.len());
-    for (p, o) in rgba.chunks_exact(4).zip(over.chunks_exact(4)) {
-        // Colours of the drawing are multiplied by its alpha already.
-        let mix = |i: usize| o[i] as u32 + (p[i] as u32 * (255 - o[3] as u32) + 127) / 255;
-        out.extend([mix(0).min(255) as u8, mix(1).min(255) as u8, mix(2).min(255) as u8, 255]);
+    let marks = axes(key, [w, h], h, text_size(size));
+    if marks.is_empty() {
+        return Ok(());
     }
-    out.extend(under);
-    Ok(([size[0], size[1] + strip_height], out))
+    let over = draw(&svg(&marks, size, false))?;
+    for (p, o) in rgba.chunks_exact_mut(4).zip(over.chunks_exact(4)) {
+        // Colours of the drawing are multiplied by its alpha already.
+        (0..4).for_each(|i| p[i] = (o[i] as u32 + (p[i] as u32 * (255 - o[3] as u32) + 127) / 255).min(255) as u8);
+    }
+    Ok(())
 }
 
 fn draw(svg: &str) -> Result<Vec<u8>> {

@@ -26,6 +26,7 @@ pub mod palette;
 pub mod params;
 pub mod path;
 pub mod scene;
+pub mod sequence;
 pub mod setup;
 pub mod techniques;
 pub mod tour;

@@ -2,12 +2,15 @@
 //!
 //! It is a bookmark, the command line's input, what a capture embeds, and what undo steps through.
 
+mod command;
 mod lights;
 pub mod place;
 mod presets;
 mod shape;
+mod shown;
 
 pub use lights::{Lamp, MOST_LIGHTS};
+pub use shown::{Crop, MAX_SUPERSAMPLE, parse_crop};
 
 use crate::capture;
 use crate::contact;
@@ -64,6 +67,15 @@ pub struct Setup {
     /// Width and height of the picture, pixels.
     #[serde(default = "default_size")]
     pub size: [u32; 2],
+    /// Pixels, across and down, that are drawn for one of a capture and averaged, 1 to [`MAX_SUPERSAMPLE`].
+    #[serde(default = "one", skip_serializing_if = "is_one")]
+    pub supersample: u32,
+    /// Captures have alpha 0 where no surface is.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub transparent: bool,
+    /// The part of the picture that captures show.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub crop: Option<Crop>,
     /// Start of every random pattern.
     #[serde(default)]
     pub seed: u32,
@@ -247,6 +259,12 @@ fn default_view() -> String {
 fn default_size() -> [u32; 2] {
     [1280, 720]
 }
+fn one() -> u32 {
+    1
+}
+fn is_one(number: &u32) -> bool {
+    *number == 1
+}
 fn middle() -> [f32; 2] {
     [0.5; 2]
 }
@@ -282,6 +300,9 @@ impl Setup {
             front: 0,
             legend: false,
             size: default_size(),
+            supersample: one(),
+            transparent: false,
+            crop: None,
             seed: 0,
             truth_samples: Samples::Auto,
             error_dilation: 0,
@@ -323,7 +344,7 @@ impl Setup {
                 let text = files::read_text(path)?;
                 Setup::from_toml(&text, path).with_context(|| format!("{told} is not a usable set-up"))
             }
-            "png" => {
+            held if capture::HOLD.contains(&held) => {
                 let text = capture::read_setup(path)?;
                 Setup::from_toml(&text, path).with_context(|| format!("the set-up inside {told} cannot be used"))
             }
@@ -453,6 +474,9 @@ impl Setup {
         Setup {
             view,
             legend: false,
+            supersample: one(),
+            transparent: false,
+            crop: None,
             shadow_camera: None,
             outlines: false,
             error_dilation: 0,
@@ -557,6 +581,9 @@ impl Setup {
             error_dilation: 0,
             error_base: Base::Dark,
             error_window: default_window(),
+            supersample: one(),
+            transparent: false,
+            crop: None,
             probe: middle(),
             params: BTreeMap::new(),
             path: None,
@@ -671,6 +698,7 @@ impl Setup {
                 self.size[1]
             );
         }
+        self.check_shown()?;
         ensure!(
             self.error_dilation <= MAX_DILATION,
             "error_dilation = {} is not allowed; it takes 0 to {MAX_DILATION} pixels",
@@ -893,33 +921,37 @@ pub fn scene_light(scene: &Scene, name: &str, clock: Clock) -> Result<Light> {
 }
 
 /// Reads `--camera` and its like: a name, for that camera at a moment, or `px,py,pz:tx,ty,tz:fov` in the scene's own coordinates (near and far then follow the scene's
-/// first camera), with `height=` metres instead of a field of view for an orthographic camera, and a fourth part for what is up.
+/// first camera), with `height=` metres instead of a field of view for an orthographic camera, and behind it what is up, and `near=` and `far=`.
 pub fn parse_camera(scene: &Scene, text: &str, clock: Clock) -> Result<Camera> {
     let parts: Vec<&str> = text.split(':').collect();
-    if !matches!(parts.len(), 3 | 4) || scene.cameras.iter().any(|c| c.name == text) {
+    if !(3..=7).contains(&parts.len()) || scene.cameras.iter().any(|c| c.name == text) {
         return scene_camera(scene, text, clock);
     }
     let form = || {
         format!(
             "the camera {text} cannot be read: write it as NAME, px,py,pz:tx,ty,tz:fov or px,py,pz:tx,ty,tz:height=metres, and behind it \
-             :ux,uy,uz for what is up"
+             :ux,uy,uz for what is up, :near=metres and :far=metres"
         )
     };
     let first = scene.cameras[0].camera;
     let place = |text| anyhow::Ok((parse_vec3(text)? - scene.origin).as_vec3());
-    let (fov, height) = match parts[2].strip_prefix("height=") {
-        Some(height) => (first.fov, Some(height.parse().with_context(form)?)),
-        None => (parts[2].parse().with_context(form)?, None),
-    };
-    let up = parts.get(3).map(|up| parse_vec3(up)).transpose().with_context(form)?;
-    Ok(Camera {
-        position: place(parts[0]).with_context(form)?,
-        target: place(parts[1]).with_context(form)?,
-        up: up.map_or(Vec3::Y, |up| up.as_vec3()),
-        fov,
-        height,
-        ..first
-    })
+    let (position, target) = (place(parts[0]).with_context(form)?, place(parts[1]).with_context(form)?);
+    let mut camera = Camera { position, target, up: Vec3::Y, height: None, ..first };
+    match parts[2].strip_prefix("height=") {
+        Some(height) => camera.height = Some(height.parse().with_context(form)?),
+        None => camera.fov = parts[2].parse().with_context(form)?,
+    }
+    for part in &parts[3..] {
+        match part.split_once('=') {
+            Some(("near", near)) => camera.near = near.parse().with_context(form)?,
+            Some(("far", far)) => camera.far = far.parse().with_context(form)?,
+            // Of an orthographic camera: for when it is one no more.
+            Some(("fov", fov)) => camera.fov = fov.parse().with_context(form)?,
+            Some(_) => bail!(form()),
+            None => camera.up = parse_vec3(part).with_context(form)?.as_vec3(),
+        }
+    }
+    Ok(camera)
 }
 
 /// Reads `--light` and `--add-light`: a name, `NAME:key=value;…` for that light changed, or `KIND:key=value;…` with the keys of the set-up's `[light]` table.
@@ -957,6 +989,18 @@ pub fn parse_light(scene: &Scene, text: &str, clock: Clock) -> Result<Light> {
     place::take_off_light(&mut table, scene.origin);
     let table = filled(table);
     Light::deserialize(toml::Value::Table(table)).map_err(|e| one_line(&format!("--light {text}: {e}")))
+}
+
+/// Reads `--own-path`: the table `path` of a set-up's file, in one line.
+pub fn parse_path(scene: &Scene, text: &str) -> Result<Arc<OwnPath>> {
+    let told = || format!("--own-path {}", message::shortened(text));
+    let mut table: toml::Table =
+        toml::from_str(&format!("path = {text}")).map_err(|e| one_line(&e.to_string())).with_context(told)?;
+    shape::check(&table).with_context(told)?;
+    place::take_off(&mut table, scene.origin);
+    let path = table.remove("path").with_context(told)?;
+    let path = OwnPath::deserialize(path).map_err(|e| one_line(&e.to_string())).with_context(told)?;
+    Ok(Arc::new(path))
 }
 
 fn parse_vec3(text: &str) -> Result<DVec3> {

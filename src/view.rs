@@ -438,6 +438,25 @@ impl View {
         counts || self.is_judged()
     }
 
+    /// It is a picture of light and surfaces, whose pixels may be averaged.
+    pub fn is_picture(&self) -> bool {
+        ["shaded", "albedo"].contains(&self.id)
+    }
+
+    /// It says of surfaces what holds there at any number of pixels: laid over a picture, it leaves one.
+    pub fn lies_on_surfaces(&self) -> bool {
+        let lies = match self.drawn {
+            Drawn::Common(_) | Drawn::Cells | Drawn::Contact(_) => true,
+            // The tap pattern is a ramp that is no picture of the scene.
+            Drawn::Ramp(_) => self.id != "taps",
+            Drawn::Labels(legend) => {
+                matches!(legend, Legend::None | Legend::Classes(_) | Legend::Cascades | Legend::Faces)
+            }
+            Drawn::Depth | Drawn::Aliasing(_) | Drawn::Counts | Drawn::Diagram(_) => false,
+        };
+        lies && !self.counts_pixels()
+    }
+
     /// It is drawn over the scene: what stands there can be pointed at.
     pub fn shows_scene(&self) -> bool {
         !matches!(self.drawn, Drawn::Depth | Drawn::Counts | Drawn::Labels(Legend::Chart(..)))

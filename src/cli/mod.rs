@@ -1,6 +1,7 @@
 //! The command line.
 
 mod advise;
+mod animate;
 mod chart;
 mod flatland;
 mod lamps;
@@ -50,19 +51,13 @@ enum Command {
     /// Render one picture: .png with the set-up inside, or .exr with the view's raw floats.
     Capture {
         #[command(flatten)]
-        wanted: Wanted,
+        picture: Picture,
         /// File to write.
         #[arg(short, long)]
         output: PathBuf,
-        /// What to draw; `list views` names them.
-        #[arg(long)]
-        view: Option<String>,
-        /// The technique; `list techniques` names them.
-        #[arg(long)]
-        technique: Option<String>,
-        #[command(flatten)]
-        figure: Figure,
     },
+    /// Render frames along a way, as an animation (.png, .apng, .webp) or as numbered pictures (frame-.png).
+    Animate(animate::Wanted),
     /// Measure errors, times and memory of techniques.
     Measure {
         #[command(flatten)]
@@ -157,6 +152,50 @@ enum Command {
     },
 }
 
+/// A picture of a set-up.
+#[derive(Args)]
+struct Picture {
+    #[command(flatten)]
+    wanted: Wanted,
+    /// What to draw; `list views` names them.
+    #[arg(long)]
+    view: Option<String>,
+    /// The technique; `list techniques` names them.
+    #[arg(long)]
+    technique: Option<String>,
+    #[command(flatten)]
+    figure: Figure,
+}
+
+impl Picture {
+    /// Opens the set-up with all that was asked for on top.
+    fn open(self) -> Result<(Setup, Scene)> {
+        let Picture { wanted, view, technique, figure } = self;
+        let own = technique.clone().unwrap_or(setup::DEFAULT_TECHNIQUE.into());
+        let (mut setup, scene) = wanted.open(&[own])?;
+        if let Some(technique) = &technique {
+            setup.select(technique)?;
+        }
+        if let Some(view) = view {
+            setup.view = view;
+            setup.overlay = None;
+        }
+        let (crop, path) = (figure.crop.clone(), figure.own_path.clone());
+        figure.apply(&mut setup, &scene)?;
+        let selected = [setup.technique.clone()];
+        wanted.apply(&mut setup, &scene, &selected)?;
+        if let Some(path) = path {
+            setup.path = Some(setup::parse_path(&scene, &path)?);
+        }
+        if let Some(crop) = crop {
+            // Pixels are those of the size that it ends with.
+            setup.crop = setup::parse_crop(&crop, setup.size)?;
+        }
+        setup.check()?;
+        Ok((setup, scene))
+    }
+}
+
 /// What a picture is composed of.
 #[derive(Args)]
 struct Figure {
@@ -169,11 +208,14 @@ struct Figure {
     /// Where swipe changes sides, as a share of the width.
     #[arg(long, value_name = "SHARE")]
     split: Option<f32>,
+    /// The side that flicker shows, from 0.
+    #[arg(long, value_name = "SIDE")]
+    front: Option<u32>,
     /// Blend this view over the shaded picture: VIEW or VIEW:opacity.
     #[arg(long, value_name = "VIEW[:OPACITY]")]
     overlay: Option<String>,
-    /// Show this view small in a corner of the shaded picture.
-    #[arg(long, value_name = "VIEW", conflicts_with = "overlay")]
+    /// Show this view small in a corner of the shaded picture; its opacity counts once it is laid over all of it.
+    #[arg(long, value_name = "VIEW[:OPACITY]", conflicts_with = "overlay")]
     inset: Option<String>,
     /// Pixels by which wrong ones grow in views of errors: 0, 1 or 2.
     #[arg(long, value_name = "PIXELS")]
@@ -196,6 +238,21 @@ struct Figure {
     /// Draw what maps cover as lines into the scene; with a shadow camera they are drawn anyway.
     #[arg(long)]
     outlines: bool,
+    /// Draw N × N pixels for each of the file and average them, 1 to 4. Values, classes and charts stay as they are.
+    #[arg(long, value_name = "N")]
+    supersample: Option<u32>,
+    /// Leave what no surface covers transparent.
+    #[arg(long, num_args = 0..=1, require_equals = true, default_missing_value = "true", value_name = "BOOL")]
+    transparent: Option<bool>,
+    /// Show only this part of the picture: X,Y,WIDTH,HEIGHT, each as a share of the side or as pixels (320px); none: all of it.
+    #[arg(long, value_name = "X,Y,W,H")]
+    crop: Option<String>,
+    /// Start of every random pattern.
+    #[arg(long, value_name = "N")]
+    seed: Option<u32>,
+    /// A path of its own: the table [path] of a set-up's file in one line, { keys = [{ time = 0, camera = { … } }, …] }.
+    #[arg(long, value_name = "TABLE")]
+    own_path: Option<String>,
 }
 
 fn parse_place(text: &str) -> Result<[f32; 2]> {
@@ -224,22 +281,29 @@ impl Figure {
                 .with_context(|| format!("--arrange {how}: there are {}", Arrange::ALL.map(Arrange::id).join(", ")))?;
         }
         setup.split = self.split.unwrap_or(setup.split);
+        setup.front = self.front.unwrap_or(setup.front);
+        setup.seed = self.seed.unwrap_or(setup.seed);
         setup.legend |= self.legend;
         setup.error_dilation = self.error_dilation.unwrap_or(setup.error_dilation);
         setup.error_base = self.error_base.unwrap_or(setup.error_base);
         setup.error_window = self.error_window.unwrap_or(setup.error_window);
         setup.probe = self.probe.unwrap_or(setup.probe);
+        setup.supersample = self.supersample.unwrap_or(setup.supersample);
+        setup.transparent = self.transparent.unwrap_or(setup.transparent);
+        let over = |option: &str, text: &str, usual: f32| match text.split_once(':') {
+            Some((view, opacity)) => {
+                let opacity = opacity.parse().with_context(|| format!("--{option} {text}: write it as VIEW:0.5"))?;
+                anyhow::Ok((view.to_string(), opacity))
+            }
+            None => Ok((text.to_string(), usual)),
+        };
         if let Some(overlay) = &self.overlay {
-            let (view, opacity) = match overlay.split_once(':') {
-                Some((view, opacity)) => {
-                    (view, opacity.parse().with_context(|| format!("--overlay {overlay}: write it as VIEW:0.5"))?)
-                }
-                None => (overlay.as_str(), 0.5),
-            };
-            setup.overlay = Some(Overlay { view: view.into(), opacity, inset: false });
+            let (view, opacity) = over("overlay", overlay, 0.5)?;
+            setup.overlay = Some(Overlay { view, opacity, inset: false });
         }
-        if let Some(view) = self.inset {
-            setup.overlay = Some(Overlay { view, opacity: 1.0, inset: true });
+        if let Some(inset) = &self.inset {
+            let (view, opacity) = over("inset", inset, 1.0)?;
+            setup.overlay = Some(Overlay { view, opacity, inset: true });
         }
         Ok(())
     }
@@ -274,7 +338,7 @@ struct Wanted {
     /// Width and height in pixels, such as 1920x1080.
     #[arg(long)]
     size: Option<String>,
-    /// A camera of the scene, px,py,pz:tx,ty,tz:fov, or orthographic px,py,pz:tx,ty,tz:height=METRES; behind either :ux,uy,uz for what is up.
+    /// A camera of the scene, px,py,pz:tx,ty,tz:fov, or orthographic px,py,pz:tx,ty,tz:height=METRES; behind either :ux,uy,uz for what is up, :near=METRES, :far=METRES.
     #[arg(long, allow_hyphen_values = true)]
     camera: Option<String>,
     /// A light of the scene, NAME:key=value;… for one changed, or KIND:key=value;… with the keys of a set-up's [light] table. Of several it changes the one at
@@ -295,6 +359,18 @@ struct Wanted {
     /// A parameter: key=value, or technique.key=value. Can be given many times.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     sets: Vec<String>,
+}
+
+/// The set-up that a `capture` command draws ([`Setup::command`]), and its scene.
+///
+/// # Errors
+/// What the command would say.
+pub fn captured(command: &str) -> Result<(Setup, Scene)> {
+    let words = shlex::split(command).context("a quotation mark in the command has no partner")?;
+    match Cli::try_parse_from(words)?.command {
+        Some(Command::Capture { picture, .. }) => picture.open(),
+        _ => bail!("{command} captures nothing"),
+    }
 }
 
 /// Takes what may be a path, whatever its bytes ([`files::name_of`]).
@@ -353,22 +429,11 @@ fn run() -> Result<ExitCode> {
     }
     let done = match cli.command {
         None => open(cli.setup.as_deref(), adapter),
-        Some(Command::Capture { wanted, output, view, technique, figure }) => {
+        Some(Command::Capture { picture, output }) => {
             // What can be refused early is, before a scene is loaded and drawn.
-            capture::check(view.as_deref().unwrap_or("truth"), &output)?;
+            capture::check(picture.view.as_deref().unwrap_or("truth"), &output)?;
             check_target(&output)?;
-            let own = technique.clone().unwrap_or(setup::DEFAULT_TECHNIQUE.into());
-            let (mut setup, scene) = wanted.open(&[own])?;
-            if let Some(technique) = &technique {
-                setup.select(technique)?;
-            }
-            if let Some(view) = view {
-                setup.view = view;
-                setup.overlay = None;
-            }
-            figure.apply(&mut setup, &scene)?;
-            let selected = [setup.technique.clone()];
-            wanted.apply(&mut setup, &scene, &selected)?;
+            let (setup, scene) = picture.open()?;
             let mut renderer = renderer(adapter, scene)?;
             for note in capture::capture(&mut renderer, &setup, &output)? {
                 eprintln!("{note}");
@@ -376,6 +441,7 @@ fn run() -> Result<ExitCode> {
             eprintln!("wrote {}", output.display());
             Ok(())
         }
+        Some(Command::Animate(wanted)) => return animate::run(wanted, adapter),
         Some(Command::Measure { wanted, techniques, output }) => measure::run(wanted, techniques, output, adapter),
         Some(Command::Sweep { wanted, techniques, output }) => sweep::run(wanted, techniques, output, adapter),
         Some(Command::Chart(wanted)) => chart::run(&wanted),

@@ -127,7 +127,7 @@ struct Start {
 /// Whether a name is that of a file that holds a set-up.
 fn is_setup(name: &str) -> bool {
     let ending = Path::new(name).extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
-    ["toml", "png"].contains(&ending.as_str())
+    ending == "toml" || capture::HOLD.contains(&ending.as_str())
 }
 
 impl Wanted {

@@ -2,7 +2,7 @@
 
 use super::figure::shaded;
 use super::lights::Lights;
-use super::{NO_FRAME, Renderer, STORED, Shading, Targets, know_scene};
+use super::{Drawing, NO_FRAME, Renderer, STORED, Shading, Targets, know_scene};
 use crate::gpu::{Pass, Recorder, Slot};
 use crate::measure::causes::{self, Causes};
 use crate::measure::metrics;
@@ -63,7 +63,7 @@ impl Judged<'_> {
     fn flip(&mut self, setup: &Setup, recorder: &mut Recorder, shading: &mut Shading) -> Result<Vec<f32>> {
         let (gpu, t) = (recorder.gpu, &*self.targets);
         let (size, map) = (t.size()?, Targets::view(&t.map)?);
-        let shaded = shaded(setup);
+        let shaded = Drawing { transparent: false, ..shaded(setup) };
         let mut picture = |visibility: &Slot, true_light: bool| {
             let mut held = Slot::default();
             let output = held.get(gpu, "picture to compare", size, Format::Rgba8Unorm, STORED);

@@ -14,8 +14,15 @@ use glam::Vec3;
 
 const PIXEL: wgpu::Extent3d = wgpu::Extent3d { width: 1, height: 1, depth_or_array_layers: 1 };
 
+/// A picture in memory: four bytes a pixel, sRGB-encoded, rows from the top.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Pixels {
+    pub size: [u32; 2],
+    pub rgba: Vec<u8>,
+}
+
 impl Renderer {
-    /// Reads the picture back: four bytes per pixel, rows from the top.
+    /// Reads the picture back: four bytes per pixel, rows from the top. Where a set-up is transparent colours are multiplied by their alpha.
     pub fn read_picture(&self) -> Result<Vec<u8>> {
         self.gpu.read_texture(self.output().context(NO_FRAME)?)
     }

@@ -60,6 +60,18 @@ impl Route {
         }
     }
 
+    /// Moves a set-up to t; a parameter that the path moves moves on all sides of a comparison.
+    pub fn place_sides(&self, setup: &mut Setup, t: f32) {
+        let before = setup.params.clone();
+        self.place(setup, t);
+        for side in &mut setup.against {
+            let (old, new) = (before.get(&side.technique), setup.params.get(&side.technique));
+            let held = |name: &String| old.and_then(|old| old.get(name));
+            let moved = new.into_iter().flatten().filter(|(name, value)| held(name) != Some(*value));
+            side.params.extend(moved.map(|(name, value)| (name.clone(), value.clone())));
+        }
+    }
+
     /// Frames by default.
     pub fn frames(&self) -> usize {
         match self {

@@ -317,6 +317,12 @@ impl NamedLight {
 }
 
 impl Scene {
+    /// How long an animation takes, seconds; 0 where there is none.
+    pub fn duration(&self, animation: u32) -> f32 {
+        let Some(animation) = self.animations.get(animation as usize) else { return 0.0 };
+        animation.channels.iter().filter_map(|c| c.times.last()).fold(0.0, |a, t| a.max(*t))
+    }
+
     /// What stands for a metre where a parameter is a length that was not chosen, as a bias: a metre in scenes from 2 m to 2 km
     /// across, and as much more or less as others are larger or smaller.
     pub fn unit(&self) -> f64 {

@@ -27,6 +27,10 @@ fn two_numbers(v: &Value) -> bool {
     v.as_array().is_some_and(|v| v.len() == 2 && v.iter().all(number))
 }
 
+fn four_numbers(v: &Value) -> bool {
+    v.as_array().is_some_and(|v| v.len() == 4 && v.iter().all(number))
+}
+
 fn two_counts(v: &Value) -> bool {
     v.as_array().is_some_and(|v| v.len() == 2 && v.iter().all(count))
 }
@@ -46,6 +50,9 @@ const TOP: &[Rule] = &[
     ("front", count, "the number of a side, from 0"),
     ("legend", Value::is_bool, "true or false"),
     ("size", two_counts, "two whole numbers from 1 to 16384 pixels, such as [1280, 720]"),
+    ("supersample", count, "1, 2, 3 or 4 pixels across and down"),
+    ("transparent", Value::is_bool, "true or false"),
+    ("crop", four_numbers, "four numbers from 0 to 1: left, top, width and height as shares of the picture's sides"),
     ("seed", count, "a whole number from 0 to 4294967295"),
     ("truth_samples", samples, Samples::TAKES),
     ("error_dilation", count, "0, 1 or 2 pixels"),

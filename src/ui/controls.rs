@@ -363,10 +363,26 @@ fn captions(ui: &mut Ui, ends: [&str; 2]) {
 
 /// A small arrow that turns back, at the row's end. True when clicked.
 fn reset(ui: &mut Ui, name: &str, default: &Value) -> bool {
-    let right = ui.max_rect().right();
-    let rect = Rect::from_center_size(pos2(right - RESET / 2.0, ui.min_rect().center().y), vec2(RESET, HEIGHT));
+    let rect = reset_place(ui, ui.min_rect().center().y);
     let r = ui.allocate_rect(rect, Sense::click());
+    arrow(ui, r, name).tip(format!("Back to {default}.")).clicked()
+}
+
+/// The same at the end of a heading, for all that stands below it. True when clicked.
+pub fn reset_all(ui: &Ui, heading: &Response, name: &str) -> bool {
+    let rect = reset_place(ui, heading.rect.center().y);
+    let r = ui.interact(rect, heading.id.with("reset"), Sense::click());
+    arrow(ui, r, name).tip("All that stands below back to its default.").clicked()
+}
+
+/// Where the last column's button stands in a row at this height.
+fn reset_place(ui: &Ui, y: f32) -> Rect {
+    Rect::from_center_size(pos2(ui.max_rect().right() - RESET / 2.0, y), vec2(RESET, HEIGHT))
+}
+
+fn arrow(ui: &Ui, r: Response, name: &str) -> Response {
     r.widget_info(|| WidgetInfo::labeled(Role::Button, true, format!("reset {name}")));
+    let rect = r.rect;
     let color = ui.style().interact(&r).fg_stroke.color;
     let at = |degrees: f32| rect.center() + 5.0 * Vec2::angled(degrees.to_radians());
     let arc: Vec<_> = (0..=12).map(|i| at(-130.0 + i as f32 * 22.5)).collect();
@@ -374,7 +390,7 @@ fn reset(ui: &mut Ui, name: &str, default: &Value) -> bool {
     let tip = at(-130.0);
     let head = [tip + vec2(-2.5, -3.5), tip + vec2(3.5, 0.5), tip + vec2(-3.0, 2.5)];
     ui.painter().add(Shape::convex_polygon(head.to_vec(), color, Stroke::NONE));
-    r.tip(format!("Back to {default}.")).clicked()
+    r
 }
 
 /// Buttons of which one is chosen, in as many lines as they need. The one that was clicked.

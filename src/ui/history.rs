@@ -154,6 +154,10 @@ fn changes(before: &Setup, after: &Setup) -> String {
     differ("overlay", overlay(before), overlay(after));
     let word = |on: bool| if on { "on" } else { "off" }.to_string();
     differ("legend in captures", word(before.legend), word(after.legend));
+    differ("supersampling", before.supersample.to_string(), after.supersample.to_string());
+    differ("transparent", word(before.transparent), word(after.transparent));
+    let crop = |s: &Setup| s.crop.map_or("none".into(), |_| format!("{:?}", s.part()));
+    differ("crop", crop(before), crop(after));
     differ("outlines", word(before.outlines), word(after.outlines));
     differ("frozen camera", word(before.shadow_camera.is_some()), word(after.shadow_camera.is_some()));
     differ("error dilation", before.error_dilation.to_string(), after.error_dilation.to_string());

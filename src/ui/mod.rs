@@ -5,11 +5,14 @@
 //! What else takes long runs in `work`.
 
 mod advice;
+mod animating;
 mod camera;
 mod canvas;
+mod captures;
 mod chart;
 mod compare;
 mod controls;
+mod cropping;
 mod drawer;
 mod errors;
 pub mod flatland;

@@ -1,6 +1,7 @@
 //! What the window shows and changes, without the device that draws it.
 
 use super::advice::Advising;
+use super::animating::Animating;
 use super::chart::Chart;
 use super::flatland::Lab;
 use super::history::History;
@@ -20,6 +21,7 @@ use crate::measure::stability::Run;
 use crate::message;
 use crate::params::Values;
 use crate::scene::{Camera, Clock, Scene};
+use crate::sequence::Sequence;
 use crate::setup::{Arrange, Setup, Side};
 use crate::techniques::{self, Info, lixel_per_pixel};
 use crate::truth::Progress;
@@ -56,6 +58,8 @@ pub enum Action {
     Capture(PathBuf),
     /// A file of 1920 × 1080 pixels with the legend in it.
     Figure(PathBuf),
+    /// Write an animation of the set-up, or its frames.
+    Animate(Sequence, PathBuf),
     /// Ask where to capture to.
     PickCapture,
     SaveSetup(PathBuf),
@@ -298,6 +302,9 @@ pub struct Model {
     pub pinned: BTreeSet<&'static str>,
     /// The picture has the capture's shape.
     pub framed: bool,
+    /// The part of the picture that captures show is being dragged out in it.
+    pub cropping: bool,
+    pub animating: Animating,
     /// A capture with a legend has the capture's size as a whole; else its picture has.
     pub whole: bool,
     /// The file dialog, where the system has none.
@@ -359,6 +366,8 @@ impl Model {
             places: BTreeMap::new(),
             pinned: BTreeSet::new(),
             framed: false,
+            cropping: false,
+            animating: Animating::default(),
             whole: false,
             picker: None,
             unsaved: Vec::new(),
@@ -559,6 +568,9 @@ impl Model {
             arrange: now.arrange,
             front: now.front,
             legend: now.legend,
+            supersample: now.supersample,
+            transparent: now.transparent,
+            crop: now.crop,
             against: now.against.clone(),
             error_dilation: now.error_dilation,
             error_base: now.error_base,
@@ -736,8 +748,7 @@ impl Model {
 
     /// Length of the chosen animation, seconds.
     pub fn duration(&self) -> f32 {
-        let Some(animation) = self.scene.animations.get(self.setup.animation as usize) else { return 0.0 };
-        animation.channels.iter().filter_map(|c| c.times.last()).fold(0.0, |a, t| a.max(*t))
+        self.scene.duration(self.setup.animation)
     }
 
     /// Undoes a step; the action loads the scene, where that differs.

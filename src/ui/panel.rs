@@ -1,11 +1,13 @@
 //! The side panel: every setting and figure, in sections that fold.
 
-use super::controls::{HEIGHT, Tip, field, length_unit, parameter, row, set_length_unit, set_panel_left, slide};
+use super::controls::{
+    HEIGHT, Tip, field, length_unit, parameter, reset_all, row, set_length_unit, set_panel_left, slide,
+};
 use super::lighting;
 use super::model::{Action, Model};
 use super::style::TEXT;
-use super::{compare, freeze, needs, pictures, results, views};
-use crate::legend::{Key as Legend, letter, picture_height, strip_height};
+use super::{captures, compare, freeze, needs, pictures, results, views};
+use crate::legend::letter;
 use crate::params::Spec;
 use crate::scene::builtin;
 use crate::scene::builtin::cases;
@@ -22,7 +24,7 @@ use egui::{
 use egui::{Id, Popup, Response, Role, WidgetInfo};
 use glam::{DVec3, Vec3};
 use std::collections::BTreeSet;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::Duration;
 
 /// Width of the panel at first, and the least, points.
@@ -61,7 +63,10 @@ pub fn show(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
             1 => title.to_string(),
             _ => format!("{title}: {}", letter(m.side())),
         };
-        section(ui, "Parameters", header(&of("Parameters", m), true), |ui| parameters(ui, m));
+        let heading = section(ui, "Parameters", header(&of("Parameters", m), true), |ui| parameters(ui, m));
+        if m.edited().is_some_and(|info| changed(info, m, None)) && reset_all(ui, &heading, "all parameters") {
+            reset_group(m, None);
+        }
         if !m.scene.animations.is_empty() {
             section(ui, "Animation", header("Animation", true), |ui| animation(ui, m));
         }
@@ -69,7 +74,7 @@ pub fn show(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
         needs.tip(needs::TIP);
         section(ui, "Timings", header(&of("Timings", m), true), |ui| results::timings(ui, m, out));
         section(ui, "Measure", header("Measure", false), |ui| results::measure(ui, m, out));
-        section(ui, "Capture", header("Capture", false), |ui| capture(ui, m, out));
+        section(ui, "Capture", header("Capture", false), |ui| captures::show(ui, m, out));
         ui.add_space(8.0);
         if still {
             ui.add_space((end - ui.min_rect().height()).max(0.0));
@@ -360,12 +365,32 @@ const OTHERS: f32 = 560.0;
 /// What is rendered sooner needs no sign of it.
 const AWAITED: Duration = Duration::from_millis(150);
 
+/// Whether something of a section of a technique's parameters, or of all, is not at its default.
+fn changed(info: &Info, m: &mut Model, section: Option<&str>) -> bool {
+    let (unit, values) = (m.setup.unit, m.edited_values());
+    let mut specs = info.specs().filter(|s| section.is_none_or(|title| s.section == title));
+    specs.any(|s| values.get(s.name).is_some_and(|value| *value != s.default_in(unit)))
+}
+
+/// Sets a section of the parameters, or all, back to their defaults.
+fn reset_group(m: &mut Model, section: Option<&str>) {
+    let Some(info) = m.edited() else { return };
+    let unit = m.setup.unit;
+    let values = m.edited_values();
+    for spec in info.specs().filter(|s| section.is_none_or(|title| s.section == title)) {
+        values.insert(spec.name.into(), spec.default_in(unit));
+    }
+}
+
 fn parameters(ui: &mut Ui, m: &mut Model) {
     let Some(chosen) = m.edited() else {
         ui.label(RichText::new("The truth has no parameters but its samples, above.").small().weak());
         return;
     };
     let (distance, unit) = (m.first_reach() as f64, m.setup.unit);
+    let all: BTreeSet<&str> = chosen.specs().map(|s| s.section).collect();
+    let touched: BTreeSet<&str> = all.into_iter().filter(|title| changed(chosen, m, Some(title))).collect();
+    let mut reset = None;
     let other = compare::other_values(m);
     let mut held = std::mem::take(&mut m.pinned);
     let pinned = &mut held;
@@ -413,7 +438,7 @@ fn parameters(ui: &mut Ui, m: &mut Model) {
     });
     for title in sections.into_iter().filter(|title| rest.iter().any(|s| s.section == *title)) {
         let header = CollapsingHeader::new(RichText::new(title).small().weak()).id_salt(("parameters", title));
-        header.default_open(title != "Rasteriser bias").show_unindented(ui, |ui| {
+        let shown = header.default_open(title != "Rasteriser bias").show_unindented(ui, |ui| {
             rest.iter().filter(|s| s.section == title).for_each(|spec| one(ui, spec, pinned));
             if with_plane && title == lixel_per_pixel::SECTION {
                 let button = ui.selectable_label(picking, "Pick a plane");
@@ -422,8 +447,14 @@ fn parameters(ui: &mut Ui, m: &mut Model) {
                     .clicked();
             }
         });
+        if touched.contains(title) && reset_all(ui, &shown.header_response, title) {
+            reset = Some(title);
+        }
     }
     (m.pinned, m.places, m.picking) = (held, places, picking);
+    if let Some(title) = reset {
+        reset_group(m, Some(title));
+    }
 }
 
 fn camera(ui: &mut Ui, m: &mut Model) {
@@ -594,96 +625,4 @@ fn animation(ui: &mut Ui, m: &mut Model) {
     {
         m.set_clock(Clock { time, ..m.setup.clock() });
     }
-}
-
-fn capture(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
-    row(
-        ui,
-        "size",
-        "Width and height of the picture, whatever the window's size. Measurements use it too.",
-        |ui, label| {
-            let width = (ui.available_width() - 22.0) / 2.0;
-            for (i, tip) in [(0, "Width in pixels"), (1, "Height in pixels")] {
-                if i == 1 {
-                    ui.label("×");
-                }
-                let drag = DragValue::new(&mut m.setup.size[i]).range(1..=crate::setup::MAX_SIZE).suffix(" px");
-                field(ui, width - 4.0, drag, tip).labelled_by(label.id);
-            }
-        },
-    );
-    let mut framed = m.framed;
-    row(
-        ui,
-        "frame",
-        "Give the picture here the shape of the one that is captured: what lies outside it is left dark.",
-        |ui, label| {
-            ui.checkbox(&mut framed, "").labelled_by(label.id);
-        },
-    );
-    m.framed = framed;
-    let tip = ".png: the view, with the set-up inside, so that it opens here again. .exr: the raw values of the views visibility, truth, depth, position, normals, aliasing and counts.";
-    let legend = "The view's legend goes below the picture, and the axes of charts into it. The file is higher by the legend, unless the size is the whole file's.";
-    let file = m.setup.legend.then(|| file_size(m));
-    row(ui, "legend", legend, |ui, label| {
-        ui.checkbox(&mut m.setup.legend, "").labelled_by(label.id).tip(legend);
-        if let Some(text) = file {
-            ui.label(RichText::new(text).small().weak()).tip(legend);
-        }
-    });
-    if m.setup.legend {
-        let tip = "The file with its legend has the size above: the picture is that much lower. A set-up's size is the picture's.";
-        row(ui, "whole file", tip, |ui, label| {
-            ui.checkbox(&mut m.whole, "").labelled_by(label.id).tip(tip);
-        });
-    }
-    path_row(ui, "picture", tip, &mut m.picture_path);
-    ui.horizontal(|ui| {
-        let path = PathBuf::from(m.picture_path.trim());
-        let ready = !m.capturing && !m.picture_path.trim().is_empty();
-        let save = ui.add_enabled(ready, Button::new("Save picture"));
-        if save
-            .tip("Render at this size and write the file. F12 does so into capture-001.png, capture-002.png and so on.")
-            .clicked()
-        {
-            out.push(Action::Capture(path));
-        }
-        if ui.button("Save as…").tip("Choose the file in the system's dialog.").clicked() {
-            out.push(Action::PickCapture);
-        }
-        if m.capturing {
-            ui.spinner();
-        }
-    });
-    path_row(
-        ui,
-        "set-up",
-        "All settings as a text file (.toml) that opens here and on the command line.",
-        &mut m.setup_path,
-    );
-    let save = ui.add_enabled(!m.setup_path.trim().is_empty(), Button::new("Save set-up"));
-    if save.tip("Write all settings into this file (Ctrl+S).").clicked() {
-        out.push(Action::SaveSetup(PathBuf::from(m.setup_path.trim())));
-    }
-}
-
-/// The size of a captured file with its legend, and of the picture in it where that is another than the one set.
-fn file_size(m: &Model) -> String {
-    let mut known = m.facts.known.clone();
-    if !m.setup.needs_truth() {
-        known.errors.clear();
-    }
-    let (key, [w, h]) = (Legend::new(&m.setup, m.bounds, &known), m.setup.size);
-    match (m.whole, picture_height(&key, [w, h])) {
-        (true, Some(picture)) => format!("picture {w} × {picture}"),
-        (true, None) => "no room for the legend".into(),
-        (false, _) => format!("file {w} × {}", h + strip_height(&key, [w, h])),
-    }
-}
-
-fn path_row(ui: &mut Ui, name: &str, tip: &str, path: &mut String) {
-    row(ui, name, tip, |ui, label| {
-        let width = ui.available_width();
-        ui.add_sized([width, 21.0], TextEdit::singleline(path)).labelled_by(label.id).tip(tip);
-    });
 }

@@ -6,7 +6,7 @@ use egui::{Align, Button, Context, Key, Layout, Modal, RichText, ScrollArea, Tex
 use std::path::{Path, PathBuf};
 
 /// What can be opened, and what a picture can be saved as.
-pub const OPENED: [&str; 9] = ["glb", "gltf", "obj", "ply", "stl", "toml", "png", "csv", "json"];
+pub const OPENED: [&str; 11] = ["glb", "gltf", "obj", "ply", "stl", "toml", "png", "apng", "webp", "csv", "json"];
 pub const SAVED: [&str; 2] = ["png", "exr"];
 
 /// The dialog while it is open.

@@ -191,20 +191,11 @@ impl Model {
         let Some(route) = self.route() else { return };
         self.history.commit(&self.setup, true);
         self.timeline.t = t.clamp(0.0, 1.0);
-        let before = self.setup.params.clone();
         let (camera, light) = (self.setup.camera, self.setup.light);
-        route.place(&mut self.setup, self.timeline.t);
+        route.place_sides(&mut self.setup, self.timeline.t);
         let now = &self.setup;
         self.timeline.placed =
             ((now.camera != camera).then_some(now.camera), (now.light != light).then_some(now.light));
-        // A parameter that the path moves moves on all sides.
-        for side in &mut self.setup.against {
-            let (Some(old), Some(new)) = (before.get(&side.technique), self.setup.params.get(&side.technique)) else {
-                continue;
-            };
-            let moved = new.iter().filter(|(name, value)| old.get(*name) != Some(*value));
-            side.params.extend(moved.map(|(name, value)| (name.clone(), value.clone())));
-        }
         self.history.absorb(&self.setup);
     }
 }

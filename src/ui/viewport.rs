@@ -2,7 +2,7 @@
 
 use super::model::{Action, Model, Reading, Traced};
 use super::style::{ACCENT, TEXT};
-use super::{compare, freeze, gizmo, legend, maps};
+use super::{compare, cropping, freeze, gizmo, legend, maps};
 use crate::view;
 use egui::{Align2, Color32, CursorIcon, Event, FontId, Id, Key, PointerButton, Pos2, Rect, Response, Sense, Ui, vec2};
 
@@ -12,6 +12,11 @@ const TURN: f32 = 0.006;
 /// Handles input on the viewport and draws over its picture.
 pub fn show(ui: &mut Ui, rect: Rect, m: &mut Model, out: &mut Vec<Action>) {
     let r = ui.interact(rect, Id::unique("viewport"), Sense::click_and_drag());
+    if m.cropping {
+        cropping::drag(ui, rect, &r, m);
+        tracing(ui, rect, m);
+        return draft(ui, rect, m);
+    }
     let camera = &mut m.setup.camera;
     let moved = r.drag_delta();
     if r.dragged_by(PointerButton::Primary) {
@@ -47,6 +52,7 @@ pub fn show(ui: &mut Ui, rect: Rect, m: &mut Model, out: &mut Vec<Action>) {
         Some([at.x, at.y])
     });
     maps::marks(ui, rect, m);
+    cropping::outside(ui, rect, m);
     tracing(ui, rect, m);
     let free = legend::show(ui, rect, m);
     draft(ui, free, m);

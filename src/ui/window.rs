@@ -376,7 +376,17 @@ impl Open {
                         Err(e) => m.fail(&e.context("no advice can be given")),
                     }
                 }
-                Done::Measured(..) | Done::Stability(..) | Done::Advised(..) => {}
+                Done::Animated(job, result) if job == self.measuring => {
+                    m.measuring = None;
+                    match result {
+                        Ok((path, notes)) => {
+                            m.say(saved(&path));
+                            notes.into_iter().for_each(|note| m.say(note));
+                        }
+                        Err(e) => m.fail(&e),
+                    }
+                }
+                Done::Measured(..) | Done::Stability(..) | Done::Advised(..) | Done::Animated(..) => {}
                 Done::Saved(tab, Ok(path)) => {
                     let numbers = path.extension().is_some_and(|e| e == "csv" || e == "json");
                     m.unsaved.retain(|t| *t != tab || !numbers);
@@ -525,7 +535,8 @@ impl Open {
         let resized = std::mem::replace(&mut self.full, full) != full;
         let number = self.stage.order(Order {
             number: 0,
-            setup: m.setup.clone(),
+            // Only files let through what lies behind them.
+            setup: Setup { transparent: false, ..m.setup.clone() },
             scene: m.scene.clone(),
             full,
             moving: held || resized || self.glide.is_some() || m.moving(),
@@ -629,6 +640,11 @@ impl Open {
             Action::Thumbnail(subject) => {
                 let open = (m.setup.scene.clone(), scene);
                 self.desk.picture(self.gpu.info.name.clone(), subject, open);
+            }
+            Action::Animate(sequence, path) => {
+                let setup = m.setup.clone();
+                let (job, adapter) = self.job("Animation");
+                self.desk.animate(job, adapter, scene, setup, (sequence, path));
             }
             Action::CancelMeasuring => {
                 self.desk.cancel_measuring();

@@ -17,12 +17,14 @@ use crate::path::Route;
 use crate::scene::Scene;
 use crate::scene::builtin::cases;
 use crate::scene::geometry::{Geometry, Room};
+use crate::sequence::{self, Sequence};
 use crate::setup::{self, Setup};
 use crate::{capture, techniques};
 use anyhow::{Context, Result, bail, ensure};
 use egui::ColorImage;
 use glam::Vec3;
 use std::cell::Cell;
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
@@ -75,6 +77,8 @@ pub enum Done {
     Advised(u64, Result<Box<(Budget, Advice)>>),
     /// The file, and what its picture shows wrong.
     Captured(Result<(PathBuf, Vec<String>)>),
+    /// The file of an animation, or of its first frame, and what its pictures show wrong.
+    Animated(u64, Result<(PathBuf, Vec<String>)>),
     Saved(Tab, Result<PathBuf>),
     Read(PathBuf, Result<Vec<Record>>),
     /// A small picture.
@@ -204,7 +208,8 @@ impl Desk {
                     Flatland::from_toml(&text).with_context(|| format!("{what} is no usable world of flatland"));
                 return post.send(Done::World(job, path, world));
             }
-            let bare = ending.is_none_or(|e| e != "toml" && e != "png");
+            let holds = |e: &OsString| e == "toml" || capture::HOLD.iter().any(|held| e == *held);
+            let bare = !ending.as_ref().is_some_and(holds);
             let technique = technique.as_deref().unwrap_or(setup::DEFAULT_TECHNIQUE);
             let opened =
                 Setup::open_for(&what, &[technique]).and_then(|(setup, scene)| prepared(setup, scene, &room, bare));
@@ -323,6 +328,25 @@ impl Desk {
             post.send(Done::Captured(captured.map(|notes| (path, made.into_iter().chain(notes).collect()))));
         });
         self.drawing.push(thread);
+    }
+
+    /// Draws a sequence of a set-up into a file, likewise.
+    pub fn animate(
+        &mut self,
+        job: u64,
+        adapter: String,
+        scene: Arc<Scene>,
+        setup: Setup,
+        (sequence, path): (Sequence, PathBuf),
+    ) {
+        let work = move |renderer: &mut Renderer, watch: &Watch| {
+            let frames = sequence.frames;
+            let tell = |done: f32| format!("Frame {} of {frames}", (done * frames as f32).round() as u32 + 1);
+            let notes =
+                sequence::write(renderer, &setup, &sequence, &path, &mut |done| watch.progress(done, &tell(done)))?;
+            Ok((if sequence::is_numbered(&path) { sequence::numbered(&path, 0) } else { path }, notes))
+        };
+        self.beside(job, adapter, scene, work, Done::Animated);
     }
 
     /// Draws a small picture.

@@ -394,7 +394,7 @@ fn a_legend_lies_below_the_picture() {
     r.draw(&s, whole(&s)).unwrap();
     let plain = r.read_picture().unwrap();
     let key = Key::new(&s, r.geometry().bounds, &Known::default());
-    let (size, with) = legend::below(&key, s.size, &plain).unwrap();
+    let (size, with) = legend::below(&key, s.size, plain.clone()).unwrap();
     assert!(size[0] == 320 && size[1] > 190 && size[1] < 260, "{size:?}");
     assert_eq!(with.len(), (size[0] * size[1] * 4) as usize);
     assert_eq!(with[..plain.len()], plain[..]);

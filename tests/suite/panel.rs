@@ -11,6 +11,7 @@ use shadowscope::params::{Kind, Value};
 use shadowscope::scene::Clock;
 use shadowscope::scene::builtin::cases;
 use shadowscope::scene::geometry::Geometry;
+use shadowscope::sequence::Along;
 use shadowscope::setup::{self, Arrange, Setup};
 use shadowscope::techniques;
 use shadowscope::ui::{self, Action, Job, Model, Picker, Picture, Reading, Subject, Tab, Traced};
@@ -1463,6 +1464,144 @@ fn the_frame_gives_the_picture_the_captures_shape() {
     harness.run_steps(3);
     let picture = harness.state().picture;
     assert!((picture.aspect_ratio() - 1280.0 / 720.0).abs() < 1e-3 && picture.width() == 940.0, "{picture:?}");
+}
+
+/// All parameters of a group, or of the technique, go back at once, in one step.
+#[test]
+fn a_group_of_parameters_resets_in_one_step() {
+    let mut harness = harness("cubes", 2400.0);
+    let there = |h: &Harness<'static, State>, name: &str| h.query_by_label(&format!("reset {name}")).is_some();
+    assert!(!there(&harness, "all parameters"));
+    let default = setup(&harness);
+    let set = |h: &mut Harness<'static, State>, sets: &[&str]| {
+        let id = default.technique.clone();
+        sets.iter().for_each(|set| h.state_mut().model.setup.set(set, std::slice::from_ref(&id)).unwrap());
+        h.run_steps(4);
+    };
+    let info = techniques::find(&default.technique).unwrap();
+    let section = |name: &str| info.specs().find(|s| s.name == name).unwrap().section;
+    assert_ne!(section("bias"), section("resolution"));
+    set(&mut harness, &["bias=0.05", "slope_bias=2", "resolution=512"]);
+    let turned = setup(&harness);
+    click(&mut harness, &format!("reset {}", section("bias")));
+    let now = setup(&harness);
+    assert_eq!(
+        (&now.values()["bias"], &now.values()["slope_bias"]),
+        (&default.values()["bias"], &default.values()["slope_bias"])
+    );
+    assert_eq!(now.values()["resolution"], Value::Int(512), "the other group stays");
+    assert!(!there(&harness, section("bias")) && there(&harness, section("resolution")));
+    click(&mut harness, "Undo");
+    assert_eq!(setup(&harness), turned, "it was one step");
+    click(&mut harness, "reset all parameters");
+    assert_eq!(setup(&harness), default);
+    click(&mut harness, "Undo");
+    assert_eq!(setup(&harness), turned);
+}
+
+/// The command and the set-up go to the clipboard as they are.
+#[test]
+fn the_command_goes_to_the_clipboard() {
+    let mut harness = harness("cubes", 1600.0);
+    open(&mut harness, "Capture");
+    let copied = |h: &Harness<'static, State>| {
+        h.output().platform_output.commands.iter().find_map(|c| match c {
+            egui::OutputCommand::CopyText(text) => Some(text.clone()),
+            _ => None,
+        })
+    };
+    for (button, says) in
+        [("Copy command", "shadowscope capture cubes -o picture.png"), ("Copy TOML", "scene = \"cubes\"")]
+    {
+        harness.get_by_label(button).scroll_to_me();
+        harness.run_steps(8);
+        harness.get_by_label(button).click();
+        let mut found = None;
+        for _ in 0..4 {
+            harness.step();
+            found = found.or(copied(&harness));
+        }
+        assert!(found.as_ref().is_some_and(|text| text.starts_with(says)), "{button}: {found:?}");
+    }
+}
+
+/// A turntable is asked for with the frames that are set; a case has its path, and what cannot be written is said.
+#[test]
+fn an_animation_is_asked_for() {
+    let mut harness = harness("st-wire", 1600.0);
+    open(&mut harness, "Capture");
+    let asked = |h: &mut Harness<'static, State>| {
+        h.state_mut().actions.clear();
+        click(h, "Save animation");
+        h.state().actions.iter().find_map(|a| match a {
+            Action::Animate(sequence, path) => Some((sequence.clone(), path.clone())),
+            _ => None,
+        })
+    };
+    let (sequence, path) = asked(&mut harness).unwrap();
+    assert_eq!((sequence.frames, sequence.fps, path.to_str()), (60, 30.0, Some("animation.webp")));
+    assert_eq!(sequence.along, Along::Turntable { start: 0.0 });
+    harness.get_by_role_and_label(egui::accesskit::Role::ComboBox, "moves").click();
+    harness.run_steps(3);
+    click(&mut harness, "along the path");
+    let (sequence, _) = asked(&mut harness).unwrap();
+    assert_eq!(sequence.along, Along::Case { case: "st-wire".into() });
+    assert_eq!(sequence.frames, 32);
+    harness.state_mut().model.animating.path = "film.gif".into();
+    harness.run_steps(2);
+    assert_eq!(asked(&mut harness), None);
+    assert!(harness.state().model.notes.iter().any(|n| n.error && n.text.contains("film.gif")));
+    // Nothing else is asked for meanwhile.
+    harness.state_mut().model.animating.path = "film.png".into();
+    harness.state_mut().model.measuring = Some(Job::new("Animation"));
+    harness.run_steps(2);
+    assert_eq!(asked(&mut harness), None);
+}
+
+/// A rectangle that is dragged out in the picture is what captures show, in one step; Escape and slips leave all as it was.
+#[test]
+fn a_crop_is_dragged_out_in_the_picture() {
+    let mut harness = harness("cubes", 1400.0);
+    open(&mut harness, "Capture");
+    let before = setup(&harness);
+    let drag = |harness: &mut Harness<'static, State>, from: [f32; 2], to: [f32; 2]| {
+        let at = |share: [f32; 2]| {
+            let rect = harness.state().picture;
+            let [w, h] = before.size.map(|side| side as f32);
+            // The picture has the capture's shape, in the middle of what the panel leaves.
+            let scale = (rect.width() / w).min(rect.height() / h);
+            let whole = egui::Rect::from_center_size(rect.center(), scale * egui::vec2(w, h));
+            whole.min + whole.size() * egui::vec2(share[0], share[1])
+        };
+        let (from, to) = (at(from), at(to));
+        harness.drag_at(from);
+        harness.run_steps(2);
+        harness.hover_at(to);
+        harness.run_steps(2);
+        harness.drop_at(to);
+        harness.run_steps(4);
+    };
+    click(&mut harness, "From the picture");
+    assert!(harness.state().model.framed && harness.state().model.cropping);
+    drag(&mut harness, [0.75, 0.9], [0.25, 0.1]);
+    let part = setup(&harness).part();
+    let near = [320, 72, 640, 576].iter().zip(part).all(|(a, b)| b.abs_diff(*a) <= 3);
+    assert!(near && !harness.state().model.cropping, "{part:?}");
+    assert_eq!(setup(&harness).camera, before.camera, "the camera has not moved");
+    let field = |harness: &Harness<'static, State>, text: &str| harness.query_by_value(text).is_some();
+    assert!(field(&harness, &format!("{} px", part[0])), "its numbers stand in the panel");
+    // Another drag is the camera's again.
+    drag(&mut harness, [0.5, 0.5], [0.6, 0.5]);
+    assert_ne!(setup(&harness).camera, before.camera);
+    assert_eq!(setup(&harness).part(), part);
+    click(&mut harness, "From the picture");
+    harness.key_press(egui::Key::Escape);
+    harness.run_steps(2);
+    assert!(!harness.state().model.cropping);
+    click(&mut harness, "All of it");
+    assert_eq!(setup(&harness).crop, None);
+    click(&mut harness, "Undo");
+    assert_eq!(setup(&harness).part(), part);
 }
 
 #[test]

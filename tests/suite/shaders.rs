@@ -223,7 +223,8 @@ fn shared_structs_agree() {
     same!("lines.wgsl", "Segment", Segment, start "start", color "color", end "end", weight "weight");
     same!("lines.wgsl", "Style", Style, half "half", labels "labels", inset "inset", padding "padding");
     same!("shade.wgsl", "View", ViewUniform, range "range", channel "channel", rows "rows", opacity "opacity",
-        dilation "dilation", light_base "light_base", direct "direct", ambient "ambient", log "log");
+        dilation "dilation", light_base "light_base", direct "direct", ambient "ambient", log "log", transparent "transparent",
+        padding "padding");
     same!("counts.wgsl", "Counting", Counting,
         size "size", layers "layers", first "first", count "count", padding "padding", spare "spare", sides "sides");
     same!("map/cascades.wgsl", "Fitting", Fitting,
