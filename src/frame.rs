@@ -12,6 +12,7 @@ mod lines;
 mod maps;
 mod read;
 mod shot;
+mod story;
 
 pub use analysis::{Analysis, Counting, MapSizes, PieceCount};
 pub use figure::{Pane, panes};
@@ -20,6 +21,7 @@ pub use lights::ToldLight;
 pub use lines::{Segment, Style};
 pub use maps::{LightSpace, MapLayer, Place};
 pub use shot::{Shot, ShotUniform};
+pub use story::{Looked, Shown, ShownValue, TAPS};
 
 use crate::contact::{self, Contact};
 use crate::gpu::{Account, Buffer, Gpu, Pass, Raster, Recorder, Slot, Timer};
@@ -664,6 +666,9 @@ pub struct Renderer {
     read_map: Option<Pass>,
     /// By the technique's shader.
     read_warp: Option<(&'static str, Pass)>,
+    /// What tells of pixels, and what draws the technique's own views, by their shaders.
+    tell: Option<(String, Pass)>,
+    show: Option<(String, Pass)>,
     /// The last frame's, and its place among the set-up's.
     light: Option<Light>,
     at_work: usize,
@@ -748,6 +753,8 @@ impl Renderer {
             whole_maps: false,
             read_map: None,
             read_warp: None,
+            tell: None,
+            show: None,
             light: None,
             at_work: 0,
             splits: None,

@@ -3,6 +3,7 @@
 mod advise;
 mod chart;
 mod flatland;
+mod inspect;
 mod lamps;
 mod list;
 mod measure;
@@ -58,6 +59,13 @@ enum Command {
         technique: Option<String>,
         #[command(flatten)]
         figure: Figure,
+    },
+    /// Tell a pixel's story: what the technique did there, what rays say, why it is wrong and what would help.
+    Inspect {
+        #[command(flatten)]
+        wanted: Wanted,
+        #[command(flatten)]
+        pixel: inspect::Pixel,
     },
     /// Measure errors, times and memory of techniques.
     Measure {
@@ -336,6 +344,7 @@ pub fn run() -> Result<ExitCode> {
             eprintln!("wrote {}", output.display());
             Ok(())
         }
+        Some(Command::Inspect { wanted, pixel }) => inspect::run(&wanted, pixel, adapter),
         Some(Command::Measure { wanted, techniques, output }) => measure::run(wanted, techniques, output, adapter),
         Some(Command::Sweep { wanted, techniques, output }) => sweep::run(wanted, techniques, output, adapter),
         Some(Command::Chart(wanted)) => chart::run(&wanted),
