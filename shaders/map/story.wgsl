@@ -105,9 +105,9 @@ fn tell(@builtin(global_invocation_id) id: vec3u) {
     }
     l.lit = lit(s, c.layer);
     // As that was asked for.
-    l.radius = given.x;
-    let r = receive(s, c.layer, given.x, given.y);
-    let moved = parts;
+    l.radius = received_with.x;
+    let r = receive(s, c.layer, received_with.x, received_with.y);
+    let moved = received_depths;
     let clip = light_clip(v, s.position);
     l.texel = map_texel(v, clip);
     l.before = before_place(v, l.texel);

@@ -118,7 +118,7 @@ pub static ARTEFACTS: [Artefact; 17] = [
     Artefact {
         id: "thin-caster",
         title: "caster thinner than a texel",
-        doc: "The true shadow is narrower than a texel here, and no texel around holds what casts it.",
+        doc: "The true shadow is narrower than a texel: what casts it is met by chance, and then drawn a texel wide, or lost.",
         remedies: &[
             ("resolution", Times(2.0)),
             ("cascades", Plus(1.0)),
@@ -314,6 +314,8 @@ impl Diagnosis {
 const MOST: usize = 3;
 /// Texels from the true edge within which an error is the edge's.
 const NEAR: f32 = 1.5;
+/// Texels of 3 × 3 that a caster thinner than one is met in, at most.
+const FEW: usize = 3;
 /// Pixels around that show how visibility runs.
 const AROUND: i32 = 4;
 
@@ -525,22 +527,63 @@ impl Patient<'_> {
             }
             return "acne";
         }
-        self.say_edge();
         let (_, texels) = self.edge();
         if dark > 0 {
-            self.say(format!(
-                "{dark} of {all} texels in reach hold another surface before it, the middle one {} before its plane.",
-                metres(middle.z - middle.x)
-            ));
+            let there = if taps.held(Taps::MIDDLE) {
+                format!(", the middle one {} before its plane", metres(middle.z - middle.x))
+            } else {
+                String::new()
+            };
+            self.say(format!("{dark} of {all} texels in reach hold another surface before it{there}."));
         } else {
             self.say(format!("None of {all} texels in reach shadows it alone."));
         }
+        // A row of texels that a thin caster was met in by chance.
+        let (hits, _) = taps.count(l.spread, |t, i| t.dark(i) && !t.is_own(i));
+        if l.radius <= 1.0 && hits <= FEW && self.near_edge() && self.is_thin() {
+            return "thin-caster";
+        }
+        self.say_edge();
         match () {
-            _ if self.near_edge() && (taps.dark(Taps::MIDDLE) || texels <= 1.0 || self.seen.wrong(self.i)) => "stairs",
-            _ if self.near_edge() || texels <= l.radius + NEAR => "blur-wide",
-            _ if dark == 0 => "blur-wide",
+            _ if l.radius > NEAR && texels <= l.radius && self.mixed(dark, all) => "blur-wide",
+            _ if self.near_edge() && self.seen.wrong(self.i) => "stairs",
+            _ if self.near_edge() || texels <= l.radius + NEAR || dark == 0 => "blur-wide",
             _ => "misplaced",
         }
+    }
+
+    /// Some of a filter's texels see the light, and some do not.
+    fn mixed(&mut self, dark: usize, all: usize) -> bool {
+        let mixed = 10 * dark > all && 10 * dark < 9 * all;
+        if mixed {
+            self.say(format!("The filter takes their mean: {} of the light.", n(1.0 - dark as f32 / all as f32)));
+        }
+        mixed
+    }
+
+    /// Whether the true shadow is narrower than the texel's shorter side, here or at the nearest pixel that is truly dark; if so it is said.
+    fn is_thin(&mut self) -> bool {
+        let seen = self.seen;
+        let reach = (seen.to[0][self.i].min(48.0)).ceil() as i32;
+        let dark = self.around(reach).filter(|j| seen.pixels.hard[*j] < 0.5);
+        let [x, y] = seen.pixel(self.i).map(|c| c as i32);
+        let away = |j: &usize| {
+            let [u, v] = seen.pixel(*j).map(|c| c as i32);
+            (u - x).pow(2) + (v - y).pow(2)
+        };
+        let Some(nearest) = dark.min_by_key(away) else { return false };
+        let width = self.shadow_width(nearest);
+        let [longest, area] = seen.aliasing.get(self.i).map_or([1.0; 2], |a| [a[0], a[3]]);
+        let shorter = if longest > 0.0 { area / longest } else { 1.0 };
+        let thin = width < shorter;
+        if thin {
+            self.say(format!(
+                "The true shadow is {} pixels wide, the texel {}: it is met by chance.",
+                n(width),
+                n(shorter)
+            ));
+        }
+        thin
     }
 
     /// Lit though in shadow.
@@ -554,7 +597,6 @@ impl Patient<'_> {
         let distance = self.seen.evidence[self.i].distance();
         self.say(format!("The blocker is {} away, {} of depth in the map.", metres(distance), metres(gap)));
         let middle = l.taps[Taps::MIDDLE];
-        let (_, texels) = self.edge();
         if taps.holds_blocker(Taps::MIDDLE) {
             self.say(format!("The texel holds it, {} before the surface's plane.", metres(middle.z - middle.x)));
             if !taps.dark(Taps::MIDDLE) {
@@ -567,31 +609,29 @@ impl Patient<'_> {
             }
             let (dark, all) = taps.count(l.radius.max(1.0), Taps::dark);
             self.say(format!("{dark} of {all} texels around say shadow."));
-            let width = self.shadow_width();
-            return match () {
-                _ if 5 * dark >= 4 * all => "bleeding",
-                _ if width / self.texel() < 2.0 * l.radius => {
-                    self.say(format!("The true shadow is {} texels wide.", n(width / self.texel())));
-                    "leak"
-                }
-                _ => {
-                    self.say_edge();
-                    if l.radius > 1.0 && texels > 0.5 { "blur-wide" } else { "stairs" }
-                }
-            };
+            let width = self.shadow_width(self.i) / self.texel();
+            if 5 * dark >= 4 * all {
+                return "bleeding";
+            }
+            if l.radius > NEAR && width < l.radius {
+                self.say(format!("The true shadow is {} texels wide, and the filter reaches {}.", n(width), n(l.radius)));
+                return "leak";
+            }
+            self.say_edge();
+            return if l.radius > NEAR && self.mixed(dark, all) { "blur-wide" } else { "stairs" };
         }
         let (holding, all) = taps.count(l.spread, Taps::holds_blocker);
         self.say(format!("The texel does not hold it; {holding} of {all} around do."));
-        let width = self.shadow_width();
-        if width / self.texel() < NEAR {
-            self.say(format!(
-                "The true shadow is {} pixels wide here, {} texels.",
-                n(width),
-                n(width / self.texel())
-            ));
+        if l.radius <= 1.0 && holding <= FEW && self.is_thin() {
             return "thin-caster";
         }
         self.say_edge();
+        if l.radius > NEAR {
+            let (dark, all) = taps.count(l.radius, Taps::dark);
+            if self.mixed(dark, all) {
+                return "blur-wide";
+            }
+        }
         if holding > 0 || self.near_edge() {
             return "stairs";
         }
@@ -609,17 +649,21 @@ impl Patient<'_> {
     }
 
     /// Pixels across the true shadow that a dark pixel lies in: twice the way from its middle to the light.
-    fn shadow_width(&self) -> f32 {
+    fn shadow_width(&self, i: usize) -> f32 {
         let lit = &self.seen.to[1];
-        let here = lit[self.i];
-        let reach = here.ceil() as i32 + 1;
-        let inside = self.around(reach).filter(|j| self.seen.pixels.hard[*j] < 0.5);
-        2.0 * inside.map(|j| lit[j]).fold(here, f32::max) - 1.0
+        let reach = lit[i].min(48.0).ceil() as i32 + 1;
+        let inside = self.near(i, reach).filter(|j| self.seen.pixels.hard[*j] < 0.5);
+        2.0 * inside.map(|j| lit[j]).fold(lit[i], f32::max) - 1.0
     }
 
     /// The pixels around that can be wrong and lie about as deep.
-    fn around(&self, reach: i32) -> impl Iterator<Item = usize> {
-        let (seen, i) = (self.seen, self.i);
+    fn around(&self, reach: i32) -> impl Iterator<Item = usize> + use<'_> {
+        self.near(self.i, reach)
+    }
+
+    /// The same of another pixel.
+    fn near(&self, i: usize, reach: i32) -> impl Iterator<Item = usize> + use<'_> {
+        let seen = self.seen;
         let [x, y] = seen.pixel(i).map(|c| c as i32);
         let [width, height] = seen.size.map(|c| c as i32);
         let depth = seen.position[i][3];
@@ -636,14 +680,14 @@ impl Patient<'_> {
         let partly = |v: f32| v > 0.02 && v < 0.98;
         let window: Vec<usize> = self.around(AROUND).collect();
         let error = |j: usize| p.visibility[j] - if self.soft_truth() { p.mean[j] } else { p.hard[j] };
-        // How much of the error its neighbours share.
-        let (mut rough, mut power, mut pixels) = (0.0, 0.0, 0);
+        // How much of what visibility and truth are its neighbours do not share: their difference from the mean of the four beside.
+        let (mut rough, mut power, mut pixels) = ([0.0f32; 2], 0.0, 0);
         for j in window.iter().copied() {
             let beside = [j.wrapping_sub(1), j + 1, j.wrapping_sub(width), j + width];
-            let held = beside.iter().all(|k| window.contains(k));
-            if held && (partly(p.mean[j]) || error(j).abs() > 0.02) {
-                let mean = beside.iter().map(|k| error(*k)).sum::<f32>() / 4.0;
-                rough += (error(j) - mean).powi(2) / 1.25;
+            if beside.iter().all(|k| window.contains(k)) {
+                for (sum, of) in rough.iter_mut().zip([&p.visibility, if self.soft_truth() { &p.mean } else { &p.hard }]) {
+                    *sum += (of[j] - beside.iter().map(|k| of[*k]).sum::<f32>() / 4.0).powi(2) / 1.25;
+                }
                 power += error(j).powi(2);
                 pixels += 1;
             }
@@ -652,12 +696,12 @@ impl Patient<'_> {
             window.iter().map(|j| p.visibility[*j]).filter(|v| partly(*v)).map(|v| (v * 256.0) as u32).collect();
         levels.sort_unstable();
         levels.dedup();
-        let rms = (power / pixels.max(1) as f32).sqrt();
-        if pixels >= 6 && levels.len() >= 4 && rms > 0.05 && rough > 0.5 * power {
+        let [rms, own, true_rms] = [power, rough[0], rough[1]].map(|sum| (sum / pixels.max(1) as f32).sqrt());
+        if pixels >= 6 && levels.len() >= 4 && own > 0.05 && own > 2.0 * true_rms && own > 0.5 * rms {
             self.say(format!(
-                "Around it errors are {} on average, and neighbours share {:.0} % of them.",
-                n(rms),
-                100.0 * (1.0 - rough / power).max(0.0)
+                "From a pixel to the next visibility changes by {} on average beyond what the pixels around share, the truth by {}.",
+                n(own),
+                n(true_rms)
             ));
             return Some("noise");
         }
@@ -677,25 +721,28 @@ impl Patient<'_> {
         let mut seen: Vec<u32> = partial.iter().map(|j| (p.visibility[*j] * 256.0) as u32).collect();
         seen.sort_unstable();
         seen.dedup();
-        if partial.len() >= 40 && seen.len() >= 2 && seen.len() <= 4 && span > 0.15 {
-            self.say(format!(
-                "Of {} pixels around in which the truth runs over {}, visibility takes {} levels.",
-                partial.len(),
-                n(span),
-                seen.len()
-            ));
-            return Some("banding");
+        let banded = partial.len() >= 40 && seen.len() >= 2 && seen.len() <= 4 && span > 0.15;
+        let levels = format!(
+            "Of {} pixels around in which the truth runs over {}, visibility takes {} levels.",
+            partial.len(),
+            n(span),
+            seen.len()
+        );
+        let width = near.map(|(own, truth)| (own.unwrap_or(0.0), truth));
+        if let Some((own, truth)) = width {
+            self.say(format!("Across the nearest edge visibility takes {} pixels, the truth {}.", n(own), n(truth)));
         }
-        let Some((own, truth)) = near else {
-            return partly(p.mean[self.i]).then_some("penumbra-off");
-        };
-        let own = own.unwrap_or(0.0);
-        self.say(format!("Across the nearest edge visibility takes {} pixels, the truth {}.", n(own), n(truth)));
-        Some(match own / truth.max(1.0) {
-            ratio if ratio > 1.3 => "blur-wide",
-            ratio if ratio < 0.77 => "blur-narrow",
-            _ => "penumbra-off",
-        })
+        let ratio = width.map(|(own, truth)| own / truth.max(1.0));
+        match ratio {
+            Some(ratio) if ratio < 0.77 => Some("blur-narrow"),
+            _ if banded => {
+                self.say(levels);
+                Some("banding")
+            }
+            Some(ratio) if ratio > 1.3 => Some("blur-wide"),
+            Some(_) => Some("penumbra-off"),
+            None => partly(p.mean[self.i]).then_some("penumbra-off"),
+        }
     }
 
     fn soft_truth(&self) -> bool {
@@ -742,6 +789,9 @@ impl Patient<'_> {
                 _ => 0.0,
             };
             found.sort_by(|a, b| weight(b).total_cmp(&weight(a)));
+            let biases = ["bias", "epsilon", "slope_bias", "normal_offset"];
+            let least = 0.1 * l.bias.element_sum();
+            found.retain(|r| !biases.contains(&r.name) || weight(r) >= least);
         }
         // A limit that the plane does not reach limits nothing.
         if let (Some(l), "acne") = (self.looked, artefact.id) {

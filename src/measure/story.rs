@@ -178,23 +178,21 @@ impl InMap {
 
 /// Metres of depth between two neighbouring numbers of the map's format, at what a pixel is compared as.
 pub fn step(looked: &Looked, setup: &Setup) -> f32 {
-    let (near, far) = (looked.near, looked.far);
-    // As `stored_depth` and its inverse in WGSL.
-    let stored = match looked.perspective {
-        1 => (far - looked.compared) / (far - near) * near / looked.compared.max(1e-6 * near),
-        _ => (far - looked.compared) / (far - near),
+    let [near, far, depth] = [looked.near, looked.far, looked.compared].map(f64::from);
+    let perspective = looked.perspective == 1;
+    // As `stored_depth` in WGSL, and how fast depth changes with it.
+    let even = (far - depth) / (far - near);
+    let (stored, rate) = match perspective {
+        true => (even * near / depth.max(1e-6 * near), depth * depth * (far - near) / (near * far)),
+        false => (even, far - near),
     };
     let bits = match setup.values().get("format") {
-        Some(Value::Text(format)) if format == "16" => 16,
-        Some(Value::Text(format)) if format == "24" => 24,
-        _ => 0,
+        Some(Value::Text(format)) if format == "16" => -16.0,
+        Some(Value::Text(format)) if format == "24" => -24.0,
+        // A float's last bit.
+        _ => stored.clamp(1e-30, 1.0).log2().floor() - 23.0,
     };
-    let one = if bits > 0 { (-f64::from(bits)).exp2() as f32 } else { stored.clamp(0.0, 1.0) * f32::EPSILON };
-    let metres = |d: f32| match looked.perspective {
-        1 => near * far / (near + d * (far - near)),
-        _ => far - d * (far - near),
-    };
-    (metres(stored) - metres(stored + one)).abs()
+    (rate * bits.exp2()) as f32
 }
 
 /// What a view of the technique's own shows at a pixel.
@@ -238,6 +236,8 @@ pub struct Story {
     /// As [`CAUSES`] names it.
     pub cause: Option<&'static str>,
     pub map: Option<InMap>,
+    /// Where it lies in which of the technique's maps, texels.
+    pub texel: Option<([f32; 2], u32)>,
     /// m, its perspective and projection parts, and a texel's area in pixels.
     pub aliasing: Option<[f32; 4]>,
     pub own: Vec<Own>,
@@ -356,6 +356,7 @@ fn plain(setup: &Setup, seen: &Seen, i: usize, origin: DVec3) -> Story {
         hit,
         cause: CAUSES.get((cause as usize).wrapping_sub(1)).map(|c| c.title),
         map: None,
+        texel: seen.places.get(i).copied().flatten(),
         aliasing: seen.aliasing.get(i).copied().filter(|a| facing && a[0] > 0.0),
         own: Vec::new(),
         diagnosis: None,
@@ -367,8 +368,9 @@ pub fn metres(m: f32) -> String {
     let m = f64::from(m);
     let text = match m.abs() {
         0.0 => "0 m".into(),
-        x if x < 0.01 => format!("{} mm", digits(m * 1e3)),
-        x if x < 1.0 => format!("{} cm", digits(m * 1e2)),
+        // To three digits.
+        x if x < 0.009_995 => format!("{} mm", digits(m * 1e3)),
+        x if x < 0.9995 => format!("{} cm", digits(m * 1e2)),
         _ => format!("{} m", digits(m)),
     };
     text.replace('-', "−")
@@ -413,8 +415,13 @@ impl Story {
         if !lines.is_empty() {
             all.push(("Surface", lines));
         }
-        if let Some(map) = &self.map {
-            all.push(("In the map", map.lines()));
+        match (&self.map, self.texel) {
+            (Some(map), _) => all.push(("In the map", map.lines())),
+            (None, Some(([x, y], map))) => {
+                let texel = format!("{}, {} of map {map}", x.floor(), y.floor());
+                all.push(("In the map", vec![("texel".into(), texel)]));
+            }
+            _ => {}
         }
         if let Some([m, perspective, projection, area]) = self.aliasing {
             let lines = vec![

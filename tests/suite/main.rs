@@ -25,6 +25,7 @@ mod formats;
 mod gltf;
 mod hulls;
 mod idle;
+mod inspect;
 mod imperfect_sm;
 mod laws;
 mod light_size;
