@@ -48,8 +48,8 @@ struct Looked {
     taps: array<vec4f, 25>,
 }
 
-var<storage, read> asked: array<vec2u>;
-var<storage, read_write> told: array<Looked>;
+var<storage, read> story_pixels: array<vec2u>;
+var<storage, read_write> stories: array<Looked>;
 
 // A surface's point moved on its plane until it lies at a place of the map, by Newton's method.
 fn on_plane(s: Surface, layer: u32, texel: vec2f) -> vec3f {
@@ -81,15 +81,15 @@ fn plane_depth(v: LightView, here: Receiver, plane: Gradient, depth: f32, texel:
 
 @compute @workgroup_size(1)
 fn tell(@builtin(global_invocation_id) id: vec3u) {
-    if id.x >= arrayLength(&asked) {
+    if id.x >= arrayLength(&story_pixels) {
         return;
     }
     var l: Looked;
-    let s = load_surface(asked[id.x]);
+    let s = load_surface(story_pixels[id.x]);
     let light = light_at(s.position);
     if !may_be_shadowed(s, light) {
         l.outside = 2u;
-        told[id.x] = l;
+        stories[id.x] = l;
         return;
     }
     let c = choose(s);
@@ -154,5 +154,5 @@ fn tell(@builtin(global_invocation_id) id: vec3u) {
         }
         l.taps[i] = tap;
     }
-    told[id.x] = l;
+    stories[id.x] = l;
 }

@@ -104,7 +104,7 @@ impl Renderer {
         for (name, (_, buffer)) in self.made.iter().flat_map(|made| &made.params) {
             recorder.set(name, buffer);
         }
-        let run = recorder.run(pass).bind_all(&teller.bound).bind("asked", &asked).bind("told", &told);
+        let run = recorder.run(pass).bind_all(&teller.bound).bind("story_pixels", &asked).bind("stories", &told);
         run.dispatch(pixels.len() as u32, 1, 1);
         recorder.finish()?;
         pass.forget();

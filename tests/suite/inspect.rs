@@ -79,7 +79,7 @@ fn diagnoses(case: &str, technique: &str, sets: &[&str], t: f32) -> Vec<Diagnosi
 fn what_is_named_is_what_the_case_provokes() {
     let mut short = Vec::new();
     println!("| case | technique | provokes | named | of 10 |\n|---|---|---|---|---|");
-    for (case, technique, sets, t) in FAILING {
+    for (case, technique, sets, t) in FAILING.iter().filter(|f| std::env::var("CASE").map_or(true, |c| f.0.contains(&c))) {
         let provoked = cases::find(case).unwrap().provokes;
         let found = diagnoses(case, technique, sets, *t);
         let fits = found.iter().filter(|d| provoked.contains(&d.artefact)).count();
