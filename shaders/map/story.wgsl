@@ -80,7 +80,7 @@ fn plane_depth(v: LightView, here: Receiver, plane: Gradient, depth: f32, texel:
 }
 
 @compute @workgroup_size(1)
-fn tell(@builtin(global_invocation_id) id: vec3u) {
+fn tell_story(@builtin(global_invocation_id) id: vec3u) {
     if id.x >= arrayLength(&story_pixels) {
         return;
     }

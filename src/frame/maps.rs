@@ -178,16 +178,20 @@ impl Frame<'_> {
     }
 
     /// Tells by which shader the maps offered last are looked up, and what that needs, by name. `looks_up`: it includes
-    /// `map/look_up.wgsl`.
+    /// `map/look_up.wgsl`. Only frames that are analysed keep it.
     pub(crate) fn offer_teller(
         &mut self,
-        file: String,
+        file: impl FnOnce() -> String,
         groups: &'static [Group],
         bound: &[(&'static str, Resource)],
         looks_up: bool,
     ) {
-        if let Some(offered) = &mut self.offered {
-            offered.teller = Some(Teller { file, groups, bound: bound.into(), looks_up });
+        let analysed = self.wants_analysis();
+        if let Some(offered) = self.offered.as_mut().filter(|_| analysed) {
+            // With what the technique made known by the way.
+            let mut all = self.recorder.known();
+            all.extend_from_slice(bound);
+            offered.teller = Some(Teller { file: file(), groups, bound: all, looks_up });
         }
     }
 

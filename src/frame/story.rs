@@ -1,7 +1,7 @@
 //! What the last frame's look-up did at single pixels (`shaders/map/story.wgsl`), and what the technique's own views show there.
 
 use super::maps::Teller;
-use super::{FrameUniform, NO_FRAME, Renderer, STORED, Targets};
+use super::{FrameUniform, NO_FRAME, Renderer, STORED};
 use crate::gpu::{Pass, Recorder, Slot, hold};
 use crate::palette::LABELS;
 use crate::setup::Setup;
@@ -92,19 +92,15 @@ impl Renderer {
         let Some(teller) = self.teller().filter(|t| t.looks_up && !pixels.is_empty()) else { return Ok(None) };
         let gpu = self.gpu.clone();
         let file = format!("{} map/story.wgsl", teller.file);
-        let pass = hold(&mut self.tell, file, |file| Pass::compute(&gpu, "story", file, "tell", teller.groups))?;
+        let pass = hold(&mut self.tell, file, |file| Pass::compute(&gpu, "story", file, "tell_story", teller.groups))?;
         let asked = gpu.buffer("pixels asked for", bytemuck::cast_slice(pixels), Use::STORAGE);
         let told = gpu.room("story", (pixels.len() * size_of::<Looked>()) as u64, Use::STORAGE | Use::COPY_SRC);
         let size = self.targets.size()?;
         let mut recorder = Recorder::new(&gpu, &mut self.timer, false, size);
-        recorder.set("frame", &self.frame_buffer);
-        recorder.set("g_position", Targets::view(&self.targets.position)?);
-        recorder.set("g_surface", Targets::view(&self.targets.surface)?);
-        super::know_scene(&mut recorder, &self.scene_gpu);
-        for (name, (_, buffer)) in self.made.iter().flat_map(|made| &made.params) {
-            recorder.set(name, buffer);
+        for (name, resource) in teller.bound {
+            recorder.set(name, resource);
         }
-        let run = recorder.run(pass).bind_all(&teller.bound).bind("story_pixels", &asked).bind("stories", &told);
+        let run = recorder.run(pass).bind("story_pixels", &asked).bind("stories", &told);
         run.dispatch(pixels.len() as u32, 1, 1);
         recorder.finish()?;
         pass.forget();
@@ -125,6 +121,10 @@ impl Renderer {
         let pass = hold(&mut self.show, teller.file.clone(), |file| {
             Pass::compute(&gpu, "inspect", file, "inspect", teller.groups)
         })?;
+        // Some draw their views from more than the look-up reads; these are not told.
+        if !pass.needs_only(&teller.bound) {
+            return Ok(found);
+        }
         let mut held = Slot::default();
         let map = held.get(&gpu, "shown at a pixel", size, Format::R32Float, STORED);
         for view in views {
@@ -132,15 +132,10 @@ impl Renderer {
             let uniform = FrameUniform::new(&shown, size, &self.scene_gpu);
             gpu.queue.write_buffer(&self.frame_buffer, 0, bytemuck::bytes_of(&uniform));
             let mut recorder = Recorder::new(&gpu, &mut self.timer, false, size);
-            super::know_scene(&mut recorder, &self.scene_gpu);
-            for (name, (_, buffer)) in self.made.iter().flat_map(|made| &made.params) {
-                recorder.set(name, buffer);
+            for (name, resource) in &teller.bound {
+                recorder.set(name, resource.clone());
             }
-            recorder.set("frame", &self.frame_buffer);
-            recorder.set("tally", &self.tally);
-            recorder.set("g_position", Targets::view(&self.targets.position)?);
-            recorder.set("g_surface", Targets::view(&self.targets.surface)?);
-            recorder.run(pass).bind_all(&teller.bound).bind("map_out", &map).per_pixel();
+            recorder.run(pass).bind("map_out", &map).per_pixel();
             recorder.finish()?;
             let one = wgpu::Extent3d { width: 1, height: 1, depth_or_array_layers: 1 };
             let texture = held.texture().context(NO_FRAME)?;

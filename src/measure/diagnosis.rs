@@ -648,12 +648,19 @@ impl Patient<'_> {
         if parts.is_empty() { "not at all".into() } else { parts.join(", ") }
     }
 
-    /// Pixels across the true shadow that a dark pixel lies in: twice the way from its middle to the light.
+    /// Pixels across the true shadow that a dark pixel lies in: twice the way to the light from its middle, which is found by going
+    /// from pixel to pixel away from the light.
     fn shadow_width(&self, i: usize) -> f32 {
         let lit = &self.seen.to[1];
-        let reach = lit[i].min(48.0).ceil() as i32 + 1;
-        let inside = self.near(i, reach).filter(|j| self.seen.pixels.hard[*j] < 0.5);
-        2.0 * inside.map(|j| lit[j]).fold(lit[i], f32::max) - 1.0
+        let mut at = i;
+        for _ in 0..64 {
+            let inner = self.near(at, 1).filter(|j| self.seen.pixels.hard[*j] < 0.5 && lit[*j] > lit[at]);
+            match inner.max_by(|a, b| lit[*a].total_cmp(&lit[*b])) {
+                Some(inner) => at = inner,
+                None => break,
+            }
+        }
+        2.0 * lit[at] - 1.0
     }
 
     /// The pixels around that can be wrong and lie about as deep.

@@ -224,8 +224,7 @@ impl LixelPerPixel {
         } else {
             f.outline_view(&ordinary);
         }
-        let bound = vec![("plane_of_interest", (&self.plane.1).into())];
-        Ok(Maps { layers: depths.looked_up(), light_views: self.views.clone(), sides, bound })
+        Ok(Maps { layers: depths.looked_up(), light_views: self.views.clone(), sides, bound: Vec::new() })
     }
 }
 

@@ -28,6 +28,8 @@ pub struct Inspect {
     pub trying: Option<Trying>,
     pub tried: Option<Tried>,
     pub magnifier: Magnifier,
+    /// Width over height of the first side's picture, to which the pinned place belongs.
+    aspect: Option<f32>,
 }
 
 /// A change that is being tried.
@@ -129,6 +131,19 @@ pub fn pick(ui: &Ui, rect: Rect, r: &Response, m: &mut Model) {
     {
         let at = (at - part.whole.min) / part.whole.size();
         m.pin([at.x, at.y]);
+    }
+}
+
+/// Keeps the pinned place where it is in the scene while the picture's shape changes: what is seen above and below stays. `rect`: all of
+/// the first side's picture.
+pub fn follow(rect: Rect, m: &mut Model) {
+    let aspect = rect.width() / rect.height();
+    let before = m.inspect.aspect.replace(aspect);
+    let pinned = m.drawer == Some(Tab::Pixel) || m.inspect.story.is_some();
+    if let Some(before) = before.filter(|before| pinned && (before / aspect - 1.0).abs() > 1e-4) {
+        let moved = |probe: &mut [f32; 2]| probe[0] = (0.5 + (probe[0] - 0.5) * before / aspect).clamp(0.0, 1.0);
+        moved(&mut m.setup.probe);
+        m.history.move_probes(moved);
     }
 }
 

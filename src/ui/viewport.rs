@@ -11,6 +11,7 @@ const TURN: f32 = 0.006;
 
 /// Handles input on the viewport and draws over its picture.
 pub fn show(ui: &mut Ui, rect: Rect, m: &mut Model, out: &mut Vec<Action>) {
+    inspect::follow(compare::first(rect, &m.setup), m);
     let r = ui.interact(rect, Id::unique("viewport"), Sense::click_and_drag());
     let camera = &mut m.setup.camera;
     let moved = r.drag_delta();
