@@ -167,7 +167,8 @@ impl Frame<'_> {
     /// Offers the technique's depth maps to be looked at: a view and a side for each, and a buffer with their light views.
     pub fn offer_maps(&mut self, layers: &[wgpu::TextureView], light_views: &Buffer, sides: &[u32]) {
         let (layers, sides) = (layers.into(), sides.into());
-        self.offered = Some(Offered { layers, light_views: light_views.clone(), sides, shown: 0, warp: None, teller: None });
+        self.offered =
+            Some(Offered { layers, light_views: light_views.clone(), sides, shown: 0, warp: None, teller: None });
     }
 
     /// Tells which of the maps offered last a view of depth shows, if not the first. All have the first one's depth range.

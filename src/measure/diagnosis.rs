@@ -146,7 +146,12 @@ pub static ARTEFACTS: [Artefact; 17] = [
         id: "outside-map",
         title: "outside the map",
         doc: "The surface lies beside the map: nothing says what hides the light.",
-        remedies: &[("fit", Take("receivers")), ("range", Take("scene")), ("distance", Times(2.0)), ("widest", Plus(20.0))],
+        remedies: &[
+            ("fit", Take("receivers")),
+            ("range", Take("scene")),
+            ("distance", Times(2.0)),
+            ("widest", Plus(20.0)),
+        ],
     },
     Artefact {
         id: "misplaced",
@@ -386,13 +391,7 @@ struct Patient<'a> {
 
 /// Names the likely artefact of a pixel; None where nothing is wrong. `looked`: what the technique's look-up did there; `frames`:
 /// of how many the light is averaged, and of how many it is to be.
-pub fn diagnose(
-    setup: &Setup,
-    seen: &Seen,
-    i: usize,
-    looked: Option<&Looked>,
-    frames: [u32; 2],
-) -> Option<Diagnosis> {
+pub fn diagnose(setup: &Setup, seen: &Seen, i: usize, looked: Option<&Looked>, frames: [u32; 2]) -> Option<Diagnosis> {
     let p = &seen.pixels;
     let info = techniques::find(&setup.technique).filter(|_| p.mask[i] == FACING)?;
     let soft = info.filters(setup.values()) || setup.light.has_size();
@@ -466,7 +465,8 @@ impl Patient<'_> {
     }
 
     fn say_aliasing(&mut self) {
-        let Some([m, perspective, projection, _]) = self.seen.aliasing.get(self.i).copied().filter(|a| a[0] > 0.0) else {
+        let Some([m, perspective, projection, _]) = self.seen.aliasing.get(self.i).copied().filter(|a| a[0] > 0.0)
+        else {
             return;
         };
         let most = if perspective >= projection { "perspective aliasing" } else { "projection aliasing" };
@@ -517,10 +517,7 @@ impl Patient<'_> {
                 metres((middle.z - middle.x).abs()),
                 metres(slope)
             ));
-            self.say(format!(
-                "The comparison is moved by {} towards the light.",
-                metres(l.bias.element_sum())
-            ));
+            self.say(format!("The comparison is moved by {} towards the light.", metres(l.bias.element_sum())));
             if taps.step > 0.7 * slope.max(1e-9) && taps.step > l.bias.element_sum() {
                 self.say(format!("Depth is told apart in steps of {}.", metres(taps.step)));
                 return "precision";
@@ -614,7 +611,11 @@ impl Patient<'_> {
                 return "bleeding";
             }
             if l.radius > NEAR && width < l.radius {
-                self.say(format!("The true shadow is {} texels wide, and the filter reaches {}.", n(width), n(l.radius)));
+                self.say(format!(
+                    "The true shadow is {} texels wide, and the filter reaches {}.",
+                    n(width),
+                    n(l.radius)
+                ));
                 return "leak";
             }
             self.say_edge();
@@ -674,11 +675,14 @@ impl Patient<'_> {
         let [x, y] = seen.pixel(i).map(|c| c as i32);
         let [width, height] = seen.size.map(|c| c as i32);
         let depth = seen.position[i][3];
-        (-reach..=reach).flat_map(move |dy| (-reach..=reach).map(move |dx| [x + dx, y + dy])).filter_map(move |[x, y]| {
-            let held = x >= 0 && y >= 0 && x < width && y < height;
-            let j = seen.index([x.max(0), y.max(0)].map(|c| c as u32));
-            (held && seen.pixels.mask[j] == FACING && (seen.position[j][3] - depth).abs() < 0.1 * depth).then_some(j)
-        })
+        (-reach..=reach).flat_map(move |dy| (-reach..=reach).map(move |dx| [x + dx, y + dy])).filter_map(
+            move |[x, y]| {
+                let held = x >= 0 && y >= 0 && x < width && y < height;
+                let j = seen.index([x.max(0), y.max(0)].map(|c| c as u32));
+                (held && seen.pixels.mask[j] == FACING && (seen.position[j][3] - depth).abs() < 0.1 * depth)
+                    .then_some(j)
+            },
+        )
     }
 
     /// What is off in a penumbra, whether of the light's or of what a technique spreads by chance.
@@ -692,7 +696,9 @@ impl Patient<'_> {
         for j in window.iter().copied() {
             let beside = [j.wrapping_sub(1), j + 1, j.wrapping_sub(width), j + width];
             if beside.iter().all(|k| window.contains(k)) {
-                for (sum, of) in rough.iter_mut().zip([&p.visibility, if self.soft_truth() { &p.mean } else { &p.hard }]) {
+                for (sum, of) in
+                    rough.iter_mut().zip([&p.visibility, if self.soft_truth() { &p.mean } else { &p.hard }])
+                {
                     *sum += (of[j] - beside.iter().map(|k| of[*k]).sum::<f32>() / 4.0).powi(2) / 1.25;
                 }
                 power += error(j).powi(2);
@@ -781,11 +787,12 @@ impl Patient<'_> {
             let spec = self.info.specs().find(|s| s.name == *name && self.info.applies(s, values));
             let Some(spec) = spec.filter(|s| found.iter().all(|f| f.name != s.name)) else { continue };
             let from = values.get(spec.name).cloned().unwrap_or_else(|| spec.default());
-            found.extend(
-                changed(spec, &from, *change)
-                    .filter(|to| *to != from)
-                    .map(|to| Remedy { name: spec.name, from, to, unit: spec.unit }),
-            );
+            found.extend(changed(spec, &from, *change).filter(|to| *to != from).map(|to| Remedy {
+                name: spec.name,
+                from,
+                to,
+                unit: spec.unit,
+            }));
         }
         // Of biases the one that moves most comes first.
         if let (Some(l), "detachment") = (self.looked, artefact.id) {

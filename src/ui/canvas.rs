@@ -133,7 +133,12 @@ impl Canvas {
                 let view = texture.create_view(&Default::default());
                 match self.known {
                     Some(id) => {
-                        self.egui.update_egui_texture_from_wgpu_texture(&gpu.device, &view, wgpu::FilterMode::Nearest, id);
+                        self.egui.update_egui_texture_from_wgpu_texture(
+                            &gpu.device,
+                            &view,
+                            wgpu::FilterMode::Nearest,
+                            id,
+                        );
                     }
                     None => {
                         let id = self.egui.register_native_texture(&gpu.device, &view, wgpu::FilterMode::Nearest);

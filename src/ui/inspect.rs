@@ -11,8 +11,8 @@ use crate::scene::Camera;
 use crate::setup::Setup;
 use egui::scroll_area::ScrollBarVisibility;
 use egui::{
-    Align2, Button, Color32, CursorIcon, FontId, Grid, Id, Key, Label, LayerId, Order, Painter, Pos2, Rect, Response, RichText,
-    ScrollArea, Shape, Stroke, StrokeKind, TextureId, Ui, Vec2, pos2, vec2,
+    Align2, Button, Color32, CursorIcon, FontId, Grid, Id, Key, Label, LayerId, Order, Painter, Pos2, Rect, Response,
+    RichText, ScrollArea, Shape, Stroke, StrokeKind, TextureId, Ui, Vec2, pos2, vec2,
 };
 use glam::Vec3;
 
@@ -188,11 +188,13 @@ fn told(ui: &mut Ui, m: &mut Model, _: &mut Vec<Action>) {
     ScrollArea::vertical().id_salt("story").auto_shrink([false, false]).scroll_bar_visibility(bar).show(ui, |ui| {
         let columns = ((ui.available_width() / COLUMN) as usize).clamp(1, 3);
         ui.columns(columns, |ui| {
-            // Each section goes where fewest lines stand.
-            let mut lines = vec![0; columns];
+            // Each section has its column, whatever stands in the others.
             for section in &sections {
-                let (k, _) = lines.iter().enumerate().min_by_key(|(_, n)| **n).unwrap_or((0, &0));
-                lines[k] += section.1.len() + 2;
+                let k = match (section.0, columns) {
+                    ("In the map", 2..) => 1,
+                    ("Aliasing" | "Technique", 3) => 2,
+                    _ => 0,
+                };
                 self::section(&mut ui[k], section);
             }
         });
@@ -246,7 +248,8 @@ fn helped(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
     let free = m.inspect.trying.is_none() && m.measuring.is_none() && m.loading.is_none();
     for remedy in &diagnosis.remedies {
         ui.horizontal(|ui| {
-            let tip = "Change this parameter, and measure what that does to the errors. It is one step that can be undone.";
+            let tip =
+                "Change this parameter, and measure what that does to the errors. It is one step that can be undone.";
             let button = ui.add_enabled(free, Button::new("Try"));
             let named = format!("Try {}", remedy.text());
             button.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, free, &named));
@@ -278,7 +281,12 @@ fn tried(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
     let off = |e: &Errors| format!("{:+.3}", e.off).replace('-', "−");
     Grid::new("tried").num_columns(3).spacing([12.0, 2.0]).show(ui, |ui| {
         let rows = [
-            ("wrong pixels", format!("{:.3} %", 100.0 * a.share), format!("{:.3} %", 100.0 * b.share), b.share - a.share),
+            (
+                "wrong pixels",
+                format!("{:.3} %", 100.0 * a.share),
+                format!("{:.3} %", 100.0 * b.share),
+                b.share - a.share,
+            ),
             ("RMSE", format!("{:.4}", a.rmse), format!("{:.4}", b.rmse), b.rmse - a.rmse),
             ("this pixel is", label(&a).into(), label(&b).into(), f64::from(b.wrong as u8) - f64::from(a.wrong as u8)),
             ("off by", off(&a), off(&b), f64::from(b.off.abs() - a.off.abs())),
@@ -333,7 +341,8 @@ pub fn over(ui: &Ui, rect: Rect, seen: Rect, m: &Model) {
                     line(&painter, rect, camera, [at, end], SUN.gamma_multiply(0.3));
                     if let Some(p) = project(camera, rect, at) {
                         painter.circle(p, 4.0, Color32::BLACK, Stroke::new(1.5, SUN));
-                        let told = format!("{}, triangle {}", crate::measure::story::metres(hit.distance), hit.triangle);
+                        let told =
+                            format!("{}, triangle {}", crate::measure::story::metres(hit.distance), hit.triangle);
                         said(&painter, p + vec2(9.0, 0.0), Align2::LEFT_CENTER, &told);
                     }
                 }
@@ -359,7 +368,8 @@ fn line(painter: &Painter, rect: Rect, camera: &Camera, [a, b]: [Vec3; 2], color
     let cut = a.lerp(b, da / (da - db));
     let ends = [if da <= 0.0 { cut } else { a }, if db <= 0.0 { cut } else { b }];
     if let [Some(p), Some(q)] = ends.map(|p| project(camera, rect, p)) {
-        for (width, color) in [(3.5, Color32::from_black_alpha(140)), (1.5, color)] {
+        let ground = Color32::from_black_alpha(if color.a() == 255 { 140 } else { 0 });
+        for (width, color) in [(3.5, ground), (1.5, color)] {
             painter.line_segment([p, q], Stroke::new(width, color));
         }
     }
@@ -387,7 +397,8 @@ pub fn magnify(ui: &Ui, rect: Rect, pointer: Option<Pos2>, m: &mut Model) {
     if size.contains(&0) {
         return;
     }
-    let pixel = [share.x, share.y].iter().zip(size).map(|(s, n)| ((s * n as f32) as u32).min(n - 1)).collect::<Vec<_>>();
+    let pixel =
+        [share.x, share.y].iter().zip(size).map(|(s, n)| ((s * n as f32) as u32).min(n - 1)).collect::<Vec<_>>();
     let around = beside(rect, at);
     let lens = around.with_max_y(around.bottom() - FOOT);
     let painter = ui.ctx().layer_painter(LayerId::new(Order::Foreground, Id::unique("magnifier"))).with_clip_rect(rect);
@@ -405,7 +416,12 @@ pub fn magnify(ui: &Ui, rect: Rect, pointer: Option<Pos2>, m: &mut Model) {
     }
     let framed = Rect::from_center_size(lens.center(), Vec2::splat(side.max(2.0)));
     for (width, color) in [(2.5, Color32::BLACK), (1.2, Color32::WHITE)] {
-        painter.add(Shape::Rect(egui::epaint::RectShape::stroke(framed, 0.0, Stroke::new(width, color), StrokeKind::Outside)));
+        painter.add(Shape::Rect(egui::epaint::RectShape::stroke(
+            framed,
+            0.0,
+            Stroke::new(width, color),
+            StrokeKind::Outside,
+        )));
     }
     painter.rect_stroke(around, 3.0, Stroke::new(1.0, Color32::from_gray(120)), StrokeKind::Inside);
     let value = m.reading.as_ref().and_then(|r| r.text.clone()).unwrap_or_default();

@@ -175,7 +175,9 @@ const SHORTCUTS: &[Shortcut] = &[
     shortcut(&[(NONE, Key::F)], "freeze the shadow camera, or release it", |m, _| freeze::toggle(m)),
     shortcut(&[(NONE, Key::L)], "show or hide the legend", |m, _| m.show_legend = !m.show_legend),
     shortcut(&[(NONE, Key::M)], "the map viewer: beside the picture, instead of it, closed", |m, _| m.maps.toggle()),
-    shortcut(&[(NONE, Key::I)], "inspect the pixel that is clicked next", |m, _| m.inspect.picking = !m.inspect.picking),
+    shortcut(&[(NONE, Key::I)], "inspect the pixel that is clicked next", |m, _| {
+        m.inspect.picking = !m.inspect.picking
+    }),
     shortcut(&[(NONE, Key::Z)], "the magnifier", |m, _| m.inspect.magnifier.on ^= true),
     shortcut(
         &[(NONE, Key::Plus), (SHIFT, Key::Plus), (NONE, Key::Equals)],

@@ -841,7 +841,8 @@ mod tests {
         let (setup, scene) = Setup::open("cubes").unwrap();
         let scene = Arc::new(scene);
         let (full, number) = ([64, 48], 0);
-        let mut order = Order { number, setup, scene, full, moving: false, follow: false, paused: false, map: None, story: None };
+        let mut order =
+            Order { number, setup, scene, full, moving: false, follow: false, paused: false, map: None, story: None };
         change(&mut order);
         order
     }

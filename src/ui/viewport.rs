@@ -29,10 +29,12 @@ pub fn show(ui: &mut Ui, rect: Rect, m: &mut Model, out: &mut Vec<Action>) {
     }
     if r.contains_pointer() {
         let (wheel, alt) = ui.input(|i| (i.smooth_scroll_delta.y, i.modifiers.alt));
-        let turned = ui.input(|i| i.events.iter().find_map(|e| match e {
-            Event::MouseWheel { delta, .. } if delta.y != 0.0 => Some(delta.y > 0.0),
-            _ => None,
-        }));
+        let turned = ui.input(|i| {
+            i.events.iter().find_map(|e| match e {
+                Event::MouseWheel { delta, .. } if delta.y != 0.0 => Some(delta.y > 0.0),
+                _ => None,
+            })
+        });
         match (alt && m.inspect.magnifier.on, turned) {
             (true, Some(larger)) => m.inspect.magnifier.step(larger),
             (true, None) => {}

@@ -155,7 +155,8 @@ fn a_story_tells_what_closed_forms_say() {
     let place = told.place.unwrap();
     for axis in [0, 2] {
         let along = map.footprint.map(|c| c[axis]);
-        let (low, high) = (along.iter().copied().fold(f32::MAX, f32::min), along.iter().copied().fold(f32::MIN, f32::max));
+        let (low, high) =
+            (along.iter().copied().fold(f32::MAX, f32::min), along.iter().copied().fold(f32::MIN, f32::max));
         assert!(low <= place[axis] + 1e-3 && place[axis] <= high + 1e-3, "{along:?} around {place:?}");
     }
     assert!(map.footprint.iter().all(|c| c[1].abs() < 1e-4), "{map:?}");
@@ -221,7 +222,9 @@ fn every_technique_has_stories() {
             in_maps.push(info.id);
         }
     }
-    for id in ["shadow-map", "pcf", "msm", "pssm", "rtw", "notw", "cube", "ipsm", "edsm", "hybrid-pcf", "backprojection"] {
+    for id in
+        ["shadow-map", "pcf", "msm", "pssm", "rtw", "notw", "cube", "ipsm", "edsm", "hybrid-pcf", "backprojection"]
+    {
         assert!(in_maps.contains(&id), "{id} is not among {in_maps:?}");
     }
     for id in ["rt-hard", "shadow-volume", "psv", "izb"] {
