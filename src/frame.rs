@@ -12,6 +12,7 @@ mod lines;
 mod maps;
 mod read;
 mod shot;
+mod story;
 
 pub use analysis::{Analysis, Counting, MapSizes, PieceCount};
 pub use figure::{Pane, panes};
@@ -21,6 +22,7 @@ pub use lines::{Segment, Style};
 pub use maps::{LightSpace, MapLayer, Place};
 pub use read::Pixels;
 pub use shot::{Shot, ShotUniform};
+pub use story::{Looked, Shown, ShownValue, TAPS};
 
 use crate::contact::{self, Contact};
 use crate::gpu::{Account, Buffer, Gpu, Pass, Raster, Recorder, Slot, Timer};
@@ -680,6 +682,9 @@ pub struct Renderer {
     read_map: Option<Pass>,
     /// By the technique's shader.
     read_warp: Option<(&'static str, Pass)>,
+    /// What tells of pixels, and what draws the technique's own views, by their shaders.
+    tell: Option<(String, Pass)>,
+    show: Option<(String, Pass)>,
     /// The last frame's, and its place among the set-up's.
     light: Option<Light>,
     at_work: usize,
@@ -764,6 +769,8 @@ impl Renderer {
             whole_maps: false,
             read_map: None,
             read_warp: None,
+            tell: None,
+            show: None,
             light: None,
             at_work: 0,
             splits: None,

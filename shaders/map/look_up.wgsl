@@ -76,6 +76,10 @@ fn normal_offset() -> f32 {
     return select(0.0, biases.normal_offset, biases.bias_kind == bias_kind_slope);
 }
 
+// What `receive` was asked for last, and the depths that it went through: metres with the normal offset; stored, with the constant bias.
+var<private> received_with: vec2f = vec2f(0.0, 1.0);
+var<private> received_depths: vec2f;
+
 // `radius`: how far the filter's taps reach from the receiver, texels; `tap`: how far the centre of a
 // texel may be from the tap that compares with it, half texels (1 nearest, 2 bilinear).
 fn receive(s: Surface, layer: u32, radius: f32, tap: f32) -> Receiver {
@@ -110,6 +114,8 @@ fn receive(s: Surface, layer: u32, radius: f32, tap: f32) -> Receiver {
     let turned = 1.4143 * abs(dot(gradient, map_spread(v, clip, r.texel)));
     let climb = min(steepness, steepest);
     let slope = select(0.0, biases.slope_bias * max(climb * reach / grown, turned), sloped) + select(0.0, snapped * climb, by_ray);
+    received_with = vec2f(radius, tap);
+    received_depths = vec2f(z, stored_depth(v, z - constant_bias()));
     // Cleared texels hold 0: what lies beyond the far plane is compared as if on it.
     r.depth = max(stored_depth(v, z - constant_bias()) + slope, 0.0);
     r.plane = gradient;

@@ -40,7 +40,7 @@ pub fn list(what: Listed, json: bool) -> Result<()> {
         }
         Listed::Cases => {
             let value =
-                CASES.iter().map(|c| serde_json::json!({"id": c.id, "axis": c.axis, "frames": c.frames, "doc": c.doc}));
+                CASES.iter().map(|c| serde_json::json!({"id": c.id, "axis": c.axis, "frames": c.frames, "doc": c.doc, "provokes": c.provokes}));
             let text = CASES.iter().map(|c| (c.id.to_string(), format!("{}. {}", c.axis, c.doc)));
             (value.collect(), pairs(text.collect()))
         }

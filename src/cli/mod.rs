@@ -4,6 +4,7 @@ mod advise;
 mod animate;
 mod chart;
 mod flatland;
+mod inspect;
 mod lamps;
 mod list;
 mod measure;
@@ -58,6 +59,13 @@ enum Command {
     },
     /// Render frames along a way, as an animation (.png, .apng, .webp) or as numbered pictures (frame-.png).
     Animate(animate::Wanted),
+    /// Tell a pixel's story: what the technique did there, what rays say, why it is wrong and what would help.
+    Inspect {
+        #[command(flatten)]
+        wanted: Wanted,
+        #[command(flatten)]
+        pixel: inspect::Pixel,
+    },
     /// Measure errors, times and memory of techniques.
     Measure {
         #[command(flatten)]
@@ -442,6 +450,7 @@ fn run() -> Result<ExitCode> {
             Ok(())
         }
         Some(Command::Animate(wanted)) => return animate::run(wanted, adapter),
+        Some(Command::Inspect { wanted, pixel }) => inspect::run(&wanted, pixel, adapter),
         Some(Command::Measure { wanted, techniques, output }) => measure::run(wanted, techniques, output, adapter),
         Some(Command::Sweep { wanted, techniques, output }) => sweep::run(wanted, techniques, output, adapter),
         Some(Command::Chart(wanted)) => chart::run(&wanted),

@@ -4,7 +4,7 @@ use super::figure::shaded;
 use super::lights::Lights;
 use super::{Drawing, NO_FRAME, Renderer, STORED, Shading, Targets, know_scene};
 use crate::gpu::{Pass, Recorder, Slot};
-use crate::measure::causes::{self, Causes};
+use crate::measure::causes::{self, Causes, Evidence};
 use crate::measure::metrics;
 use crate::scene::geometry::Geometry;
 use crate::setup::Setup;
@@ -41,6 +41,11 @@ impl Judged<'_> {
 
     /// Tells the causes of the wrong pixels of the frame's visibility, or another, apart; the hard truth must be there.
     pub fn causes(&mut self, recorder: &mut Recorder, other: Option<&Slot>) -> Result<Causes> {
+        Ok(self.evidence(recorder, other)?.0)
+    }
+
+    /// The same with what it is told by.
+    fn evidence(&mut self, recorder: &mut Recorder, other: Option<&Slot>) -> Result<(Causes, Vec<Evidence>)> {
         let (gpu, size) = (recorder.gpu, self.targets.size()?);
         let mut held = Slot::default();
         let evidence = held.get(gpu, "evidence", size, Format::Rgba32Uint, STORED);
@@ -48,8 +53,9 @@ impl Judged<'_> {
         self.truth.explain(recorder, visibility, self.aliasing.as_ref(), &evidence);
         let mask = self.mask(recorder)?;
         let [visibility, hard] = self.labels(recorder, other)?;
-        let evidence: Vec<causes::Evidence> = bytemuck::pod_collect_to_vec(&read(recorder, &held)?);
-        Ok(causes::split(&visibility, &hard, &mask, &evidence, self.geometry.casters(), size[0] as usize))
+        let evidence: Vec<Evidence> = bytemuck::pod_collect_to_vec(&read(recorder, &held)?);
+        let causes = causes::split(&visibility, &hard, &mask, &evidence, self.geometry.casters(), size[0] as usize);
+        Ok((causes, evidence))
     }
 
     /// Share of wrong pixels around each, as [`metrics::density`].
@@ -115,6 +121,11 @@ impl Renderer {
     /// where it was not, or the technique has no maps, an edge's errors are told by pixels alone.
     pub fn read_causes(&mut self) -> Result<Causes> {
         self.judge(|judged, recorder, _| judged.causes(recorder, None))
+    }
+
+    /// The same with what each pixel's cause is told by.
+    pub fn read_evidence(&mut self) -> Result<(Causes, Vec<Evidence>)> {
+        self.judge(|judged, recorder, _| judged.evidence(recorder, None))
     }
 
     /// The visibility of the last frame's technique without contact shadows, a number per pixel, and the causes of its wrong pixels

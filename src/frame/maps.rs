@@ -20,6 +20,17 @@ pub(super) struct Offered {
     /// The one that a view of depth shows.
     pub(super) shown: usize,
     warp: Option<Warp>,
+    pub(super) teller: Option<Teller>,
+}
+
+/// What tells of single pixels how the maps are looked up: the shader of the look-up, and all that it reads.
+#[derive(Clone)]
+pub(super) struct Teller {
+    pub(super) file: String,
+    pub(super) groups: &'static [Group],
+    pub(super) bound: Vec<(&'static str, Resource)>,
+    /// The shader includes `map/look_up.wgsl`; else it has views alone.
+    pub(super) looks_up: bool,
 }
 
 /// The warp of a map, on the GPU: a shader that includes `shaders/map/warp/warped.wgsl`, and what it reads.
@@ -156,13 +167,32 @@ impl Frame<'_> {
     /// Offers the technique's depth maps to be looked at: a view and a side for each, and a buffer with their light views.
     pub fn offer_maps(&mut self, layers: &[wgpu::TextureView], light_views: &Buffer, sides: &[u32]) {
         let (layers, sides) = (layers.into(), sides.into());
-        self.offered = Some(Offered { layers, light_views: light_views.clone(), sides, shown: 0, warp: None });
+        self.offered =
+            Some(Offered { layers, light_views: light_views.clone(), sides, shown: 0, warp: None, teller: None });
     }
 
     /// Tells which of the maps offered last a view of depth shows, if not the first. All have the first one's depth range.
     pub fn show_map(&mut self, layer: usize) {
         if let Some(offered) = &mut self.offered {
             offered.shown = layer;
+        }
+    }
+
+    /// Tells by which shader the maps offered last are looked up, and what that needs, by name. `looks_up`: it includes
+    /// `map/look_up.wgsl`. Only frames that are analysed keep it.
+    pub(crate) fn offer_teller(
+        &mut self,
+        file: impl FnOnce() -> String,
+        groups: &'static [Group],
+        bound: &[(&'static str, Resource)],
+        looks_up: bool,
+    ) {
+        let analysed = self.wants_analysis();
+        if let Some(offered) = self.offered.as_mut().filter(|_| analysed) {
+            // With what the technique made known by the way.
+            let mut all = self.recorder.known();
+            all.extend_from_slice(bound);
+            offered.teller = Some(Teller { file: file(), groups, bound: all, looks_up });
         }
     }
 

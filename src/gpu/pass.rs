@@ -208,6 +208,12 @@ impl Pass {
         self.bound.borrow_mut().sets.clear();
     }
 
+    /// Whether these resources are all that it binds.
+    pub fn needs_only(&self, known: &[(&'static str, Resource)]) -> bool {
+        let known = |name: &str| known.iter().any(|(n, _)| *n == name);
+        self.made.bindings.iter().all(|b| known(&b.name) || known(&b.type_name))
+    }
+
     /// Makes the bind group, or takes that of a call before with the same resources.
     fn bind(&self, gpu: &Gpu, frame: u64, find: impl Fn(&Binding) -> Option<Resource>) -> Result<wgpu::BindGroup> {
         let mut resources = Vec::with_capacity(self.made.bindings.len());
@@ -342,6 +348,11 @@ impl<'a> Recorder<'a> {
     /// before.
     pub fn set(&mut self, name: &'static str, resource: impl Into<Resource>) -> Option<Resource> {
         self.resources.insert(name, resource.into())
+    }
+
+    /// All that is known by a name.
+    pub fn known(&self) -> Vec<(&'static str, Resource)> {
+        self.resources.iter().map(|(name, resource)| (*name, resource.clone())).collect()
     }
 
     /// Lets the passes that follow find other resources under these names, but for those that look maps up for the picture.

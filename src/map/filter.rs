@@ -154,6 +154,7 @@ impl LookUp {
         }
         f.keep_table("light_views", &maps.light_views);
         f.offer_maps(&maps.layers.each, &maps.light_views, &maps.sides);
+        f.offer_teller(|| shader(file, filter, moments), groups, &all, true);
         if f.wants_analysis() {
             let analyse = hold(&mut passes.analyse, (), |()| pass(ANALYSIS, "analyse"))?;
             f.analyse(analyse, MapSizes::of(&maps.sides), &all);

@@ -65,12 +65,13 @@ pub struct Evidence {
 }
 
 impl Evidence {
-    fn distance(&self) -> f32 {
+    /// Metres to the nearest blocker of a pixel in true shadow.
+    pub fn distance(&self) -> f32 {
         f32::from_bits(self.own)
     }
 
     /// Whether something hides the light's centre, as it need not where a pixel is in the shadow of a light with a size.
-    fn blocked(&self) -> bool {
+    pub fn blocked(&self) -> bool {
         self.distance() > 0.0
     }
 }

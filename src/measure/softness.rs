@@ -166,6 +166,25 @@ pub fn penumbrae(pixels: &Pixels, position: &[[f32; 4]], width: usize) -> Vec<[f
     chosen.par_iter().filter_map(both).collect()
 }
 
+/// The same on the line across the point of the contour that lies nearest to a pixel, at most so many pixels off. The technique's is None
+/// where that has none.
+pub fn penumbra_near(
+    pixels: &Pixels,
+    position: &[[f32; 4]],
+    width: usize,
+    pixel: [u32; 2],
+    most: i32,
+) -> Option<(Option<f32>, f32)> {
+    let picture = &Picture { pixels, position, width };
+    let [x, y] = pixel.map(|c| c as i32);
+    let mut around: Vec<[i32; 2]> = (-most..=most).flat_map(|dy| (-most..=most).map(move |dx| [dx, dy])).collect();
+    around.sort_by_key(|[dx, dy]| dx * dx + dy * dy);
+    let points = around.into_iter().flat_map(|[dx, dy]| [(1, 0), (0, 1)].map(|step| (x + dx, y + dy, step)));
+    points
+        .filter_map(|(x, y, (dx, dy))| picture.point(x, y, dx, dy))
+        .find_map(|p| Some((picture.width(&pixels.visibility, &p), picture.width(&pixels.mean, &p)?)))
+}
+
 /// What widths of penumbrae come to.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Penumbrae {

@@ -127,6 +127,7 @@ impl Technique for CsmConservative {
             each = each.into_iter().step_by(LAYERS).collect();
         }
         f.offer_maps(&each, &maps.light_views, &vec![side; each.len()]);
+        f.offer_teller(|| FILE.into(), INFO.params, &bound, false);
         if maps.faces > 1 {
             f.show_map(looked_at(f));
         }

@@ -100,6 +100,7 @@ impl Technique for HybridPcf {
         bound.extend([("shadow_maps", (&maps.layers.all).into()), ("light_views", (&maps.light_views).into())]);
         f.keep_table("light_views", &maps.light_views);
         f.offer_maps(&maps.layers.each, &maps.light_views, &maps.sides);
+        f.offer_teller(|| alone(file), INFO.params, &bound, true);
         if file == AROUND {
             f.show_map(looked_at(f));
         }

@@ -8,7 +8,7 @@ use crate::gpu::{Buffer, Gpu, Shaders, Slot};
 use anyhow::{Context, Result, ensure};
 use bytemuck::{Pod, Zeroable};
 use egui::epaint::{ClippedShape, Shape};
-use egui::{ClippedPrimitive, Rect, TexturesDelta};
+use egui::{ClippedPrimitive, Rect, TextureId, TexturesDelta};
 use egui_wgpu::ScreenDescriptor;
 use std::sync::Arc;
 
@@ -35,6 +35,8 @@ pub struct Canvas {
     picture: Option<(wgpu::Texture, wgpu::BindGroup, [u32; 2])>,
     /// What egui has drawn, at how many pixels a point.
     shapes: (Vec<ClippedShape>, f32),
+    /// What egui knows the picture by.
+    known: Option<TextureId>,
     /// The surface follows the window's size.
     configured: bool,
     /// The screen has changed since it was presented.
@@ -99,6 +101,7 @@ impl Canvas {
             screen: Slot::default(),
             picture: None,
             shapes: (Vec::new(), 0.0),
+            known: None,
             configured: false,
             owed: false,
         };
@@ -120,12 +123,30 @@ impl Canvas {
         self.owed = true;
     }
 
-    /// Takes the picture to show from here on.
-    pub fn take(&mut self, gpu: &Gpu, picture: Picture) {
+    /// Takes the picture to show from here on: what egui knows its pixels by, and how many they are.
+    pub fn take(&mut self, gpu: &Gpu, picture: Picture) -> (TextureId, [u32; 2]) {
         let size = wgpu::Extent3d { width: picture.size[0], height: picture.size[1], depth_or_array_layers: 1 };
         let (texture, group) = match self.picture.take() {
             Some((texture, group, _)) if texture.size() == size => (texture, group),
-            _ => self.bind(gpu, size),
+            _ => {
+                let (texture, group) = self.bind(gpu, size);
+                let view = texture.create_view(&Default::default());
+                match self.known {
+                    Some(id) => {
+                        self.egui.update_egui_texture_from_wgpu_texture(
+                            &gpu.device,
+                            &view,
+                            wgpu::FilterMode::Nearest,
+                            id,
+                        );
+                    }
+                    None => {
+                        let id = self.egui.register_native_texture(&gpu.device, &view, wgpu::FilterMode::Nearest);
+                        self.known = Some(id);
+                    }
+                }
+                (texture, group)
+            }
         };
         gpu.queue.write_texture(
             texture.as_image_copy(),
@@ -136,6 +157,7 @@ impl Canvas {
         self.picture = Some((texture, group, picture.full));
         // It is drawn with the next frame.
         self.placed.0 = Placed::default();
+        (self.known.unwrap_or_default(), [size.width, size.height])
     }
 
     fn bind(&self, gpu: &Gpu, size: wgpu::Extent3d) -> (wgpu::Texture, wgpu::BindGroup) {

@@ -281,7 +281,7 @@ fn segment(ui: &Ui, rect: Rect, camera: &Camera, a: Vec3, b: Vec3) {
 }
 
 /// Where a point lies in the picture; None behind the near plane.
-fn project(camera: &Camera, rect: Rect, point: Vec3) -> Option<Pos2> {
+pub fn project(camera: &Camera, rect: Rect, point: Vec3) -> Option<Pos2> {
     let eye = point - camera.position;
     let depth = eye.dot(camera.forward());
     if depth <= camera.near {

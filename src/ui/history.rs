@@ -65,6 +65,13 @@ impl History {
         }
     }
 
+    /// Moves the pinned places of all steps as the present one moves with the picture's shape: no step of its own.
+    pub fn move_probes(&mut self, moved: impl Fn(&mut [f32; 2])) {
+        let steps = self.past.iter_mut().chain(&mut self.future);
+        let all = steps.flat_map(|step| [&mut step.before, &mut step.after]).chain([&mut self.last]);
+        all.for_each(|setup| moved(&mut setup.probe));
+    }
+
     fn push(&mut self, after: Setup) {
         self.past.push(Step { before: std::mem::replace(&mut self.last, after.clone()), after });
         self.past.drain(..self.past.len().saturating_sub(LIMIT));

@@ -1,9 +1,9 @@
 //! The map viewer: a technique's depth maps beside the picture or instead of it, linked with it texel by texel.
 
 use super::compare;
-use super::model::Model;
+use super::model::{Model, Tab};
 use super::panel::grouped;
-use super::style::{ACCENT, TEXT};
+use super::style::{ACCENT, SUN, TEXT};
 use crate::frame::{self, LightSpace, MapLayer};
 use crate::legend::letter;
 use crate::palette::{GREY, OCTAVES, Rgb, bytes};
@@ -229,7 +229,8 @@ pub fn show(ui: &mut Ui, rect: Rect, m: &mut Model) {
         ui.painter().text(rest.center(), Align2::CENTER_CENTER, text, FontId::proportional(13.5), TEXT);
         return;
     }
-    map(ui, image, maps);
+    let pinned = m.inspect.story.as_ref().filter(|_| m.drawer == Some(Tab::Pixel)).and_then(|s| s.texel);
+    map(ui, image, maps, pinned);
     if maps.quantity == Quantity::Depth {
         depths(ui, range.shrink2(vec2(14.0, 4.0)), maps);
     } else {
@@ -325,8 +326,8 @@ fn shown(maps: &Maps, held: &Held) -> [f32; 2] {
     [near, far.max(near + 1e-6 * near.abs().max(1.0))]
 }
 
-/// The map itself.
-fn map(ui: &mut Ui, image: Rect, maps: &mut Maps) {
+/// The map itself; `pinned`: the texel of the pixel that is inspected, and its map.
+fn map(ui: &mut Ui, image: Rect, maps: &mut Maps, pinned: Option<([f32; 2], u32)>) {
     let Some(held) = &maps.held else { return };
     let canvas = Canvas::new(held, maps.space);
     let fit = ((image.size() - Vec2::splat(8.0)).max(Vec2::splat(8.0)) / canvas.size).min_elem();
@@ -389,6 +390,9 @@ fn map(ui: &mut Ui, image: Rect, maps: &mut Maps) {
             }
         }
     };
+    if let Some((texel, _)) = pinned.filter(|(_, layer)| *layer == held.map.layer) {
+        mark(texel, SUN);
+    }
     if let Some([x, y]) = maps.texel {
         mark([x as f32, y as f32], Color32::WHITE);
         say(&painter, image, &described(&held.map, [x, y]));

@@ -19,6 +19,7 @@ pub mod flatland;
 mod freeze;
 mod gizmo;
 mod history;
+mod inspect;
 mod lamps;
 mod legend;
 mod lighting;

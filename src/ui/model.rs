@@ -5,6 +5,7 @@ use super::animating::Animating;
 use super::chart::Chart;
 use super::flatland::Lab;
 use super::history::History;
+use super::inspect::Inspect;
 use super::maps::Maps;
 use super::picker::Picker;
 use super::pictures::{Picture, Pictures, Subject};
@@ -17,6 +18,7 @@ use crate::legend::Known;
 use crate::map::fit::lixel::Plane;
 use crate::measure::Record;
 use crate::measure::advise::Budget;
+use crate::measure::diagnosis::Remedy;
 use crate::measure::stability::Run;
 use crate::message;
 use crate::params::Values;
@@ -51,6 +53,9 @@ pub enum Action {
     /// Look among techniques for the cheapest configuration that meets a budget.
     Advise(Budget, Vec<String>),
     CancelMeasuring,
+    /// Change a parameter, and measure the errors before and after.
+    Try(Remedy),
+    CancelTrying,
     /// Write what a tab of the drawer shows: as a chart or as figures, by the file's ending.
     Export(Tab, PathBuf),
     /// Render a small picture.
@@ -233,6 +238,7 @@ pub enum Tab {
     Chart,
     Stability,
     Advice,
+    Pixel,
 }
 
 /// All that the window shows.
@@ -266,6 +272,7 @@ pub struct Model {
     pub timeline: Timeline,
     pub lab: Lab,
     pub advice: Advising,
+    pub inspect: Inspect,
     pub facts: Facts,
     /// The number of what was ordered last from the scene's thread, and since when it is awaited.
     pub order: u64,
@@ -345,6 +352,7 @@ impl Model {
             timeline,
             lab: Lab::default(),
             advice: Advising::default(),
+            inspect: Inspect::default(),
             facts: Facts::default(),
             order: 0,
             ordered: Instant::now(),
@@ -396,6 +404,7 @@ impl Model {
         self.bounds = bounds;
         self.playing = false;
         self.chart.trail.clear();
+        (self.inspect.story, self.inspect.tried) = (None, None);
         self.timeline.opened(&self.setup);
     }
 

@@ -168,12 +168,23 @@ const SHORTCUTS: &[Shortcut] = &[
     always(&[(NONE, Key::F3)], "open or close stability", |m, _| m.toggle(Tab::Stability)),
     always(&[(NONE, Key::F4)], "open or close advice", |m, _| m.toggle(Tab::Advice)),
     always(&[(NONE, Key::F5)], "open the flatland lab", |m, _| m.toggle_lab()),
+    always(&[(NONE, Key::F6)], "open or close the pixel's story", |m, _| m.toggle(Tab::Pixel)),
     always(&[(NONE, Key::F9)], "hide or show the panel", |m, _| m.toggle_panel()),
     always(&[(CTRL, Key::F)], "search the techniques", |m, _| m.find()),
     shortcut(&[(NONE, Key::R)], "reset the camera", |m, _| m.go_home()),
     shortcut(&[(NONE, Key::F)], "freeze the shadow camera, or release it", |m, _| freeze::toggle(m)),
     shortcut(&[(NONE, Key::L)], "show or hide the legend", |m, _| m.show_legend = !m.show_legend),
     shortcut(&[(NONE, Key::M)], "the map viewer: beside the picture, instead of it, closed", |m, _| m.maps.toggle()),
+    shortcut(&[(NONE, Key::I)], "inspect the pixel that is clicked next", |m, _| {
+        m.inspect.picking = !m.inspect.picking
+    }),
+    shortcut(&[(NONE, Key::Z)], "the magnifier", |m, _| m.inspect.magnifier.on ^= true),
+    shortcut(
+        &[(NONE, Key::Plus), (SHIFT, Key::Plus), (NONE, Key::Equals)],
+        "magnify more, while the magnifier is on",
+        |m, _| m.inspect.magnifier.step(true),
+    ),
+    shortcut(&[(NONE, Key::Minus)], "magnify less", |m, _| m.inspect.magnifier.step(false)),
     shortcut(&[(NONE, Key::X)], "flicker between the sides of a comparison", |m, _| m.flicker()),
     shortcut(&[(NONE, Key::B)], "show the difference A − B, or leave it", |m, _| m.toggle_difference()),
     shortcut(&[(NONE, Key::Space)], "run or stop the animation", |m, _| {
@@ -233,12 +244,14 @@ const LAB_GESTURES: [(&str, &str); 9] = [
 ];
 
 /// What the mouse does, and keys that egui or the viewport handle.
-const GESTURES: [(&str, &str); 13] = [
+const GESTURES: [(&str, &str); 15] = [
     ("Left drag", "orbit around the target"),
     ("Right drag", "look around"),
     ("Middle drag", "pan"),
     ("Wheel", "move towards the target and away from it"),
     ("Double-click", "look at that point and orbit around it"),
+    ("Alt+click", "inspect that pixel: its story, and why it is wrong"),
+    ("Alt+wheel", "magnify more or less, while the magnifier (Z) is on"),
     ("Rest on a map or an error view", "read the value there"),
     ("W A S D", "fly; Q down, E up; Shift is faster"),
     ("Drag the light", "move it; Shift: nearer and farther"),
@@ -310,6 +323,7 @@ fn closing(ctx: &Context, m: &mut Model, out: &mut Vec<Action>) {
                 (Tab::Chart, n) => format!("{n} measured rows are not saved."),
                 (Tab::Stability, _) => "The stability run is not saved.".into(),
                 (Tab::Advice, _) => "The advice is not saved.".into(),
+                (Tab::Pixel, _) => String::new(),
             });
         }
         if let Some(job) = &m.measuring {
@@ -323,6 +337,7 @@ fn closing(ctx: &Context, m: &mut Model, out: &mut Vec<Action>) {
                     Tab::Chart => "measured",
                     Tab::Stability => "stability",
                     Tab::Advice => "advice",
+                    Tab::Pixel => "pixel",
                 };
                 let paths: Vec<PathBuf> = m.unsaved.iter().map(|tab| numbered(stem(tab), "csv")).collect();
                 let names: Vec<String> = paths.iter().map(|p| p.display().to_string()).collect();

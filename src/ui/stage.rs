@@ -9,6 +9,7 @@ use super::work::{Done, Loaded, Post};
 use crate::frame::{Ask, History, Renderer, Truth, panes};
 use crate::gpu::{GivenUp, Gpu, TimerMode};
 use crate::legend::Known;
+use crate::measure::story::{self, Seen};
 use crate::measure::{Record, metrics, params_text};
 use crate::scene::Scene;
 use crate::setup::{Arrange, Setup};
@@ -58,6 +59,8 @@ pub struct Order {
     pub paused: bool,
     /// The map that is looked into, from 0.
     pub map: Option<u32>,
+    /// The place of the pixel whose story is wanted, 0 to 1 from the upper left corner of a side's picture.
+    pub story: Option<[f32; 2]>,
 }
 
 /// What changed between two orders.
@@ -118,7 +121,7 @@ impl Order {
     }
 
     fn same(&self, other: &Order) -> bool {
-        let flags = |o: &Order| (o.moving, o.follow, o.paused, o.map);
+        let flags = |o: &Order| (o.moving, o.follow, o.paused, o.map, o.story);
         self.change(other) == Change::Nothing && flags(self) == flags(other)
     }
 }
@@ -337,6 +340,9 @@ struct Painter<'a> {
     /// The last frame was analysed, and the map that was handed in of it.
     analysed: bool,
     mapped: Option<u32>,
+    /// It was analysed at all, and the pixel whose story was told of it.
+    explained: bool,
+    told: Option<[f32; 2]>,
     failed: bool,
     /// The last frame was given up.
     gave_up: bool,
@@ -373,6 +379,8 @@ impl Painter<'_> {
             moved: false,
             analysed: false,
             mapped: None,
+            explained: false,
+            told: None,
             failed: false,
             gave_up: false,
             facts,
@@ -440,7 +448,7 @@ impl Painter<'_> {
             }
             Request::Shot(side, pass) => {
                 // It is rendered once more without an analysis.
-                self.analysed = false;
+                (self.analysed, self.explained) = (false, false);
                 let shot = match (&self.drawn, &mut self.renderer) {
                     (Some(order), Some(renderer)) => renderer.shot(&order.setup, side, pass),
                     _ => Ok(None),
@@ -524,6 +532,9 @@ impl Painter<'_> {
         if served && !self.counted && !order.setup.idles() {
             self.count(order)?;
         }
+        if let Some(place) = order.story.filter(|place| self.told != Some(*place) && size == order.full) {
+            self.tell(order, place, [served, shown])?;
+        }
         Ok(Next::Rest)
     }
 
@@ -594,14 +605,15 @@ impl Painter<'_> {
             let other = || new.is_some_and(|o| o.change(&this) > Change::View);
             mail.closed || new.is_some_and(|o| o.paused) || !whole && start.elapsed() > PATIENCE && other()
         });
-        let analysis = !draft && rest && order.map.is_some();
+        let whole_maps = !draft && rest && order.map.is_some();
+        let analysis = whole_maps || !draft && rest && order.story.is_some();
         // What a technique keeps from frame to frame must not flatter it beside others.
         let fresh = rest && !draft && setup.sides() > 1;
         // What stood still from the first frame on comes to the same as a capture.
         let goes = !rest || due == Change::Nothing && size == self.size && !self.coarse && !self.moved;
         let history = if goes { History::Goes } else { History::Starts };
         let ask = Ask { size, truth, analysis, timed: true, picture: true, fresh, history };
-        renderer.whole_maps = analysis;
+        renderer.whole_maps = whole_maps;
         let drawn = renderer.draw(&setup, ask);
         self.gpu.give_up_when(|| false);
         let mut told = match drawn {
@@ -622,7 +634,8 @@ impl Painter<'_> {
         let stays = due == Change::View && size == self.size;
         (self.gave_up, self.scale, self.size) = (false, scale, size);
         self.drawn = Some(order.clone());
-        (self.analysed, self.mapped) = (analysis, None);
+        (self.analysed, self.mapped) = (whole_maps, None);
+        (self.explained, self.told) = (analysis, None);
         let f = &mut self.facts;
         f.wall_clock = renderer.timer.mode() == TimerMode::Wall;
         f.passes = renderer.timer.by_name();
@@ -720,6 +733,28 @@ impl Painter<'_> {
         Ok(())
     }
 
+    /// Tells the story of a pixel of the first side.
+    fn tell(&mut self, order: &Arc<Order>, place: [f32; 2], truth: [bool; 2]) -> Result<()> {
+        self.told = Some(place);
+        if !truth[0] {
+            let why = techniques::TRUTH.refuses(&order.setup.light).unwrap_or_default();
+            self.post.send(Done::Story(Err(anyhow!(why))));
+            return Ok(());
+        }
+        if !self.explained {
+            self.draw(order, (Change::View, true), self.scale, self.size, truth)?;
+            self.told = Some(place);
+        }
+        let frames = self.facts.told.frames;
+        let Some(renderer) = self.renderer.as_mut().filter(|_| self.explained) else { return Ok(()) };
+        let told = Seen::read(renderer).and_then(|seen| {
+            let pixel = story::pixel_at(place, seen.size);
+            story::tell(renderer, &order.setup, &seen, &[pixel], frames, true)
+        });
+        self.post.send(Done::Story(told.and_then(|mut told| told.pop().map(Box::new).context("no story"))));
+        Ok(())
+    }
+
     /// Counts the errors of the picture.
     fn count(&mut self, order: &Arc<Order>) -> Result<()> {
         let Some(renderer) = &mut self.renderer else { return Ok(()) };
@@ -806,7 +841,8 @@ mod tests {
         let (setup, scene) = Setup::open("cubes").unwrap();
         let scene = Arc::new(scene);
         let (full, number) = ([64, 48], 0);
-        let mut order = Order { number, setup, scene, full, moving: false, follow: false, paused: false, map: None };
+        let mut order =
+            Order { number, setup, scene, full, moving: false, follow: false, paused: false, map: None, story: None };
         change(&mut order);
         order
     }

@@ -2,7 +2,7 @@
 
 use super::model::{Action, Model, Reading, Traced};
 use super::style::{ACCENT, TEXT};
-use super::{compare, cropping, freeze, gizmo, legend, maps};
+use super::{compare, cropping, freeze, gizmo, inspect, legend, maps};
 use crate::view;
 use egui::{Align2, Color32, CursorIcon, Event, FontId, Id, Key, PointerButton, Pos2, Rect, Response, Sense, Ui, vec2};
 
@@ -11,6 +11,7 @@ const TURN: f32 = 0.006;
 
 /// Handles input on the viewport and draws over its picture.
 pub fn show(ui: &mut Ui, rect: Rect, m: &mut Model, out: &mut Vec<Action>) {
+    inspect::follow(compare::first(rect, &m.setup), m);
     let r = ui.interact(rect, Id::unique("viewport"), Sense::click_and_drag());
     if m.cropping {
         cropping::drag(ui, rect, &r, m);
@@ -32,9 +33,18 @@ pub fn show(ui: &mut Ui, rect: Rect, m: &mut Model, out: &mut Vec<Action>) {
         ui.ctx().set_cursor_icon(CursorIcon::Grabbing);
     }
     if r.contains_pointer() {
-        let wheel = ui.input(|i| i.smooth_scroll_delta.y);
-        if wheel != 0.0 {
-            camera.dolly((-wheel * 0.004).exp());
+        let (wheel, alt) = ui.input(|i| (i.smooth_scroll_delta.y, i.modifiers.alt));
+        let turned = ui.input(|i| {
+            i.events.iter().find_map(|e| match e {
+                Event::MouseWheel { delta, .. } if delta.y != 0.0 => Some(delta.y > 0.0),
+                _ => None,
+            })
+        });
+        match (alt && m.inspect.magnifier.on, turned) {
+            (true, Some(larger)) => m.inspect.magnifier.step(larger),
+            (true, None) => {}
+            (false, _) if wheel != 0.0 => camera.dolly((-wheel * 0.004).exp()),
+            _ => {}
         }
     }
     read(ui, rect, r.hover_pos().filter(|_| !r.dragged()), m, out);
@@ -45,6 +55,7 @@ pub fn show(ui: &mut Ui, rect: Rect, m: &mut Model, out: &mut Vec<Action>) {
         out.push(Action::Focus([at.x, at.y]));
     }
     pick(ui, rect, &r, m, out);
+    inspect::pick(ui, rect, &r, m);
     fly(ui, m);
     m.maps.pointed = r.hover_pos().and_then(|p| {
         let part = compare::parts(rect, &m.setup).into_iter().find(|part| part.seen.contains(p))?;
@@ -53,11 +64,18 @@ pub fn show(ui: &mut Ui, rect: Rect, m: &mut Model, out: &mut Vec<Action>) {
     });
     maps::marks(ui, rect, m);
     cropping::outside(ui, rect, m);
+    if let Some(first) = compare::parts(rect, &m.setup).into_iter().find(|part| part.side == 0) {
+        inspect::over(ui, first.whole, first.seen, m);
+    }
     tracing(ui, rect, m);
     let free = legend::show(ui, rect, m);
     draft(ui, free, m);
     compare::over(ui, rect, free, m);
     gizmo::show(ui, compare::first(rect, &m.setup), free, m);
+    if m.inspect.picking {
+        label(ui, rect, rect.center_top() + vec2(0.0, 12.0), Align2::CENTER_TOP, inspect::PICKING);
+    }
+    inspect::magnify(ui, rect, r.hover_pos().filter(|_| !r.dragged()), m);
     if m.setup.shadow_camera.is_some() {
         label(ui, rect, free.center_bottom() - vec2(0.0, 12.0), Align2::CENTER_BOTTOM, freeze::FROZEN);
     }
@@ -83,7 +101,8 @@ fn read(ui: &Ui, rect: Rect, pointer: Option<Pos2>, m: &mut Model, out: &mut Vec
             out.push(Action::Read(at));
         }
         Some(reading) => {
-            if let Some(text) = &reading.text {
+            // The magnifier says it below its glass.
+            if let Some(text) = reading.text.as_ref().filter(|_| !m.inspect.magnifier.on) {
                 let left = pointer.x > rect.center().x;
                 let align = if left { Align2::RIGHT_BOTTOM } else { Align2::LEFT_BOTTOM };
                 let offset = if left { vec2(-14.0, -14.0) } else { vec2(14.0, -14.0) };

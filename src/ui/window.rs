@@ -281,7 +281,7 @@ impl Open {
                 Done::Drawn(facts, picture) => {
                     m.facts = *facts;
                     if let Some(picture) = picture {
-                        self.canvas.take(&self.gpu, picture);
+                        m.inspect.magnifier.picture = Some(self.canvas.take(&self.gpu, picture));
                         m.reading = None;
                         m.shot = None;
                     }
@@ -387,6 +387,18 @@ impl Open {
                     }
                 }
                 Done::Measured(..) | Done::Stability(..) | Done::Advised(..) | Done::Animated(..) => {}
+                Done::Story(told) => match told {
+                    Ok(story) => (m.inspect.story, m.inspect.failed) = (Some(story), None),
+                    Err(e) => (m.inspect.story, m.inspect.failed) = (None, Some(message::sentence(&e))),
+                },
+                Done::Tried(job, Ok(errors)) => m.end_try(job, Some(errors)),
+                Done::Tried(job, Err(e)) => {
+                    let wanted = m.inspect.trying.as_ref().is_some_and(|t| t.job == job) && job == self.measuring;
+                    m.end_try(job, None);
+                    if wanted {
+                        m.fail(&e.context("the change could not be measured"));
+                    }
+                }
                 Done::Saved(tab, Ok(path)) => {
                     let numbers = path.extension().is_some_and(|e| e == "csv" || e == "json");
                     m.unsaved.retain(|t| *t != tab || !numbers);
@@ -543,6 +555,7 @@ impl Open {
             follow: m.drawer == Some(Tab::Chart),
             paused: m.measuring.is_some(),
             map: m.maps.wanted(),
+            story: m.inspected(),
         });
         if std::mem::replace(&mut m.order, number) != number {
             m.ordered = Instant::now();
@@ -632,6 +645,7 @@ impl Open {
                     Tab::Chart => Some(Figures::Rows(m.rows.clone(), axes)),
                     Tab::Advice => m.advice.exported().map(|(rows, axes)| Figures::Rows(rows, axes)),
                     Tab::Stability => m.timeline.found.clone().map(|f| Figures::Path(f, m.timeline.figure)),
+                    Tab::Pixel => None,
                 };
                 if let Some(figures) = figures {
                     self.desk.export(tab, figures, path);
@@ -650,6 +664,17 @@ impl Open {
                 self.desk.cancel_measuring();
                 self.measuring += 1;
                 m.measuring = None;
+            }
+            Action::Try(remedy) => {
+                self.measuring += 1;
+                let (job, place) = (self.measuring, m.setup.probe);
+                let setups = m.begin_try(job, remedy);
+                self.desk.tried(job, self.gpu.info.name.clone(), scene, setups, (self.full, place));
+            }
+            Action::CancelTrying => {
+                self.desk.cancel_measuring();
+                self.measuring += 1;
+                m.inspect.trying = None;
             }
             Action::Capture(path) => {
                 let (setup, whole) = (m.setup.clone(), m.whole_file(&path));

@@ -11,7 +11,9 @@ use crate::frame::{Ask, MapLayer, Renderer, Shot, Truth};
 use crate::gpu::Gpu;
 use crate::map::fit::lixel::Plane;
 use crate::measure::advise::{self, Advice, Budget};
+use crate::measure::diagnosis::{self, Errors};
 use crate::measure::stability::{self, Run, Stability};
+use crate::measure::story::Story;
 use crate::measure::{self, Figure, More, Record, Step};
 use crate::path::Route;
 use crate::scene::Scene;
@@ -75,6 +77,10 @@ pub enum Done {
     Measured(u64, Result<()>),
     Stability(u64, Result<Stability>),
     Advised(u64, Result<Box<(Budget, Advice)>>),
+    /// Of the pixel that is inspected.
+    Story(Result<Box<Story>>),
+    /// The errors before and after a change.
+    Tried(u64, Result<[Errors; 2]>),
     /// The file, and what its picture shows wrong.
     Captured(Result<(PathBuf, Vec<String>)>),
     /// The file of an animation, or of its first frame, and what its pictures show wrong.
@@ -301,6 +307,23 @@ impl Desk {
             Ok(Box::new((budget, advice)))
         };
         self.beside(job, adapter, scene, work, Done::Advised);
+    }
+
+    /// Measures the errors of two set-ups at a size, and of the pixel at a place of the picture.
+    pub fn tried(
+        &mut self,
+        job: u64,
+        adapter: String,
+        scene: Arc<Scene>,
+        setups: [Setup; 2],
+        (size, place): ([u32; 2], [f32; 2]),
+    ) {
+        let work = move |renderer: &mut Renderer, _: &Watch| {
+            let [before, after] = &setups;
+            let before = diagnosis::measure(renderer, before, size, place)?;
+            Ok([before, diagnosis::measure(renderer, after, size, place)?])
+        };
+        self.beside(job, adapter, scene, work, Done::Tried);
     }
 
     /// Lets a measurement that runs end early.

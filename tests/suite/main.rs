@@ -29,6 +29,7 @@ mod gltf;
 mod hulls;
 mod idle;
 mod imperfect_sm;
+mod inspect;
 mod laws;
 mod light_size;
 mod lights;

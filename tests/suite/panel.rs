@@ -1435,7 +1435,7 @@ fn a_small_window_hides_the_panel_and_holds_everything() {
         assert!(harness.state().picture.height() >= size[1] - 60.0);
         click(&mut harness, "Show the panel");
         assert!(harness.state().picture.width() <= size[0] - 200.0);
-        for step in 0..8 {
+        for step in 0..9 {
             let m = &mut harness.state_mut().model;
             match step {
                 0 => m.show_help = true,
@@ -1444,6 +1444,7 @@ fn a_small_window_hides_the_panel_and_holds_everything() {
                 3 => m.drawer = Some(Tab::Chart),
                 4 => m.drawer = Some(Tab::Stability),
                 5 => m.drawer = Some(Tab::Advice),
+                7 => m.drawer = Some(Tab::Pixel),
                 6 => m.framed = true,
                 _ => m.fail(&anyhow::anyhow!(
                     "a long message that must find its place in a window that is hardly larger"

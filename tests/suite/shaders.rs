@@ -1,6 +1,6 @@
 //! Every WGSL module is put together and checked, and structs shared with Rust agree field by field.
 
-use shadowscope::frame::{Counting, FrameUniform, Segment, ShotUniform, Style, ViewUniform};
+use shadowscope::frame::{Counting, FrameUniform, Looked, Segment, ShotUniform, Style, ViewUniform};
 use shadowscope::gpu::{Shaders, shader_files};
 use shadowscope::light::LightView;
 use shadowscope::map::cascades::Fitting;
@@ -61,6 +61,7 @@ fn whole() -> Vec<(String, &'static [Group])> {
         "map/edge_quads.wgsl",
         "map/edge_zoom.wgsl",
         "map/prefilter.wgsl",
+        "map/story.wgsl",
         "map/sums.wgsl",
         "map/tiles.wgsl",
         "map/narrow_to.wgsl",
@@ -101,6 +102,14 @@ fn whole() -> Vec<(String, &'static [Group])> {
         let folder = format!("techniques/{}/around.wgsl", info.id.replace('-', "_"));
         let in_folder = filters.iter().filter(|_| held(&folder));
         all.extend(in_folder.map(|filter| (shader(&folder, filter, None), info.params)));
+        // What looks maps up by the common functions also tells of single pixels.
+        let told: Vec<_> = all.iter().filter(|(file, _)| file.contains("map/filter/")).cloned().collect();
+        for (file, groups) in told {
+            let story = format!("{file} map/story.wgsl");
+            if !file.contains("story") && !all.iter().any(|(held, _)| *held == story) {
+                all.push((story, groups));
+            }
+        }
         if filters.is_empty() {
             all.push((own, info.params));
         }
@@ -232,6 +241,11 @@ fn shared_structs_agree() {
         smoothing "smoothing", opaque "opaque", triangles "triangles", culled "culled", padding "padding", sides "sides");
     same!("techniques/area_uniform.wgsl map/filter/nearest.wgsl", "Batch", Batch,
         steps "steps", half_u "half_u", half_v "half_v", depths "depths", count "count", agreeing "agreeing", nearest "nearest");
+    same!("techniques/hybrid_pcf.wgsl map/filter/nearest.wgsl map/story.wgsl", "Looked", Looked,
+        position "position", lit "lit", normal "normal", lit_next "lit_next", texel "texel", before "before", looked "looked",
+        layer "layer", next "next", share "share", side "side", radius "radius", texel_size "texel_size", depth "depth",
+        compared "compared", held "held", stored "stored", bias "bias", slope "slope", near "near", far "far",
+        perspective "perspective", outside "outside", fall "fall", spread "spread", corners "corners", taps "taps");
     same!("map/faces.wgsl", "Faces", FacesUniform,
         count "count", triangles "triangles", opaque "opaque", listed "listed", met "met", vertices "vertices",
         angle "angle", metres "metres", axes "axes", regions "regions", frustum "frustum");

@@ -11,6 +11,7 @@ pub const CASE: Case = Case {
     title: "Behind: a warp turned inside out",
     doc: "The sun moves from ahead of the camera to exactly behind it: in psm's perspective space it passes through \
           infinity and comes out inverted, and lispsm and tsm lose what they gain.",
+    provokes: &["stairs"],
     axis: "sun's azimuth from the view direction, °",
     value: azimuth,
     place: |setup, t| setup.light = light_at(t),

@@ -14,6 +14,7 @@ pub const CASE: Case = Case {
     doc: "Boxes rest on the floor, some of them twice in the same place, while the bias grows to 10 cm: shadows come \
           off their casters, and light leaks under plates, in every map with a bias (shadow-map, pcf and all the \
           others).",
+    provokes: &["detachment"],
     axis: "bias, m",
     value: |t| bias(t) as f32,
     place,

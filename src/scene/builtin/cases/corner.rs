@@ -12,6 +12,7 @@ pub const CASE: Case = Case {
     title: "Corner: thin tips",
     doc: "Teeth with tips of 10° turn under the sun: shadow-map and pcf cut the tips where they are thinner than a \
           texel.",
+    provokes: &["thin-caster", "stairs"],
     axis: "sun's azimuth, °",
     value: azimuth,
     place: |setup, t| setup.light = light_at(t),

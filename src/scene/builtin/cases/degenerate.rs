@@ -12,6 +12,7 @@ pub const CASE: Case = Case {
     doc: "Triangles without area, twins with either winding, slivers and sheets whose plane holds the sun, while the \
           camera swings from straight down to an empty sky: what divides by an area or a count (rtw, notw, every \
           fit) must neither crash nor yield NaN.",
+    provokes: &["stairs"],
     axis: "camera's pitch, °",
     value: pitch,
     place: |setup, t| setup.camera = camera_at(t),

@@ -11,6 +11,7 @@ pub const CASE: Case = Case {
     doc: "Far over near is 100 000, and a sail a pixel in size, 900 m away, comes into view: what is fitted to the \
           receivers (shadow-map, pcf, sdsm) stretches over all of it, pssm's splits leave the terrace one cascade, \
           and depth runs out of bits.",
+    provokes: &["stairs", "thin-caster", "precision"],
     axis: "camera's heading, °",
     value: heading,
     place: |setup, t| setup.camera = camera_at(t),

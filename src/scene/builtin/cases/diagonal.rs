@@ -13,6 +13,7 @@ pub const CASE: Case = Case {
     doc: "Two islands lie on a diagonal of the light's image, and in the middle of the path on one of its axes: rtw \
           spends half its map on the two empty corners, which notw can avoid, and shadow-map and pcf waste all that \
           lies between.",
+    provokes: &["stairs"],
     axis: "sun's azimuth, °",
     value: azimuth,
     place: |setup, t| setup.light = light_at(t),

@@ -11,6 +11,7 @@ pub const CASE: Case = Case {
     title: "Duel: sun and camera face to face",
     doc: "Sun and camera come to face each other: the warps of psm, lispsm and tsm degenerate, all cascades of pssm \
           overlap, and the texels of shadow-map and pcf stretch into strips on the floor.",
+    provokes: &["stairs"],
     axis: "sun's azimuth from the view direction, °",
     value: azimuth,
     place: |setup, t| setup.light = light_at(t),

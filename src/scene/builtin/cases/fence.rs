@@ -11,6 +11,7 @@ pub const CASE: Case = Case {
     title: "Fence: two lattices",
     doc: "Light falls through two lattices, one high and one low: shadow-map turns the bars into stairs, and pcf's \
           blur closes the gaps.",
+    provokes: &["stairs", "blur-wide", "leak"],
     axis: "sun's azimuth from the view direction, °",
     value: azimuth,
     place: |setup, t| setup.light = light_at(t),

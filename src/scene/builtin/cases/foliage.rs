@@ -11,6 +11,7 @@ pub const CASE: Case = Case {
     title: "Foliage: hundreds of leaves",
     doc: "Open leaf cards, each of them twice in the same place, stand by the hundred one behind another under a \
           high sun: shadow-map and pcf blotch the specks of light.",
+    provokes: &["stairs", "thin-caster"],
     axis: "sun elevation, °",
     value: elevation,
     place: |setup, t| setup.light = light_at(t),

@@ -11,6 +11,7 @@ pub const CASE: Case = Case {
     title: "Grazing: projection aliasing",
     doc: "The sun sinks until it grazes the floor: projection aliasing and acne beyond the slope limit in every \
           shadow map (shadow-map, pcf, all warped ones).",
+    provokes: &["stairs", "acne", "thin-caster"],
     axis: "sun elevation, °",
     value: elevation,
     place: |setup, t| setup.light = light_at(t),

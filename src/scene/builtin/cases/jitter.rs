@@ -11,6 +11,7 @@ pub const CASE: Case = Case {
     doc: "The camera moves sideways by a sixty-fourth of a texel per frame, then turns as slowly: fits that are not \
           snapped to the texels crawl (shadow-map, pcf, pssm with any fit but stable), warps swim (lispsm, tsm, rtw, \
           notw), and sdsm's boxes pop.",
+    provokes: &["stairs"],
     axis: "frame",
     value: |t| t * (FRAMES - 1) as f32,
     place: |setup, t| setup.camera = camera_at(t),

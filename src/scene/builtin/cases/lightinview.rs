@@ -10,6 +10,7 @@ pub const CASE: Case = Case {
     id: "st-lightinview",
     title: "Light in view: a circling light",
     doc: "A light circles through the view frustum and out behind the camera: the gain of notw comes and goes.",
+    provokes: &["stairs"],
     axis: "lamp's angle on its circle, °",
     value: angle,
     place: |setup, t| setup.light = light_at(t),

@@ -11,6 +11,7 @@ pub const CASE: Case = Case {
     doc: "Triangles 200 m long cross a small detail that the camera closes in on: warped maps drawn with straight \
           edges (rtw, notw, logpsm with the linear raster) bend or lose their shadows unless the triangles are \
           split.",
+    provokes: &["misplaced", "missing-caster", "stairs", "thin-caster"],
     axis: "distance from the detail, m",
     value: distance,
     place: |setup, t| setup.camera = camera_at(t),

@@ -33,6 +33,8 @@ pub struct Case {
     pub title: &'static str,
     /// What it provokes and in which techniques, a sentence.
     pub doc: &'static str,
+    /// The artefacts of its wrong pixels, by the ids of [`crate::measure::diagnosis::ARTEFACTS`].
+    pub provokes: &'static [&'static str],
     /// What runs along the path, with its unit: `sun elevation, °`.
     pub axis: &'static str,
     /// The value of `axis` at t, 0 to 1.

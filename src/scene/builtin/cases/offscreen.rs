@@ -11,6 +11,7 @@ pub const CASE: Case = Case {
     doc: "The camera turns away from a lattice mast whose shadow stays in the picture: a fit or a cull that keeps \
           only casters in view loses it (pssm, sdsm, lispsm, tsm), and a depth range that reaches up to it costs \
           bits.",
+    provokes: &["missing-caster", "stairs"],
     axis: "camera's heading, °",
     value: heading,
     place: |setup, t| setup.camera = camera_at(t),

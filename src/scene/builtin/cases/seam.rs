@@ -11,6 +11,7 @@ pub const CASE: Case = Case {
     title: "Seam: across the splits",
     doc: "A wall runs from the camera into the distance, across every split of pssm and sdsm: seams, and taps of pcf \
           beyond the map's edge.",
+    provokes: &["seam", "stairs"],
     axis: "camera's way, m",
     value: way,
     place: |setup, t| setup.camera = camera_at(t),

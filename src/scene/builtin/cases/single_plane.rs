@@ -10,6 +10,7 @@ pub const CASE: Case = Case {
     title: "Single plane: nothing casts",
     doc: "One level plane, seen from above until the horizon rises into the picture: a test of the aliasing error, \
           whose value is known here; any shadow is acne.",
+    provokes: &["acne"],
     axis: "camera's pitch, °",
     value: pitch,
     place: |setup, t| setup.camera = camera_at(t),

@@ -10,6 +10,7 @@ pub const CASE: Case = Case {
     id: "st-wide",
     title: "Wide: a growing area light",
     doc: "A square light 3 m above the floor grows to 5 m: filters that search one map for blockers see but those of its middle.",
+    provokes: &["blur-narrow", "blur-wide", "penumbra-off", "banding"],
     axis: "side of the light, m",
     value: side,
     place: |setup, t| setup.light = light_at(t),

@@ -10,6 +10,7 @@ pub const CASE: Case = Case {
     title: "Wire: thinner than a texel",
     doc: "Wires a fifth of a texel thick (in a map of 1024²) hang over a court: shadow-map and pcf drop most of each \
           wire.",
+    provokes: &["thin-caster"],
     axis: "camera's way, m",
     value: way,
     place: |setup, t| setup.camera = camera_at(t),
