@@ -91,7 +91,7 @@ fn every_key_survives_its_command() {
             ("size", Box::new(|s| s.size = [321, 7])),
             ("technique", Box::new(|s| s.select("pcf").unwrap())),
             ("view", Box::new(|s| s.view = "error".into())),
-            ("against", Box::new(|s| (s.against = sides.clone(), s.complete()).1)),
+            ("against", Box::new(move |s| (s.against = sides.clone(), s.complete()).1)),
             ("arrange", Box::new(|s| s.arrange = Arrange::SideBySide)),
             ("split", Box::new(|s| s.split = 1.0 / 3.0)),
             ("legend", Box::new(|s| s.legend = true)),
