@@ -9,8 +9,8 @@ use anyhow::{Context, Result, bail};
 use toml::{Table, Value};
 
 impl Setup {
-    /// A command for a POSIX shell that draws the set-up's picture into a file, byte for byte that of a capture. It says what differs from
-    /// what the scene starts with, and leaves out what no picture shows: parameters of techniques that are not in it.
+    /// A command for a POSIX shell that draws the set-up's picture into a file, byte for byte. It says what differs from what the scene
+    /// starts with, and leaves out what the picture does not show: parameters of techniques that are not in it.
     ///
     /// # Errors
     /// A scene whose path is no text.

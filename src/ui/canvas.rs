@@ -236,8 +236,11 @@ impl Canvas {
         let placed = Placed { picture: corners(picture), viewport: corners(viewport) };
         if placed != self.placed.0 {
             gpu.queue.write_buffer(&self.placed.1, 0, bytemuck::bytes_of(&placed));
-            self.placed.0 = placed;
+            let [left, top, right, bottom] = std::mem::replace(&mut self.placed.0, placed).viewport;
             damage.add(viewport);
+            // What it had covered shows something else now.
+            let before = Rect::from_min_max(egui::pos2(left, top), egui::pos2(right, bottom)).intersect(whole);
+            damage.add(before);
         }
         if kept {
             let mut changed = |rect: Rect| {

@@ -73,6 +73,8 @@ fn every_parameter_survives_its_command() {
     }
 }
 
+type Change = Box<dyn Fn(&mut Setup)>;
+
 /// Every other key, one by one and all at once.
 #[test]
 fn every_key_survives_its_command() {
@@ -85,11 +87,11 @@ fn every_key_survives_its_command() {
         let mut path = OwnPath { between: Between::Linear, ..OwnPath::default() };
         path.set(Key::of(&start, 0.25, [true, true]));
         path.set(Key::of(&Setup { camera: moved(start.camera), ..start.clone() }, 2.125, [true, false]));
-        let change: Vec<(&str, Box<dyn Fn(&mut Setup)>)> = vec![
+        let change: Vec<(&str, Change)> = vec![
             ("size", Box::new(|s| s.size = [321, 7])),
             ("technique", Box::new(|s| s.select("pcf").unwrap())),
             ("view", Box::new(|s| s.view = "error".into())),
-            ("against", Box::new(|s| (s.against = sides.clone(), s.complete()).1)),
+            ("against", Box::new(move |s| (s.against = sides.clone(), s.complete()).1)),
             ("arrange", Box::new(|s| s.arrange = Arrange::SideBySide)),
             ("split", Box::new(|s| s.split = 1.0 / 3.0)),
             ("legend", Box::new(|s| s.legend = true)),
