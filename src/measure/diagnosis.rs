@@ -692,25 +692,29 @@ impl Patient<'_> {
         let window: Vec<usize> = self.around(AROUND).collect();
         let error = |j: usize| p.visibility[j] - if self.soft_truth() { p.mean[j] } else { p.hard[j] };
         // How much of what visibility and truth are its neighbours do not share: their difference from the mean of the four beside.
-        let (mut rough, mut power, mut pixels) = ([0.0f32; 2], 0.0, 0);
+        let truth = if self.soft_truth() { &p.mean } else { &p.hard };
+        let (mut rough, mut power, mut pixels, mut grained) = ([0.0f32; 2], 0.0, 0, 0);
         for j in window.iter().copied() {
             let beside = [j.wrapping_sub(1), j + 1, j.wrapping_sub(width), j + width];
             if beside.iter().all(|k| window.contains(k)) {
-                for (sum, of) in
-                    rough.iter_mut().zip([&p.visibility, if self.soft_truth() { &p.mean } else { &p.hard }])
-                {
-                    *sum += (of[j] - beside.iter().map(|k| of[*k]).sum::<f32>() / 4.0).powi(2) / 1.25;
-                }
+                let apart = |of: &[f32]| of[j] - beside.iter().map(|k| of[*k]).sum::<f32>() / 4.0;
+                let [own, true_] = [apart(&p.visibility), apart(truth)];
+                rough[0] += own.powi(2) / 1.25;
+                rough[1] += true_.powi(2) / 1.25;
+                grained += (own.abs() > 0.05) as usize;
                 power += error(j).powi(2);
                 pixels += 1;
             }
         }
+        // An edge is rough too, but along one line of pixels.
+        let all_over = 10 * grained > 4 * pixels;
         let mut levels: Vec<u32> =
             window.iter().map(|j| p.visibility[*j]).filter(|v| partly(*v)).map(|v| (v * 256.0) as u32).collect();
         levels.sort_unstable();
         levels.dedup();
         let [rms, own, true_rms] = [power, rough[0], rough[1]].map(|sum| (sum / pixels.max(1) as f32).sqrt());
-        if pixels >= 6 && levels.len() >= 4 && own > 0.05 && own > 2.0 * true_rms && own > 0.5 * rms {
+        let many = levels.len() >= 4 || levels.len() >= 2 && all_over;
+        if pixels >= 6 && many && own > 0.05 && own > 2.0 * true_rms && own > 0.5 * rms {
             self.say(format!(
                 "From a pixel to the next visibility changes by {} on average beyond what the pixels around share, the truth by {}.",
                 n(own),
@@ -745,7 +749,22 @@ impl Patient<'_> {
         if let Some((own, truth)) = width {
             self.say(format!("Across the nearest edge visibility takes {} pixels, the truth {}.", n(own), n(truth)));
         }
-        let ratio = width.map(|(own, truth)| own / truth.max(1.0));
+        // Where one of the two has no end within reach, how far each runs over the pixels around.
+        let ratio = width.map(|(own, truth)| own / truth.max(1.0)).or_else(|| {
+            let over = |of: &[f32]| {
+                let all = window.iter().map(|j| of[*j]);
+                all.clone().fold(0.0f32, f32::max) - all.fold(1.0f32, f32::min)
+            };
+            let [own, truth] = [over(&p.visibility), over(&p.mean)];
+            (own.max(truth) > 0.1).then(|| {
+                self.say(format!(
+                    "Over the pixels around visibility runs over {}, the truth over {}.",
+                    n(own),
+                    n(truth)
+                ));
+                truth / own.max(0.01)
+            })
+        });
         match ratio {
             Some(ratio) if ratio < 0.77 => Some("blur-narrow"),
             _ if banded => {

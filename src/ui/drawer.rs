@@ -23,6 +23,9 @@ const MOST_CHIPS: f32 = 150.0;
 /// Below this width controls stand under the chart, points.
 const NARROW: f32 = 520.0;
 
+/// In a strip narrower than this its buttons stand closer, points.
+const SNUG: f32 = 360.0;
+
 /// The tabs with their titles, keys, and what they are for.
 pub const TABS: [(Tab, &str, &str); 4] = [
     (Tab::Chart, "Chart", "Error against cost: sweep techniques over their parameters and compare them (F2)."),
@@ -36,6 +39,9 @@ pub fn show(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
     let strip = Frame::new().fill(ui.visuals().panel_fill).inner_margin(Margin::symmetric(10, 0));
     Panel::bottom("tabs").exact_size(STRIP).frame(strip).show(ui, |ui| {
         ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
+            if ui.available_width() < SNUG {
+                (ui.spacing_mut().item_spacing.x, ui.spacing_mut().button_padding.x) = (3.0, 5.0);
+            }
             for (tab, title, tip) in TABS {
                 let open = m.drawer == Some(tab);
                 let button = Button::selectable(open, title).frame_when_inactive(true);

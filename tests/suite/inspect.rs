@@ -187,6 +187,54 @@ fn a_bias_beyond_the_gap_is_named_and_mended() {
     assert!(before.wrong && !after.wrong && after.share < 0.1 * before.share, "{before:?} {after:?}");
 }
 
+/// The artefacts named of a set-up's wrong or far-off pixels, every so many of them, with how many each.
+fn named(r: &mut Renderer, s: &Setup, every: usize) -> std::collections::BTreeMap<&'static str, usize> {
+    let s = story::judged(s);
+    let seen = Seen::draw(r, &s).unwrap();
+    let p = &seen.pixels;
+    let off = |i: usize| (p.visibility[i] - p.mean[i]).abs() > 0.1;
+    let bad = (0..p.mask.len()).filter(|i| p.mask[*i] == 2 && (seen.wrong(*i) || off(*i)));
+    let chosen: Vec<[u32; 2]> = bad.step_by(every).map(|i| seen.pixel(i)).collect();
+    let mut found = std::collections::BTreeMap::new();
+    for told in story::tell(r, &s, &seen, &chosen, [1, 1], false).unwrap() {
+        if let Some(d) = told.diagnosis {
+            *found.entry(d.artefact).or_insert(0) += 1;
+        }
+    }
+    found
+}
+
+/// What no case provokes is provoked by parameters: depths of 16 bits on a plane across the light, four rays a pixel to a lamp with a
+/// size, and moments of two layers.
+#[test]
+fn what_parameters_provoke_is_named() {
+    let most = |found: &std::collections::BTreeMap<&'static str, usize>, id: &str| {
+        let all: usize = found.values().sum();
+        let fits = found.get(id).copied().unwrap_or(0);
+        assert!(all >= 10 && 5 * fits >= 4 * all, "{id}: {found:?}");
+    };
+    let (mut r, mut s) = plate_above_floor();
+    select(&mut s, "shadow-map", &["fit=scene", "bias_kind=none", "format=16"]);
+    most(&named(&mut r, &s, 7), "precision");
+
+    s.light = plate(Vec3::new(0.5, 5.0, 0.3), Vec3::new(0.5, 0.0, 0.3), 1.0);
+    select(&mut s, "rt-soft", &["samples=4"]);
+    most(&named(&mut r, &s, 7), "noise");
+    select(&mut s, "pcf", &["bias=0.01"]);
+    most(&named(&mut r, &s, 3), "blur-narrow");
+
+    // The edge of an awning 6 m up falls on a table, whose whole shadow should be dark below.
+    let mut triangles = floor(Vec2::splat(-8.0), Vec2::splat(8.0), 0.0);
+    triangles.extend(floor(Vec2::splat(-2.0), Vec2::splat(2.0), 0.5));
+    triangles.extend(floor(Vec2::new(-7.0, -7.0), Vec2::new(0.3, 7.0), 6.0));
+    let view = camera(Vec3::new(3.0, 0.4, 6.0), Vec3::new(0.2, 0.0, 0.0));
+    let scene = scene(vec![mesh(&triangles, 0)], vec![material(Vec3::ONE)], view, sun(Vec3::Y));
+    let (mut r, mut s) = start(scene, [160, 120]);
+    select(&mut s, "vsm", &["fit=scene", "resolution=128", "bleed_reduction=0", "blur_radius=4"]);
+    let found = named(&mut r, &s, 3);
+    assert!(found.get("bleeding").is_some_and(|n| *n >= 5), "{found:?}");
+}
+
 /// What a technique lacks is left out.
 #[test]
 fn rays_have_no_texels() {
