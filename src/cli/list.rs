@@ -2,6 +2,7 @@
 
 use super::{Listed, print};
 use crate::gpu;
+use crate::lessons;
 use crate::scene::builtin;
 use crate::scene::builtin::cases::CASES;
 use crate::{techniques, view};
@@ -77,6 +78,14 @@ pub fn list(what: Listed, json: bool) -> Result<()> {
                 Some(id) => (v.id.to_string(), format!("{} ({id})", v.doc)),
                 None => (v.id.to_string(), v.doc.to_string()),
             });
+            (value.collect(), pairs(text.collect()))
+        }
+        Listed::Lessons => {
+            let value = lessons::all().iter().map(|l| {
+                let steps: Vec<&str> = l.steps.iter().map(|s| s.title.as_str()).collect();
+                serde_json::json!({"id": l.id, "title": l.title, "see": l.see, "steps": steps})
+            });
+            let text = lessons::all().iter().map(|l| (l.id.clone(), format!("{}: {} steps", l.title, l.steps.len())));
             (value.collect(), pairs(text.collect()))
         }
         Listed::Adapters => {

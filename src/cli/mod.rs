@@ -4,6 +4,7 @@ mod advise;
 mod chart;
 mod flatland;
 mod lamps;
+mod lessons;
 mod list;
 mod measure;
 mod stability;
@@ -36,6 +37,9 @@ struct Cli {
     /// What to open: a built-in scene, a scene's file, a set-up (.toml), a captured picture (.png) or a world of flatland (.toml).
     #[arg(value_parser = name())]
     setup: Option<String>,
+    /// Take the lessons of this folder instead of those that come with the program; also SHADOWSCOPE_LESSONS.
+    #[arg(long, global = true, value_name = "DIR")]
+    lessons: Option<PathBuf>,
     /// Use the first graphics adapter whose name contains this.
     #[arg(long, global = true)]
     adapter: Option<String>,
@@ -132,6 +136,16 @@ enum Command {
         #[arg(long)]
         json: bool,
     },
+    /// Print a lesson as Markdown, its answers measured now.
+    Lesson {
+        /// Which; `list lessons` names them.
+        id: String,
+        /// Print the set-up of this step instead, from 1.
+        #[arg(long, value_name = "STEP")]
+        setup: Option<usize>,
+    },
+    /// Print the glossary as Markdown.
+    Glossary,
     /// Name what there is.
     List {
         what: Listed,
@@ -298,6 +312,7 @@ enum Listed {
     Cases,
     Techniques,
     Views,
+    Lessons,
     Adapters,
 }
 
@@ -310,6 +325,10 @@ pub fn run() -> Result<ExitCode> {
     let adapter = cli.adapter.as_deref();
     if let (Some(setup), Some(_)) = (&cli.setup, &cli.command) {
         bail!("{setup} stands before the command; write it after");
+    }
+    let folder = std::env::var_os("SHADOWSCOPE_LESSONS").filter(|f| !f.is_empty()).map(PathBuf::from);
+    if let Some(folder) = cli.lessons.or(folder) {
+        crate::lessons::take_folder(&folder)?;
     }
     let done = match cli.command {
         None => open(cli.setup.as_deref(), adapter),
@@ -348,6 +367,8 @@ pub fn run() -> Result<ExitCode> {
         Some(Command::Stability { wanted }) => stability::run(wanted, adapter),
         Some(Command::Reproduce { ids, output }) => reproduce(&ids, output.as_deref(), adapter),
         Some(Command::Flatland { scene, json }) => flatland::run(scene.as_deref(), json),
+        Some(Command::Lesson { id, setup }) => lessons::lesson(&id, setup, adapter),
+        Some(Command::Glossary) => print(&crate::glossary::page()),
         Some(Command::List { what, json }) => list::list(what, json),
         Some(Command::Tour { output }) => tour::write(&output, adapter),
     };

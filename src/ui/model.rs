@@ -4,10 +4,13 @@ use super::advice::Advising;
 use super::chart::Chart;
 use super::flatland::Lab;
 use super::history::History;
+use super::lesson::Running;
 use super::maps::Maps;
 use super::picker::Picker;
 use super::pictures::{Picture, Pictures, Subject};
+use super::start::Start;
 use super::timeline::Timeline;
+use super::words::Words;
 use crate::capture;
 use crate::flatland::Flatland;
 use crate::frame::{Told, ToldLight, technique_ms};
@@ -48,6 +51,14 @@ pub enum Action {
     /// Look among techniques for the cheapest configuration that meets a budget.
     Advise(Budget, Vec<String>),
     CancelMeasuring,
+    /// Load the scene of the lesson's step and show its set-up.
+    Step,
+    /// Measure the answer to the step's question.
+    Answer,
+    /// Open a set-up of the gallery by its id.
+    Exhibit(&'static str),
+    /// Find out which files were opened last.
+    LookUpRecent,
     /// Write what a tab of the drawer shows: as a chart or as figures, by the file's ending.
     Export(Tab, PathBuf),
     /// Render a small picture.
@@ -252,6 +263,13 @@ pub struct Model {
     pub pictures: Pictures,
     pub timeline: Timeline,
     pub lab: Lab,
+    pub start: Start,
+    /// The lesson that is being taken.
+    pub lesson: Option<Running>,
+    /// Passes in which its control is still scrolled to.
+    pub sought: u8,
+    /// The glossary, while it is open.
+    pub words: Option<Words>,
     pub advice: Advising,
     pub facts: Facts,
     /// The number of what was ordered last from the scene's thread, and since when it is awaited.
@@ -328,6 +346,10 @@ impl Model {
             pictures: Pictures::default(),
             timeline,
             lab: Lab::default(),
+            start: Start::default(),
+            lesson: None,
+            sought: 0,
+            words: None,
             advice: Advising::default(),
             facts: Facts::default(),
             order: 0,
@@ -666,6 +688,15 @@ impl Model {
     /// Opens the flatland lab, or goes back to the scene, which rests meanwhile.
     pub fn toggle_lab(&mut self) {
         self.lab.shown = !self.lab.shown;
+        self.playing = false;
+        self.timeline.playing = false;
+    }
+
+    /// Shows the start screen, or leaves it; the scene rests meanwhile.
+    pub fn toggle_start(&mut self) {
+        self.start.shown = !self.start.shown;
+        self.start.recent = None;
+        self.lab.shown = false;
         self.playing = false;
         self.timeline.playing = false;
     }
