@@ -232,20 +232,17 @@ fn ask(ui: &mut Ui, m: &mut Model, question: &'static Question, out: &mut Vec<Ac
         ui.horizontal_top(|ui| {
             let chosen = running.chosen == Some(i);
             let mark = match right {
-                Some(right) if right == Some(i) => "✔",
-                Some(_) if chosen => "✖",
+                Some(right) if right == Some(i) => "right: ",
+                Some(_) if chosen => "not so: ",
                 _ => "",
             };
             let radio = ui.add_enabled(right.is_none(), egui::RadioButton::new(chosen, ""));
             radio.widget_info(|| egui::WidgetInfo::selected(egui::Role::RadioButton, right.is_none(), chosen, &choice.text));
-            let text = RichText::new(&choice.text);
+            let text = RichText::new(format!("{mark}{}", choice.text));
             let text = if right == Some(Some(i)) { text.strong() } else { text };
             let label = ui.add(egui::Label::new(text).wrap().sense(egui::Sense::click()));
             if (radio.clicked() || label.clicked()) && right.is_none() {
                 running.chosen = Some(i);
-            }
-            if !mark.is_empty() {
-                ui.label(RichText::new(mark).strong());
             }
         });
     }

@@ -289,7 +289,7 @@ fn technique(ui: &mut Ui, m: &mut Model, room: f32) {
     // A high window shows all of the list.
     let most = (room - OTHERS).max(0.26 * room).max(140.0);
     let list = ScrollArea::vertical().id_salt("techniques").max_height(most).auto_shrink([false, true]);
-    list.show(ui, |ui| {
+    let shown = list.show(ui, |ui| {
         ui.spacing_mut().item_spacing.y = 2.0;
         let (mut family, mut picked) = ("", None);
         for info in &found {
@@ -322,6 +322,11 @@ fn technique(ui: &mut Ui, m: &mut Model, room: f32) {
             ui.label(RichText::new("No technique is called that.").weak());
         }
     });
+    // The list scrolls to the row that is sought, the panel to the list.
+    let sought = seeks(ui.ctx(), |what| what.starts_with("technique:"));
+    if sought && !ui.clip_rect().contains_rect(shown.inner_rect) {
+        ui.scroll_to_rect_animation(shown.inner_rect, Some(Align::Center), ScrollAnimation::none());
+    }
     // Always a line high, so that what stands below keeps its place: what is wrong, or who thought of it.
     let of = if m.setup.sides() > 1 { format!("{}: ", letter(0)) } else { String::new() };
     let told = m.facts.notes.iter().map(|note| format!("{of}{note}"));

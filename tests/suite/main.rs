@@ -27,6 +27,7 @@ mod hulls;
 mod idle;
 mod imperfect_sm;
 mod laws;
+mod lessons;
 mod light_size;
 mod lights;
 mod lists;
