@@ -130,7 +130,9 @@ pub fn seeks(ctx: &egui::Context, is: impl FnOnce(&str) -> bool) -> bool {
 pub fn mark(ui: &Ui, rect: Rect, is: impl FnOnce(&str) -> bool) {
     let Some(marked) = marked(ui.ctx()).filter(|m| is(&m.what)) else { return };
     let stroke = Stroke::new(2.0, ui.visuals().warn_fg_color);
-    ui.painter().rect_stroke(rect.expand2(vec2(2.0, 1.0)), 4.0, stroke, egui::StrokeKind::Inside);
+    // It reaches a little into the panel's margin.
+    let painter = ui.painter().with_clip_rect(ui.clip_rect().expand2(vec2(6.0, 0.0)));
+    painter.rect_stroke(rect.expand2(vec2(5.0, 1.0)), 4.0, stroke, egui::StrokeKind::Inside);
     if marked.sought && !ui.clip_rect().contains_rect(rect.shrink(1.0)) {
         ui.scroll_to_rect_animation(rect, Some(Align::Center), egui::style::ScrollAnimation::none());
     }

@@ -26,6 +26,8 @@ pub struct Running {
     pub came: Option<Setup>,
     guess: f64,
     chosen: Option<usize>,
+    /// The answer is being measured.
+    pub asked: bool,
     pub answer: Option<Answer>,
 }
 
@@ -40,7 +42,7 @@ impl Model {
     pub fn begin(&mut self, lesson: &'static Lesson, step: usize) -> Option<Action> {
         self.start.shown = false;
         self.lab.shown = false;
-        let running = Running { lesson, step, came: None, guess: 0.0, chosen: None, answer: None };
+        let running = Running { lesson, step, came: None, guess: 0.0, chosen: None, asked: false, answer: None };
         let plan = &running.step().scene;
         self.drawer = running.step().drawer.as_deref().and_then(tab);
         self.lesson = Some(running);
@@ -146,7 +148,7 @@ fn card(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             leave = ui.button("Leave").on_hover_text("Close the lesson; the picture stays as it is. F8: all lessons.").clicked();
             ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
-                ui.add(egui::Label::new(RichText::new(&lesson.title).heading()).truncate());
+                ui.add(egui::Label::new(RichText::new(&lesson.title).size(18.0).strong()).truncate());
             });
         });
     });
@@ -174,6 +176,9 @@ fn card(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
             ScrollArea::vertical().id_salt(("step", at)).auto_shrink([false, false]).show(ui, |ui| body(ui, m, step, out));
         });
     });
+    if (go.is_some() || leave) && m.measuring.as_ref().is_some_and(|job| job.title == ANSWER) {
+        out.push(Action::CancelMeasuring);
+    }
     if let Some(step) = go {
         out.extend(m.begin(lesson, step));
     }
@@ -253,12 +258,13 @@ fn ask(ui: &mut Ui, m: &mut Model, question: &'static Question, out: &mut Vec<Ac
             ui.label("I guess");
             let suffix = if unit.is_empty() { String::new() } else { format!(" {unit}") };
             let drag = DragValue::new(&mut running.guess).range(0.0..=1e9).speed(0.1).max_decimals(3).suffix(suffix);
-            let field = ui.add_enabled(!done, drag);
+            let field = ui.add_enabled_ui(!done, |ui| ui.add_sized([84.0, 21.0], drag)).inner;
             field.widget_info(|| egui::WidgetInfo::labeled(egui::Role::SpinButton, !done, "your guess"));
         }
         let ready = !measuring && running.came.is_some();
         let text = if done { "Measure again" } else { "Measure" };
         if ui.add_enabled(ready, Button::new(text)).tip("Measure the answer now, beside the window.").clicked() {
+            running.asked = true;
             out.push(Action::Answer);
         }
     });
@@ -296,7 +302,8 @@ fn answered(ui: &mut Ui, question: &Question, answer: &Answer, guess: f64) {
         }
     });
     if let Some((_, record)) = answer.measured.records.first() {
-        let told = format!("{} at {} × {} pixels, by {}.", column.doc, record.width, record.height, record.adapter);
+        let [w, h] = [record.width, record.height];
+        let told = format!("{}. Measured at {w} × {h} pixels by {}.", column.doc, record.adapter);
         ui.label(RichText::new(told).small().weak());
     }
 }

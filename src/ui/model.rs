@@ -679,6 +679,7 @@ impl Model {
 
     /// Opens the flatland lab on a world.
     pub fn show_world(&mut self, path: &Path, world: Flatland) {
+        self.start.shown = false;
         self.lab.open(path, world);
         if !self.lab.shown {
             self.toggle_lab();

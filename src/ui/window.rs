@@ -271,6 +271,7 @@ impl Open {
                     continue;
                 }
                 Done::World(job, path, world) if job == self.loading => {
+                    let shown = self.model.is_some() && world.is_ok();
                     match (&mut self.model, world) {
                         (Some(m), Ok(world)) => {
                             m.loading = None;
@@ -286,6 +287,9 @@ impl Open {
                             self.world = Some((path, world?));
                             self.load(FIRST.into());
                         }
+                    }
+                    if shown {
+                        self.remember();
                     }
                     continue;
                 }
@@ -409,6 +413,7 @@ impl Open {
                     let unsaved = m.unsaved.clone();
                     m.adopt(rows);
                     m.unsaved = unsaved;
+                    m.start.shown = false;
                     m.drawer = Some(Tab::Chart);
                 }
                 Done::Pictured(subject, drawn) => {
@@ -421,8 +426,9 @@ impl Open {
                 Done::Answered(job, result) if job == self.measuring => {
                     m.measuring = None;
                     match (result, &mut m.lesson) {
-                        (Ok(answer), Some(lesson)) => lesson.answer = Some(*answer),
-                        (Ok(_), None) => {}
+                        // Another step has not asked.
+                        (Ok(answer), Some(lesson)) if lesson.asked => lesson.answer = Some(*answer),
+                        (Ok(_), _) => {}
                         (Err(e), _) => m.fail(&e.context("the answer could not be measured")),
                     }
                 }

@@ -32,7 +32,8 @@ pub fn prose(ui: &mut Ui, text: &str) -> Option<&'static str> {
             for piece in glossary::pieces(&paragraph) {
                 match piece {
                     Piece::Text(text) => _ = ui.label(text),
-                    Piece::Code(code) => _ = ui.label(RichText::new(code).strong()),
+                    // As the panel calls it.
+                    Piece::Code(code) => _ = ui.label(RichText::new(code.replace('_', " ")).strong()),
                     Piece::Term(word, term) => {
                         let text = RichText::new(word).underline().color(ui.visuals().hyperlink_color);
                         let label = ui.add(Label::new(text).sense(Sense::click()));

@@ -6,7 +6,6 @@ use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 use shadowscope::lessons::claim::Whose;
 use shadowscope::lessons::{self, Lesson, Measured};
-use shadowscope::measure::Record;
 use shadowscope::scene::geometry::Geometry;
 use shadowscope::setup::Setup;
 use shadowscope::ui::{self, Action, Recent, recent};
@@ -56,9 +55,19 @@ fn holds(lesson: &Lesson) {
             }
         }
         if let Some(trial) = step.trial.as_ref().filter(|t| t.scene.is_some()) {
-            let [here, tried] = [Whose::Here, Whose::Tried].map(|w| found.of(w).unwrap());
-            let without = |r: &Record| Record { setup: String::new(), params: String::new(), ..r.clone() };
-            assert_ne!(without(here), without(tried), "{name}: {} changes nothing that is measured", trial.text);
+            let choices = step.question.iter().flat_map(|q| &q.choices).flat_map(|c| &c.holds);
+            let told = step.expect.iter().chain(choices).flat_map(|c| c.quantities()).any(|q| q.whose == Whose::Tried);
+            assert!(told, "{name}: nothing is claimed of what there is to try");
+            // What the control is of is all that changes.
+            let [here, tried] = [Whose::Here, Whose::Tried].map(|w| found.of(w).unwrap().setup().unwrap());
+            if let Some(parameter) = trial.control.strip_prefix("parameter:") {
+                let kept = |mut s: Setup| {
+                    s.params.values_mut().for_each(|values| _ = values.remove(parameter));
+                    s
+                };
+                assert_ne!(here.values().get(parameter), tried.values().get(parameter), "{name}");
+                assert_eq!(kept(here), kept(tried), "{name}: {} changes more than {parameter}", trial.text);
+            }
         }
     }
     let page = lessons::page(lesson, &measured);
@@ -332,6 +341,18 @@ fn the_start_screen_is_left_by_escape_and_brought_back() {
     harness.key_press(egui::Key::Enter);
     harness.run_steps(3);
     assert_eq!(harness.state().model.lesson.as_ref().map(|r| r.lesson.id.as_str()), Some(lessons::all()[1].id.as_str()));
+}
+
+/// In a narrow window the card is a strip under the picture, with all that leads on in view.
+#[test]
+fn a_narrow_window_has_the_card_below() {
+    let mut harness = harness("st-corner", 600.0);
+    harness.set_size(egui::vec2(736.0, 616.0));
+    harness.state_mut().model.begin(lessons::find("staircases").unwrap(), 0);
+    harness.run_steps(16);
+    let (picture, next) = (harness.state().picture, harness.get_by_label("Next").rect());
+    assert!(picture.height() > 150.0 && picture.width() > 150.0, "{picture:?}");
+    assert!(next.top() > picture.bottom() && next.bottom() < 608.0, "{next:?}");
 }
 
 #[test]
