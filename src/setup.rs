@@ -367,9 +367,7 @@ impl Setup {
         shape::check(&table)?;
         rename_views(&mut table);
         let suited = match (table.get("light"), table.get("technique")) {
-            (None, id) => {
-                suited_light(name, scene, &[id.and_then(|id| id.as_str()).unwrap_or(DEFAULT_TECHNIQUE)])
-            }
+            (None, id) => suited_light(name, scene, &[id.and_then(|id| id.as_str()).unwrap_or(DEFAULT_TECHNIQUE)]),
             _ => None,
         };
         table.insert("scene".into(), name.into());

@@ -130,8 +130,10 @@ impl Claim {
     pub fn parse(text: &str) -> Result<Claim> {
         let read = || {
             let greater = text.contains('>');
-            let (left, right) = text.split_once(['<', '>']).context("write it as COLUMN > NUMBER or COLUMN < NUMBER")?;
-            let claim = Claim { text: text.trim().into(), left: Side::parse(left)?, greater, right: Side::parse(right)? };
+            let (left, right) =
+                text.split_once(['<', '>']).context("write it as COLUMN > NUMBER or COLUMN < NUMBER")?;
+            let claim =
+                Claim { text: text.trim().into(), left: Side::parse(left)?, greater, right: Side::parse(right)? };
             ensure!(claim.quantities().next().is_some(), "it names no column");
             Ok(claim)
         };

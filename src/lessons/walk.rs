@@ -76,7 +76,8 @@ fn measured(
         let plan = step.plan(*whose, before).with_context(|| format!("there is no set-up of {}", whose.told()))?;
         let (renderer, setup) = open(held, gpu, &plan)?;
         let setup = if let Whose::Side(i) = whose { setup.side(*i) } else { setup };
-        let [hard, steady] = [Column::is_of_labels, |c: &Column| !c.id.contains("flicker")].map(|of| columns.iter().all(|c| of(c)));
+        let [hard, steady] =
+            [Column::is_of_labels, |c: &Column| !c.id.contains("flicker")].map(|of| columns.iter().all(|c| of(c)));
         let timed = columns.iter().any(|c| c.is_time() || c.is_multiple());
         let key = (setup.measured(), hard, steady);
         let found = known.iter().find(|(k, _)| *k == key && !timed).map(|(_, record)| record.clone());

@@ -2,9 +2,9 @@
 
 use super::analysis::{Aliasing, Counts};
 use super::causes::CAUSES;
+use super::columns::Column;
 use super::contour;
 use super::metrics::{self, Errors, Pixels};
-use super::columns::Column;
 use super::record::{LightRow, Record, params_text};
 use super::softness::{self, Penumbrae};
 use super::sweep::{self, More, Step};

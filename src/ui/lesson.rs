@@ -86,7 +86,8 @@ impl Model {
     pub fn own_of_step(&self) -> Option<Setup> {
         let running = self.lesson.as_ref()?;
         let came = running.came.as_ref()?;
-        let alike = |s: &Setup| (s.measured().params.get(&s.technique).cloned(), s.technique.clone(), s.camera, s.light);
+        let alike =
+            |s: &Setup| (s.measured().params.get(&s.technique).cloned(), s.technique.clone(), s.camera, s.light);
         if self.setup.scene != came.scene || alike(&self.setup) == alike(came) {
             return None;
         }
@@ -146,7 +147,10 @@ fn card(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
     let (mut go, mut leave) = (None, false);
     ui.horizontal(|ui| {
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-            leave = ui.button("Leave").on_hover_text("Close the lesson; the picture stays as it is. F8: all lessons.").clicked();
+            leave = ui
+                .button("Leave")
+                .on_hover_text("Close the lesson; the picture stays as it is. F8: all lessons.")
+                .clicked();
             ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
                 ui.add(egui::Label::new(RichText::new(&lesson.title).size(18.0).strong()).truncate());
             });
@@ -173,7 +177,10 @@ fn card(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
         });
         ui.separator();
         ui.with_layout(Layout::top_down(Align::Min), |ui| {
-            ScrollArea::vertical().id_salt(("step", at)).auto_shrink([false, false]).show(ui, |ui| body(ui, m, step, out));
+            ScrollArea::vertical()
+                .id_salt(("step", at))
+                .auto_shrink([false, false])
+                .show(ui, |ui| body(ui, m, step, out));
         });
     });
     if (go.is_some() || leave) && m.measuring.as_ref().is_some_and(|job| job.title == ANSWER) {
@@ -242,7 +249,9 @@ fn ask(ui: &mut Ui, m: &mut Model, question: &'static Question, out: &mut Vec<Ac
                 _ => "",
             };
             let radio = ui.add_enabled(right.is_none(), egui::RadioButton::new(chosen, ""));
-            radio.widget_info(|| egui::WidgetInfo::selected(egui::Role::RadioButton, right.is_none(), chosen, &choice.text));
+            radio.widget_info(|| {
+                egui::WidgetInfo::selected(egui::Role::RadioButton, right.is_none(), chosen, &choice.text)
+            });
             let text = RichText::new(format!("{mark}{}", choice.text));
             let text = if right == Some(Some(i)) { text.strong() } else { text };
             let label = ui.add(egui::Label::new(text).wrap().sense(egui::Sense::click()));

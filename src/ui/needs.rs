@@ -1,9 +1,9 @@
 //! What a technique uses of what it holds and renders, and numbers in words.
 
-use super::words;
 use super::controls::{Tip, shown_name, shown_value, suffix};
 use super::model::{Action, Model};
 use super::panel::grouped;
+use super::words;
 pub use crate::legend::percent;
 use crate::measure::{Record, params_text};
 use crate::params::Value;

@@ -57,7 +57,9 @@ pub fn show(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
         // What differs from technique to technique comes last, so that the lists above stay where they are.
         let searched = m.searching.then_some(true);
         let sought = seeks(ui.ctx(), |what| what.starts_with("technique:")).then_some(true);
-        section(ui, "Technique", header("Technique", true).open(searched.or(sought)), |ui| technique(ui, m, rest.height()));
+        section(ui, "Technique", header("Technique", true).open(searched.or(sought)), |ui| {
+            technique(ui, m, rest.height())
+        });
         let sought = seeks(ui.ctx(), |what| what.starts_with("chip:")).then_some(true);
         section(ui, "View", header("View", true).open(sought), |ui| views::show(ui, m));
         // Of a comparison these are of the side chosen above.

@@ -4,6 +4,7 @@ use super::controls::{set_panel_left, take_said};
 use super::history::REST;
 use super::model::{Action, Model, Tab, Traced};
 use super::viewport;
+use super::words::Words;
 use super::{compare, drawer, flatland, freeze, lesson, maps, panel, picker, start, words};
 use crate::legend::letter;
 use crate::view;
@@ -12,7 +13,6 @@ use egui::{
     Panel, Popup, Rect,
 };
 use egui::{Color32, KeyboardShortcut, Modal, RichText, Stroke, StrokeKind, TextStyle, Ui, UiBuilder, pos2, vec2};
-use super::words::Words;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 

@@ -71,7 +71,8 @@ fn head(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
             if ui.add(free).on_hover_text("Leave this screen (Esc). F8 brings it back.").clicked() {
                 m.start.shown = false;
             }
-            if ui.button("Open a file…").on_hover_text("A scene, a set-up, a captured picture or results.").clicked() {
+            if ui.button("Open a file…").on_hover_text("A scene, a set-up, a captured picture or results.").clicked()
+            {
                 out.push(Action::PickFile);
             }
             if ui.button("Glossary").on_hover_text("What the words mean.").clicked() {
@@ -171,7 +172,13 @@ fn cell(ui: &mut Ui, pictures: &mut Pictures, tile: &Tile, wide: f32, busy: bool
     let look = *ui.style().interact(&r);
     let lit = r.hovered() || r.has_focus();
     let fill = if lit { look.weak_bg_fill } else { ui.visuals().faint_bg_color };
-    ui.painter().rect(rect, 6.0, fill, if lit { look.bg_stroke } else { ui.visuals().window_stroke }, StrokeKind::Inside);
+    ui.painter().rect(
+        rect,
+        6.0,
+        fill,
+        if lit { look.bg_stroke } else { ui.visuals().window_stroke },
+        StrokeKind::Inside,
+    );
     let place = Rect::from_min_size(rect.min + Vec2::splat(PAD), picture);
     ui.painter().rect_filled(place, 4.0, ui.visuals().extreme_bg_color);
     match pictures.look(&tile.subject, busy, out) {
@@ -180,12 +187,18 @@ fn cell(ui: &mut Ui, pictures: &mut Pictures, tile: &Tile, wide: f32, busy: bool
         }
         Picture::Waiting => {}
         Picture::Failed(why) => {
-            let why = ui.painter().layout(why.clone(), FontId::proportional(11.5), ui.visuals().weak_text_color(), picture.x - 12.0);
+            let why = ui.painter().layout(
+                why.clone(),
+                FontId::proportional(11.5),
+                ui.visuals().weak_text_color(),
+                picture.x - 12.0,
+            );
             ui.painter().galley(place.min + vec2(6.0, 6.0), why, ui.visuals().weak_text_color());
         }
     }
     let at = place.left_bottom() + vec2(2.0, 5.0);
-    let title = ui.painter().layout_no_wrap(tile.title.into(), FontId::proportional(15.0), ui.visuals().strong_text_color());
+    let title =
+        ui.painter().layout_no_wrap(tile.title.into(), FontId::proportional(15.0), ui.visuals().strong_text_color());
     let below = at + vec2(0.0, title.size().y + 1.0);
     ui.painter().galley(at, title, ui.visuals().strong_text_color());
     let weak = ui.visuals().weak_text_color();

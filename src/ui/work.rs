@@ -8,8 +8,8 @@ use super::{picker, timeline};
 use crate::chart::{self, Axis};
 use crate::files;
 use crate::flatland::{self, Flatland};
-use crate::gallery;
 use crate::frame::{Ask, MapLayer, Renderer, Shot, Truth};
+use crate::gallery;
 use crate::gpu::Gpu;
 use crate::lessons::{self, Answer, Lesson};
 use crate::map::fit::lixel::Plane;
@@ -289,14 +289,21 @@ impl Desk {
         let work = move |mut renderer: Renderer, watch: &Watch| {
             let setups: Vec<(u64, Setup)> = (0..).zip(setups).collect();
             let mut failed = Vec::new();
-            measure::run(&mut renderer, &base, &setups, setups.len() as u64, More::default(), &mut |step| match step {
-                Step::Working(done, what) => watch.progress(done, &what),
-                Step::Row(row) => watch.tell(Done::Row(row)),
-                Step::Failed(why) => {
-                    failed.push(why.to_string());
-                    true
-                }
-            })?;
+            measure::run(
+                &mut renderer,
+                &base,
+                &setups,
+                setups.len() as u64,
+                More::default(),
+                &mut |step| match step {
+                    Step::Working(done, what) => watch.progress(done, &what),
+                    Step::Row(row) => watch.tell(Done::Row(row)),
+                    Step::Failed(why) => {
+                        failed.push(why.to_string());
+                        true
+                    }
+                },
+            )?;
             ensure!(failed.is_empty(), failed.join("; "));
             Ok(())
         };
@@ -503,9 +510,7 @@ fn small(
         }
     };
     let (setup, size) = match (row, subject) {
-        (None, Subject::Lesson(id)) => {
-            (lessons::find(id)?.steps[0].scene.in_scene(renderer.scene())?, pictures::TILE)
-        }
+        (None, Subject::Lesson(id)) => (lessons::find(id)?.steps[0].scene.in_scene(renderer.scene())?, pictures::TILE),
         (None, Subject::Exhibit(id)) => (exhibit(id)?.in_scene(renderer.scene())?, pictures::TILE),
         (Some(mut setup), _) => {
             let [width, height] = setup.size.map(u64::from);

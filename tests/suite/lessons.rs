@@ -72,7 +72,8 @@ fn holds(lesson: &Lesson) {
     }
     let page = lessons::page(lesson, &measured);
     let told = docs(&format!("lessons/{}.md", lesson.id));
-    alike(&page, &told).unwrap_or_else(|e| panic!("docs/lessons/{0}.md: {e}; shadowscope lesson {0} writes it", lesson.id));
+    alike(&page, &told)
+        .unwrap_or_else(|e| panic!("docs/lessons/{0}.md: {e}; shadowscope lesson {0} writes it", lesson.id));
 }
 
 /// Two tests, for two cores.
@@ -104,7 +105,9 @@ fn a_claim_that_does_not_hold_is_found_out() {
 #[test]
 fn lessons_that_cannot_be_used_are_refused_by_step_and_key() {
     let refused = |step: &str, why: &str| {
-        let text = format!("title = 'T'\nsee = 'S'\n[[steps]]\ntitle = 'A'\ntext = 'x'\n{step}\n[steps.setup]\nscene = 'cubes'\n");
+        let text = format!(
+            "title = 'T'\nsee = 'S'\n[[steps]]\ntitle = 'A'\ntext = 'x'\n{step}\n[steps.setup]\nscene = 'cubes'\n"
+        );
         let said = format!("{:#}", lessons::read("own", &text, Path::new("")).unwrap_err());
         assert!(said.contains(why), "{said}");
     };
@@ -116,7 +119,10 @@ fn lessons_that_cannot_be_used_are_refused_by_step_and_key() {
     refused("drawer = 'kitchen'", "drawer = kitchen is not allowed");
     refused("colour = 'red'", "unknown field `colour`");
     refused("try = { text = 't', control = 'knob' }", "control = \"knob\" is not allowed");
-    refused("question = { ask = 'q', measure = 'error_share', choices = [{ text = 'a', holds = [] }] }", "a choice of one");
+    refused(
+        "question = { ask = 'q', measure = 'error_share', choices = [{ text = 'a', holds = [] }] }",
+        "a choice of one",
+    );
     let none = lessons::read("own", "title = 'T'\nsee = 'S'\nsteps = []", Path::new(""));
     assert!(format!("{:#}", none.unwrap_err()).contains("it has 0 steps"));
 }
@@ -163,7 +169,8 @@ fn the_command_line_lists_lessons_and_prints_set_ups() {
 fn the_glossary_is_whole() {
     let terms = glossary::all();
     assert!(terms.len() >= 60, "{}", terms.len());
-    let mut names: Vec<String> = terms.iter().flat_map(|t| t.also.iter().chain([&t.term])).map(|n| n.to_lowercase()).collect();
+    let mut names: Vec<String> =
+        terms.iter().flat_map(|t| t.also.iter().chain([&t.term])).map(|n| n.to_lowercase()).collect();
     names.sort_unstable();
     let doubled = names.windows(2).find(|pair| pair[0] == pair[1]);
     assert_eq!(doubled, None);
@@ -179,7 +186,11 @@ fn the_glossary_is_whole() {
         glossary::pieces("Two Texels, then `texel`, then texels; pretexel"),
         [Text("Two "), Term("Texels", "texel"), Text(", then "), Code("texel"), Text(", then texels; pretexel")]
     );
-    assert_eq!(glossary::pieces("slope-scaled bias")[..], [Term("slope-scaled bias", "slope-scaled bias")], "the longest word counts");
+    assert_eq!(
+        glossary::pieces("slope-scaled bias")[..],
+        [Term("slope-scaled bias", "slope-scaled bias")],
+        "the longest word counts"
+    );
 }
 
 #[test]
@@ -340,7 +351,10 @@ fn the_start_screen_is_left_by_escape_and_brought_back() {
     harness.run_steps(3);
     harness.key_press(egui::Key::Enter);
     harness.run_steps(3);
-    assert_eq!(harness.state().model.lesson.as_ref().map(|r| r.lesson.id.as_str()), Some(lessons::all()[1].id.as_str()));
+    assert_eq!(
+        harness.state().model.lesson.as_ref().map(|r| r.lesson.id.as_str()),
+        Some(lessons::all()[1].id.as_str())
+    );
 }
 
 /// In a narrow window the card is a strip under the picture, with all that leads on in view.
@@ -376,7 +390,8 @@ fn recent_files_are_kept_in_a_folder() {
     let folder = tempfile::tempdir().unwrap();
     let config = folder.path().join("config/shadowscope");
     assert_eq!(recent::read(&config).unwrap(), [], "no list is an empty list");
-    let names: Vec<String> = (0..14).map(|i| folder.path().join(format!("{i}.toml")).to_string_lossy().into_owned()).collect();
+    let names: Vec<String> =
+        (0..14).map(|i| folder.path().join(format!("{i}.toml")).to_string_lossy().into_owned()).collect();
     std::fs::write(&names[13], "").unwrap();
     for name in &names {
         recent::add(&config, name).unwrap();
