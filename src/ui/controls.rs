@@ -130,9 +130,11 @@ pub fn seeks(ctx: &egui::Context, is: impl FnOnce(&str) -> bool) -> bool {
 pub fn mark(ui: &Ui, rect: Rect, is: impl FnOnce(&str) -> bool) {
     let Some(marked) = marked(ui.ctx()).filter(|m| is(&m.what)) else { return };
     let stroke = Stroke::new(2.0, ui.visuals().warn_fg_color);
+    let tint = stroke.color.gamma_multiply(0.14);
     // It reaches a little into the panel's margin.
-    let painter = ui.painter().with_clip_rect(ui.clip_rect().expand2(vec2(6.0, 0.0)));
-    painter.rect_stroke(rect.expand2(vec2(5.0, 1.0)), 4.0, stroke, egui::StrokeKind::Inside);
+    let mut painter = ui.painter().clone();
+    painter.set_clip_rect(ui.clip_rect().expand2(vec2(6.0, 0.0)));
+    painter.rect(rect.expand2(vec2(3.0, 1.0)), 4.0, tint, stroke, egui::StrokeKind::Inside);
     if marked.sought && !ui.clip_rect().contains_rect(rect.shrink(1.0)) {
         ui.scroll_to_rect_animation(rect, Some(Align::Center), egui::style::ScrollAnimation::none());
     }

@@ -28,7 +28,9 @@ pub fn prose(ui: &mut Ui, text: &str) -> Option<&'static str> {
         }
         let paragraph = paragraph.split_whitespace().collect::<Vec<_>>().join(" ");
         ui.horizontal_wrapped(|ui| {
+            // Lines of text, no rows of buttons.
             ui.spacing_mut().item_spacing = vec2(0.0, 2.0);
+            ui.spacing_mut().interact_size.y = 0.0;
             for piece in glossary::pieces(&paragraph) {
                 match piece {
                     Piece::Text(text) => _ = ui.label(text),
