@@ -6,6 +6,7 @@
 //! Underneath: [`gpu`] (device, passes bound by name), [`mod@params`] (declared once), [`light`],
 //! [`map`] (where shadow maps look × how they are looked up), [`flatland`] (the same in two dimensions),
 //! [`techniques`] (a file each), [`contact`] (shadows on top of any of them), [`truth`] (the exact shadow, band by band), [`view`] (ways to look, in colours of [`palette`], explained by a [`legend`]), [`capture`] (pictures with their set-up inside).
+//! [`lessons`], [`glossary`] and [`gallery`] are files that explain.
 //! [`files`] reads and writes, [`message`] quotes.
 
 pub mod capture;
@@ -15,8 +16,11 @@ pub mod contact;
 pub mod files;
 pub mod flatland;
 pub mod frame;
+pub mod gallery;
+pub mod glossary;
 pub mod gpu;
 pub mod legend;
+pub mod lessons;
 pub mod light;
 pub mod listed_rays;
 pub mod map;

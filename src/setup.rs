@@ -351,8 +351,9 @@ impl Setup {
             _ => {
                 let mut scene = load_scene(what)?;
                 let mut setup = Setup::new(what, &scene)?;
-                if let Some(place) = suited_light(what, &mut scene, techniques) {
+                if let Some((place, note)) = suited_light(what, &scene, techniques) {
                     setup.light = scene.lights[place].light;
+                    scene.notes.extend(note);
                 }
                 Ok((setup, scene))
             }
@@ -362,19 +363,32 @@ impl Setup {
     /// Reads a set-up, loads the scene it names, and checks one against the other. In a file
     /// `camera` and `light` may also be the name of one of the scene's, or be left out.
     pub fn from_toml(text: &str, path: &Path) -> Result<(Setup, Scene)> {
-        let mut table: toml::Table = toml::from_str(text).map_err(|e| one_line(&e.to_string()))?;
+        let table: toml::Table = toml::from_str(text).map_err(|e| one_line(&e.to_string()))?;
+        let name = Setup::scene_named(&table, path.parent().unwrap_or(Path::new("")))?;
+        let mut scene = load_scene(&name)?;
+        let (setup, note) = Setup::in_scene(table, &name, &scene)?;
+        scene.notes.extend(note);
+        Ok((setup, scene))
+    }
+
+    /// The scene that a table in a file of this folder names.
+    pub fn scene_named(table: &toml::Table, folder: &Path) -> Result<String> {
+        let mut table = table.clone();
         shape::rename(&mut table);
         shape::check(&table)?;
-        rename_views(&mut table);
         let Some(name) = table.get("scene").and_then(|v| v.as_str()) else {
             bail!("the key scene is missing; give a built-in scene's name or the path of a scene's file");
         };
-        let name = beside(name, path.parent().unwrap_or(Path::new("")));
-        let mut scene = load_scene(&name)?;
+        Ok(beside(name, folder))
+    }
+
+    /// As [`Setup::from_toml`] of a table whose scene, called `name`, is loaded; and what is to be said of the light.
+    pub fn in_scene(mut table: toml::Table, name: &str, scene: &Scene) -> Result<(Setup, Option<String>)> {
+        shape::rename(&mut table);
+        shape::check(&table)?;
+        rename_views(&mut table);
         let suited = match (table.get("light"), table.get("technique")) {
-            (None, id) => {
-                suited_light(&name, &mut scene, &[id.and_then(|id| id.as_str()).unwrap_or(DEFAULT_TECHNIQUE)])
-            }
+            (None, id) => suited_light(name, scene, &[id.and_then(|id| id.as_str()).unwrap_or(DEFAULT_TECHNIQUE)]),
             _ => None,
         };
         table.insert("scene".into(), name.into());
@@ -384,15 +398,15 @@ impl Setup {
         let clock = Clock { animation: animation as u32, time: time as f32 };
         for key in ["camera", "shadow_camera"] {
             let camera = match table.get(key) {
-                Some(toml::Value::String(name)) => scene_camera(&scene, name, clock)?,
-                None if key == "camera" => scene.cameras[0].at(&scene, clock),
+                Some(toml::Value::String(name)) => scene_camera(scene, name, clock)?,
+                None if key == "camera" => scene.cameras[0].at(scene, clock),
                 _ => continue,
             };
             table.insert(key.into(), toml::Value::try_from(camera)?);
         }
         let light = match table.get("light") {
-            Some(toml::Value::String(name)) => Some(scene_light(&scene, name, clock)?),
-            None => Some(scene.lights[suited.unwrap_or(0)].at(&scene, clock)),
+            Some(toml::Value::String(name)) => Some(scene_light(scene, name, clock)?),
+            None => Some(scene.lights[suited.as_ref().map_or(0, |s| s.0)].at(scene, clock)),
             Some(_) => None,
         };
         if let Some(light) = light {
@@ -400,7 +414,7 @@ impl Setup {
         }
         for lamp in table.get_mut("more_lights").and_then(toml::Value::as_array_mut).into_iter().flatten() {
             if let toml::Value::String(name) = lamp {
-                let light = scene_light(&scene, name, clock)?;
+                let light = scene_light(scene, name, clock)?;
                 *lamp = toml::Value::try_from(Lamp { on: true, light })?;
             }
         }
@@ -417,7 +431,7 @@ impl Setup {
             setup.scene,
             animations - 1
         );
-        Ok((setup, scene))
+        Ok((setup, suited.and_then(|s| s.1)))
     }
 
     /// The set-up as TOML text for a file: the path of its scene counts from that file's folder.
@@ -864,8 +878,8 @@ pub fn load_scene(name: &str) -> Result<Scene> {
 }
 
 /// The place of a glTF file's light to begin with where its first gives none, or where that is not served by all of these techniques: the
-/// next that does and is, or is at least by one. The scene's notes say so.
-fn suited_light(name: &str, scene: &mut Scene, techniques: &[&str]) -> Option<usize> {
+/// next that does and is, or is at least by one; with what is to be said of it.
+fn suited_light(name: &str, scene: &Scene, techniques: &[&str]) -> Option<(usize, Option<String>)> {
     if techniques.is_empty() || builtin::is_builtin(name) {
         return None;
     }
@@ -875,14 +889,13 @@ fn suited_light(name: &str, scene: &mut Scene, techniques: &[&str]) -> Option<us
     let by_one = |l: &NamedLight| shines(l) && infos.iter().any(|info| info.refuses(&l.light).is_none());
     let first = scene.lights.first()?;
     let found = scene.lights.iter().position(by_all).or_else(|| scene.lights.iter().position(by_one))?;
-    if found > 0 {
+    let note = (found > 0).then(|| {
         let refused = || infos.iter().find_map(|info| info.refuses(&first.light));
         let why = if shines(first) { refused().unwrap_or_default() } else { "it stays dark".into() };
         let name = &scene.lights[found].name;
-        let note = format!("Light comes from {name:?} instead of {:?} ({why}).", first.name);
-        scene.notes.push(note);
-    }
-    Some(found)
+        format!("Light comes from {name:?} instead of {:?} ({why}).", first.name)
+    });
+    Some((found, note))
 }
 
 /// A scene's name as a set-up in `folder` means it: a path counts from there if such a file exists.

@@ -143,7 +143,12 @@ impl Desktop {
         assert!(number.trim().parse::<u32>().is_ok(), "Xvfb did not start; ./setup.sh installs it");
 
         let mut window = Command::new(env!("CARGO_BIN_EXE_shadowscope"));
-        window.arg(what).current_dir(&folder).env("DISPLAY", &display).env("XDG_RUNTIME_DIR", folder.path());
+        if !what.is_empty() {
+            window.arg(what);
+        }
+        // What is opened here is none of the user's recent files.
+        window.env("XDG_CONFIG_HOME", folder.path().join("config"));
+        window.current_dir(&folder).env("DISPLAY", &display).env("XDG_RUNTIME_DIR", folder.path());
         window.env_remove("WAYLAND_DISPLAY").env("WINIT_X11_SCALE_FACTOR", "1");
         let window = start(window.stderr(Stdio::piped()));
         Desktop { window, display, folder, _xvfb: xvfb, _alone: alone }
@@ -219,6 +224,29 @@ fn the_window_opens_follows_a_click_and_closes() {
     desktop.key("ctrl+q");
     let status = wait_for_exit(&mut desktop.window);
     assert!(status.success(), "the window closed with {status}");
+}
+
+/// Without a file the start screen comes first; a click on a lesson's picture shows its first step, Escape would have shown the scene.
+#[test]
+fn without_a_file_the_start_screen_leads_to_a_lesson() {
+    let mut desktop = Desktop::open("", &[]);
+    let start = layout("bench", |m| m.start.shown = true);
+    let lesson = shadowscope::lessons::find("acne").unwrap();
+    let tile = placed(start.get_all_by_label(&lesson.title).next().unwrap().rect());
+    // Its picture is drawn beside the window.
+    let picture = egui::Rect::from_min_size(tile.min, egui::vec2(tile.width(), 0.55 * tile.width())).shrink(12.0);
+    wait_for("the tile's picture", || desktop.look(picture).filter(|p| colours(p) > 50));
+    desktop.click(tile.center());
+    let card = layout("cubes", |m| _ = m.begin(lesson, 0));
+    let middle = placed(card.state().1).shrink2(egui::vec2(100.0, 150.0));
+    let folder = desktop.folder.path().to_path_buf();
+    settled(&folder, middle, |p| colours(p) > 50, "the lesson's picture");
+    desktop.key("ctrl+s");
+    let saved = desktop.folder.path().join("setup.toml");
+    let text = wait_for("the saved set-up", || std::fs::read_to_string(&saved).ok().filter(|t| t.contains("[params")));
+    assert!(text.contains("scene = \"cubes\"") && text.contains("bias_kind = \"none\""), "{text}");
+    desktop.key("ctrl+q");
+    assert!(wait_for_exit(&mut desktop.window).success());
 }
 
 /// Twenty clicks 0.3 s apart, by turns on techniques and views, of a scene whose frames take longer than that on software:

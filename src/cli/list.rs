@@ -2,6 +2,7 @@
 
 use super::{Listed, parameters, print};
 use crate::gpu;
+use crate::lessons;
 use crate::scene::builtin;
 use crate::scene::builtin::cases::CASES;
 use crate::{techniques, view};
@@ -84,6 +85,14 @@ pub fn list(what: Listed, json: bool) -> Result<()> {
                 serde_json::json!({"technique": i.id, "name": s.name, "default": s.default(), "range": s.range(), "doc": s.doc.trim()})
             }));
             (value.collect(), parameters::page())
+        }
+        Listed::Lessons => {
+            let value = lessons::all().iter().map(|l| {
+                let steps: Vec<&str> = l.steps.iter().map(|s| s.title.as_str()).collect();
+                serde_json::json!({"id": l.id, "title": l.title, "see": l.see, "steps": steps})
+            });
+            let text = lessons::all().iter().map(|l| (l.id.clone(), format!("{}: {} steps", l.title, l.steps.len())));
+            (value.collect(), pairs(text.collect()))
         }
         Listed::Adapters => {
             let all: Vec<_> = gpu::adapters(&gpu::instance()).iter().map(|a| a.get_info()).collect();

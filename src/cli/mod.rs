@@ -6,6 +6,7 @@ mod chart;
 mod flatland;
 mod inspect;
 mod lamps;
+mod lessons;
 mod list;
 mod measure;
 mod parameters;
@@ -39,6 +40,9 @@ struct Cli {
     /// What to open: a built-in scene, a scene's file, a set-up (.toml), a captured picture (.png) or a world of flatland (.toml).
     #[arg(value_parser = name())]
     setup: Option<String>,
+    /// Take the lessons of this folder instead of those that come with the program; also SHADOWSCOPE_LESSONS.
+    #[arg(long, global = true, value_name = "DIR")]
+    lessons: Option<PathBuf>,
     /// Use the first graphics adapter whose name contains this.
     #[arg(long, global = true)]
     adapter: Option<String>,
@@ -145,6 +149,16 @@ enum Command {
         #[arg(short, long, value_name = "DIR")]
         output: PathBuf,
     },
+    /// Print a lesson as Markdown, its answers measured now.
+    Lesson {
+        /// Which; `list lessons` names them.
+        id: String,
+        /// Print the set-up of this step instead, from 1.
+        #[arg(long, value_name = "STEP")]
+        setup: Option<usize>,
+    },
+    /// Print the glossary as Markdown.
+    Glossary,
     /// Name what there is.
     List {
         what: Listed,
@@ -394,6 +408,7 @@ enum Listed {
     Views,
     /// Of every technique, as Markdown.
     Parameters,
+    Lessons,
     Adapters,
 }
 
@@ -435,6 +450,10 @@ fn run() -> Result<ExitCode> {
     if let (Some(setup), Some(_)) = (&cli.setup, &cli.command) {
         bail!("{setup} stands before the command; write it after");
     }
+    let folder = std::env::var_os("SHADOWSCOPE_LESSONS").filter(|f| !f.is_empty()).map(PathBuf::from);
+    if let Some(folder) = cli.lessons.or(folder) {
+        crate::lessons::take_folder(&folder)?;
+    }
     let done = match cli.command {
         None => open(cli.setup.as_deref(), adapter),
         Some(Command::Capture { picture, output }) => {
@@ -471,6 +490,8 @@ fn run() -> Result<ExitCode> {
             eprintln!("wrote the shaders; try them with `shadowscope --shaders {}`", output.display());
             Ok(())
         }
+        Some(Command::Lesson { id, setup }) => lessons::lesson(&id, setup, adapter),
+        Some(Command::Glossary) => print(&crate::glossary::page()),
         Some(Command::List { what, json }) => list::list(what, json),
         Some(Command::Tour { output }) => tour::write(&output, adapter),
     };

@@ -2,10 +2,12 @@
 
 use super::analysis::{Aliasing, Counts};
 use super::causes::CAUSES;
+use super::columns::Column;
 use super::contour;
 use super::metrics::{self, Errors, Pixels};
 use super::record::{LightRow, Record, params_text};
 use super::softness::{self, Penumbrae};
+use super::sweep::{self, More, Step};
 use crate::contact::{self, Found};
 use crate::frame::{Ask, PieceCount, Renderer, Told, Truth};
 use crate::gpu::Draws;
@@ -201,6 +203,34 @@ impl Gathered {
         self.frames.push(pixels);
         Ok(())
     }
+}
+
+/// Measures what these columns need and no more: against one sample per pixel where none is of the averaged truth, times and
+/// flicker where they are asked for.
+///
+/// # Errors
+/// As [`errors`].
+pub fn figures(renderer: &mut Renderer, setup: &Setup, columns: &[&Column]) -> Result<Record> {
+    let mut setup = setup.measured();
+    let auto = setup.truth_samples == Samples::Auto && !setup.light.has_size();
+    if auto && columns.iter().all(|c| c.is_of_labels()) {
+        setup.truth_samples = Samples::Fixed(1);
+    }
+    let flicker = columns.iter().any(|c| ["flicker", "label_flicker"].contains(&c.id));
+    if !columns.iter().any(|c| c.is_time() || c.is_multiple()) && !flicker {
+        return accuracy(renderer, &setup, 0);
+    }
+    let mut found = Err(anyhow!("it was cancelled"));
+    let more = More { flicker, ..More::default() };
+    sweep::run(renderer, &setup, &[(0, setup.clone())], 1, more, &mut |step| {
+        match step {
+            Step::Working(..) => {}
+            Step::Row(row) => found = Ok(*row),
+            Step::Failed(why) => found = Err(why),
+        }
+        true
+    })?;
+    found
 }
 
 /// Measures what does not depend on speed. `index` is the configuration's place in its sweep. Of several lights each is measured

@@ -38,6 +38,23 @@ impl Column {
         ["ratio", "cost"].contains(&self.id)
     }
 
+    /// Whether it is told by labels and maps alone, so that the truth of one sample per pixel is all that it needs.
+    pub fn is_of_labels(&self) -> bool {
+        let averaged = ["rmse", "mae", "beyond_tolerance", "rmse_penumbra", "truth_error", "flip", "jod"];
+        !averaged.contains(&self.id) && !["penumbra_", "power_"].iter().any(|start| self.id.starts_with(start))
+    }
+
+    /// Its unit, as the heading has it; empty without one.
+    pub fn unit(&self) -> &'static str {
+        match (self.id, self.name.split_once(", ")) {
+            ("gpu_ms" | "cpu_ms", _) => "ms",
+            ("gpu_bytes", _) => "MiB",
+            ("ratio" | "cost", _) => "×",
+            (_, Some((_, unit))) => unit,
+            _ => "",
+        }
+    }
+
     /// A row's number as a reader takes it in: counts whole, the rest with three digits that count.
     pub fn rounded(&self, record: &Record) -> String {
         match (self.get)(record) {
@@ -72,6 +89,7 @@ pub const COLUMNS: &[Column] = &[
     column("error_share", "error, %", "Wrong pixels of those that face the light and are reached by it", 4, |r| {
         Some(100.0 * r.error_share)
     }),
+    column("facing", "facing", "Pixels that face the light and are reached by it", 0, |r| Some(r.facing as f64)),
     column("lit_incorrect", "lit wrong", "Pixels called lit, but in shadow", 0, |r| Some(r.lit_incorrect as f64)),
     column("shadow_incorrect", "shadow wrong", "Pixels called shadow, but lit", 0, |r| Some(r.shadow_incorrect as f64)),
     column("acne_share", "acne, %", "Wrong pixels that their own surface darkens", 4, |r| Some(100.0 * r.acne_share)),
@@ -79,6 +97,16 @@ pub const COLUMNS: &[Column] = &[
         Some(100.0 * r.detachment_share)
     }),
     column("leak_share", "leaks, %", "Wrong pixels lit through a caster", 4, |r| Some(100.0 * r.leak_share)),
+    column(
+        "missing_caster_share",
+        "missing, %",
+        "Wrong pixels where nearly all of a caster's shadow is missing",
+        4,
+        |r| Some(100.0 * r.missing_caster_share),
+    ),
+    column("stairs_share", "stairs, %", "Wrong pixels within two pixels or texels of a true edge", 4, |r| {
+        Some(100.0 * r.stairs_share)
+    }),
     column("rmse", "RMSE", "Root mean square of visibility minus the averaged truth", 5, |r| Some(r.rmse)),
     column(
         "rmse_hard",
@@ -183,7 +211,12 @@ pub const COLUMNS: &[Column] = &[
     column("contact_lost", "lost", "Pixels that are wrong only with contact shadows", 0, |r| {
         r.contact_lost.map(|n| n as f64)
     }),
+    column("m_p50", "m median, px", "Extent of a texel in the picture", 2, |r| r.m_p50),
     column("m_p95", "m p95, px", "Extent of a texel in the picture", 2, |r| r.m_p95),
+    column("perspective_p50", "perspective m, px", "The part of m that comes from distances, median", 2, |r| {
+        r.perspective_p50
+    }),
+    column("projection_p50", "projection m", "The part of m that comes from slopes, median", 2, |r| r.projection_p50),
     column("texel_area_p95", "texel area p95, px²", "Area of a texel in the picture", 2, |r| r.texel_area_p95),
     column("stretch_p95", "stretch p95, px²", "Squares of a texel's longest and shortest extent", 2, |r| {
         r.stretch_p95

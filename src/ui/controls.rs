@@ -1,5 +1,6 @@
 //! Rows of the panel in fixed columns: name, slider, value with its unit, reset.
 
+use super::words;
 use crate::chart::digits;
 use crate::params::{Kind, Spec, Value};
 use egui::{
@@ -100,6 +101,51 @@ fn say(ui: &Ui, text: String) {
     ui.data_mut(|d| d.insert_temp(Id::unique("a row says"), text));
 }
 
+/// The control that a lesson has something to try with, by its name ([`crate::lessons::control`]), and whether it is scrolled to.
+#[derive(Clone)]
+struct Marked {
+    what: String,
+    sought: bool,
+}
+
+fn marked(ctx: &egui::Context) -> Option<Marked> {
+    ctx.data(|d| d.get_temp(Id::unique("marked control")))
+}
+
+/// Says which control is marked in this pass.
+pub fn set_mark(ctx: &egui::Context, what: Option<&str>, sought: bool) {
+    let id = Id::unique("marked control");
+    ctx.data_mut(|d| match what {
+        Some(what) => _ = d.insert_temp(id, Marked { what: what.into(), sought }),
+        None => d.remove::<Marked>(id),
+    });
+}
+
+/// Whether the marked control is scrolled to and is one of these: what it is folded away in is to open.
+pub fn seeks(ctx: &egui::Context, is: impl FnOnce(&str) -> bool) -> bool {
+    marked(ctx).is_some_and(|m| m.sought && is(&m.what))
+}
+
+/// Frames a control if it is the marked one.
+pub fn mark(ui: &Ui, rect: Rect, is: impl FnOnce(&str) -> bool) {
+    let Some(marked) = marked(ui.ctx()).filter(|m| is(&m.what)) else { return };
+    let stroke = Stroke::new(2.0, ui.visuals().warn_fg_color);
+    let tint = stroke.color.gamma_multiply(0.14);
+    // It reaches a little into the panel's margin.
+    let mut painter = ui.painter().clone();
+    painter.set_clip_rect(ui.clip_rect().expand2(vec2(6.0, 0.0)));
+    painter.rect(rect.expand2(vec2(3.0, 1.0)), 4.0, tint, stroke, egui::StrokeKind::Inside);
+    if marked.sought && !ui.clip_rect().contains_rect(rect.shrink(1.0)) {
+        ui.scroll_to_rect_animation(rect, Some(Align::Center), egui::style::ScrollAnimation::none());
+    }
+    ui.data_mut(|d| d.insert_temp(Id::unique("marked place"), rect));
+}
+
+/// Where the marked control stood when it was last drawn.
+pub fn marked_place(ctx: &egui::Context) -> Option<Rect> {
+    ctx.data(|d| d.get_temp(Id::unique("marked place")))
+}
+
 /// A row: the name on the left with its tooltip, controls on the right.
 pub fn row<R>(ui: &mut Ui, name: &str, tip: &str, add: impl FnOnce(&mut Ui, &Response) -> R) -> R {
     ui.horizontal(|ui| {
@@ -108,8 +154,13 @@ pub fn row<R>(ui: &mut Ui, name: &str, tip: &str, add: impl FnOnce(&mut Ui, &Res
             ui.set_min_width(NAME);
             ui.add(Label::new(name).truncate().sense(Sense::click()).show_tooltip_when_elided(false))
         });
-        let label = label.inner.tip(tip);
-        add(ui, &label)
+        let label = label.inner.tip_ui(|ui| {
+            ui.label(tip);
+            words::under(ui, name);
+        });
+        let added = add(ui, &label);
+        mark(ui, ui.min_rect(), |what| ["light", "camera"].iter().any(|at| what.split_once(':') == Some((at, name))));
+        added
     })
     .inner
 }
@@ -400,7 +451,9 @@ pub fn chips<'a>(ui: &mut Ui, items: impl Iterator<Item = (&'a str, bool, String
         ui.spacing_mut().item_spacing = vec2(4.0, 4.0);
         for (i, (name, chosen, tip)) in items.enumerate() {
             let chip = Button::selectable(chosen, name).frame_when_inactive(true);
-            if ui.add(chip).tip(tip).clicked() {
+            let chip = ui.add(chip);
+            mark(ui, chip.rect, |what| what.strip_prefix("chip:") == Some(name));
+            if chip.tip(tip).clicked() {
                 clicked = Some(i);
             }
         }

@@ -1,6 +1,6 @@
 //! The drawer under the picture: its tabs, and what they have in common.
 
-use super::controls::{Tip, chips};
+use super::controls::{Tip, chips, mark};
 use super::model::{Action, Job, Model, Tab};
 use super::{advice, inspect, sweep, timeline};
 use crate::techniques;
@@ -45,11 +45,18 @@ pub fn show(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
             for (tab, title, tip) in TABS {
                 let open = m.drawer == Some(tab);
                 let button = Button::selectable(open, title).frame_when_inactive(true);
-                if ui.add(button).on_hover_text(tip).clicked() {
+                let button = ui.add(button);
+                mark(ui, button.rect, |what| {
+                    what.strip_prefix("drawer:").is_some_and(|tab| tab.eq_ignore_ascii_case(title))
+                });
+                if button.on_hover_text(tip).clicked() {
                     m.drawer = if open { None } else { Some(tab) };
                 }
             }
             ui.separator();
+            if ui.button("Lessons").on_hover_text("The start screen: lessons, recent files, gallery (F8).").clicked() {
+                m.toggle_start();
+            }
             let tip =
                 "Shadow maps in a world of two dimensions: turn the light's film and see what each angle costs (F5).";
             if ui.button("Flatland").on_hover_text(tip).clicked() {

@@ -6,10 +6,13 @@ use super::chart::Chart;
 use super::flatland::Lab;
 use super::history::History;
 use super::inspect::Inspect;
+use super::lesson::Running;
 use super::maps::Maps;
 use super::picker::Picker;
 use super::pictures::{Picture, Pictures, Subject};
+use super::start::Start;
 use super::timeline::Timeline;
+use super::words::Words;
 use crate::capture;
 use crate::flatland::Flatland;
 use crate::frame::{Told, ToldLight, technique_ms};
@@ -56,6 +59,14 @@ pub enum Action {
     /// Change a parameter, and measure the errors before and after.
     Try(Remedy),
     CancelTrying,
+    /// Load the scene of the lesson's step and show its set-up.
+    Step,
+    /// Measure the answer to the step's question.
+    Answer,
+    /// Open a set-up of the gallery by its id.
+    Exhibit(&'static str),
+    /// Find out which files were opened last.
+    LookUpRecent,
     /// Write what a tab of the drawer shows: as a chart or as figures, by the file's ending.
     Export(Tab, PathBuf),
     /// Render a small picture.
@@ -271,6 +282,13 @@ pub struct Model {
     pub pictures: Pictures,
     pub timeline: Timeline,
     pub lab: Lab,
+    pub start: Start,
+    /// The lesson that is being taken.
+    pub lesson: Option<Running>,
+    /// Passes in which its control is still scrolled to.
+    pub sought: u8,
+    /// The glossary, while it is open.
+    pub words: Option<Words>,
     pub advice: Advising,
     pub inspect: Inspect,
     pub facts: Facts,
@@ -351,6 +369,10 @@ impl Model {
             pictures: Pictures::default(),
             timeline,
             lab: Lab::default(),
+            start: Start::default(),
+            lesson: None,
+            sought: 0,
+            words: None,
             advice: Advising::default(),
             inspect: Inspect::default(),
             facts: Facts::default(),
@@ -698,6 +720,7 @@ impl Model {
 
     /// Opens the flatland lab on a world.
     pub fn show_world(&mut self, path: &Path, world: Flatland) {
+        self.start.shown = false;
         self.lab.open(path, world);
         if !self.lab.shown {
             self.toggle_lab();
@@ -707,6 +730,15 @@ impl Model {
     /// Opens the flatland lab, or goes back to the scene, which rests meanwhile.
     pub fn toggle_lab(&mut self) {
         self.lab.shown = !self.lab.shown;
+        self.playing = false;
+        self.timeline.playing = false;
+    }
+
+    /// Shows the start screen, or leaves it; the scene rests meanwhile.
+    pub fn toggle_start(&mut self) {
+        self.start.shown = !self.start.shown;
+        self.start.recent = None;
+        self.lab.shown = false;
         self.playing = false;
         self.timeline.playing = false;
     }

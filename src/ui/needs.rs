@@ -3,6 +3,7 @@
 use super::controls::{Tip, shown_name, shown_value, suffix};
 use super::model::{Action, Model};
 use super::panel::grouped;
+use super::words;
 pub use crate::legend::percent;
 use crate::measure::{Record, params_text};
 use crate::params::Value;
@@ -154,7 +155,10 @@ pub fn show(ui: &mut Ui, m: &Model, out: &mut Vec<Action>) {
 pub fn table(ui: &mut Ui, id: impl std::hash::Hash + std::fmt::Debug, rows: &[Row]) {
     Grid::new(id).num_columns(2).min_col_width(98.0).spacing([8.0, 1.0]).show(ui, |ui| {
         for (name, value, tip) in rows {
-            ui.label(RichText::new(*name).small()).tip(*tip);
+            ui.label(RichText::new(*name).small()).tip_ui(|ui| {
+                ui.label(*tip);
+                words::under(ui, name);
+            });
             // The longest, such as `67 108 864 of 67 108 864 (100.0 %)`, fit beside the names.
             let size = if value.chars().count() > 29 { 10.0 } else { 11.5 };
             ui.label(RichText::new(value).monospace().size(size)).tip(*tip);

@@ -1,7 +1,7 @@
 //! The side panel: every setting and figure, in sections that fold.
 
 use super::controls::{
-    HEIGHT, Tip, field, length_unit, parameter, reset_all, row, set_length_unit, set_panel_left, slide,
+    HEIGHT, Tip, field, length_unit, mark, parameter, reset_all, row, seeks, set_length_unit, set_panel_left, slide,
 };
 use super::lighting;
 use super::model::{Action, Model};
@@ -56,14 +56,20 @@ pub fn show(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
         ui.add_space(4.0);
         // What differs from technique to technique comes last, so that the lists above stay where they are.
         let searched = m.searching.then_some(true);
-        section(ui, "Technique", header("Technique", true).open(searched), |ui| technique(ui, m, rest.height()));
-        section(ui, "View", header("View", true), |ui| views::show(ui, m));
+        let sought = seeks(ui.ctx(), |what| what.starts_with("technique:")).then_some(true);
+        section(ui, "Technique", header("Technique", true).open(searched.or(sought)), |ui| {
+            technique(ui, m, rest.height())
+        });
+        let sought = seeks(ui.ctx(), |what| what.starts_with("chip:")).then_some(true);
+        section(ui, "View", header("View", true).open(sought), |ui| views::show(ui, m));
         // Of a comparison these are of the side chosen above.
         let of = |title: &str, m: &Model| match m.setup.sides() {
             1 => title.to_string(),
             _ => format!("{title}: {}", letter(m.side())),
         };
-        let heading = section(ui, "Parameters", header(&of("Parameters", m), true), |ui| parameters(ui, m));
+        let sought = seeks(ui.ctx(), |what| what.starts_with("parameter:")).then_some(true);
+        let folded = header(&of("Parameters", m), true).open(sought);
+        let heading = section(ui, "Parameters", folded, |ui| parameters(ui, m));
         if m.edited().is_some_and(|info| changed(info, m, None)) && reset_all(ui, &heading, "all parameters") {
             reset_group(m, None);
         }
@@ -94,6 +100,7 @@ fn section(ui: &mut Ui, id: &str, header: CollapsingHeader, add: impl FnOnce(&mu
         add(ui);
         ui.add_space(7.0);
     });
+    mark(ui, shown.header_response.rect, |what| what.strip_prefix("section:") == Some(id));
     shown.header_response
 }
 
@@ -112,6 +119,10 @@ pub fn choice(
 ) {
     let id = ui.make_persistent_id(title);
     let mut state = CollapsingState::load_with_default_open(ui.ctx(), id, false);
+    let place = title.to_lowercase();
+    if seeks(ui.ctx(), |what| what.split_once(':').is_some_and(|(at, _)| at == place)) {
+        state.set_open(true);
+    }
     ui.horizontal(|ui| {
         let layout = Layout::left_to_right(Align::Center);
         let label = ui.allocate_ui_with_layout(vec2(HEAD, HEIGHT), layout, |ui| {
@@ -284,7 +295,7 @@ fn technique(ui: &mut Ui, m: &mut Model, room: f32) {
     // A high window shows all of the list.
     let most = (room - OTHERS).max(0.26 * room).max(140.0);
     let list = ScrollArea::vertical().id_salt("techniques").max_height(most).auto_shrink([false, true]);
-    list.show(ui, |ui| {
+    let shown = list.show(ui, |ui| {
         ui.spacing_mut().item_spacing.y = 2.0;
         let (mut family, mut picked) = ("", None);
         for info in &found {
@@ -301,6 +312,7 @@ fn technique(ui: &mut Ui, m: &mut Model, room: f32) {
                 ui.scroll_to_rect_animation(button.rect, Some(Align::Center), ScrollAnimation::none());
                 ui.ctx().request_repaint();
             }
+            mark(ui, button.rect, |what| what.strip_prefix("technique:") == Some(info.id));
             let button = button.tip(format!("{}\n{}", info.doc, info.paper));
             awaited(ui, m, info, button.rect);
             if button.tip_disabled(refused.unwrap_or_default()).clicked() {
@@ -316,6 +328,11 @@ fn technique(ui: &mut Ui, m: &mut Model, room: f32) {
             ui.label(RichText::new("No technique is called that.").weak());
         }
     });
+    // The list scrolls to the row that is sought, the panel to the list.
+    let sought = seeks(ui.ctx(), |what| what.starts_with("technique:"));
+    if sought && !ui.clip_rect().contains_rect(shown.inner_rect) {
+        ui.scroll_to_rect_animation(shown.inner_rect, Some(Align::Center), ScrollAnimation::none());
+    }
     // Always a line high, so that what stands below keeps its place: what is wrong, or who thought of it.
     let of = if m.setup.sides() > 1 { format!("{}: ", letter(0)) } else { String::new() };
     let told = m.facts.notes.iter().map(|note| format!("{of}{note}"));
@@ -414,6 +431,7 @@ fn parameters(ui: &mut Ui, m: &mut Model) {
         let value = values.entry(spec.name.into()).or_insert_with(|| default.clone());
         let mut held = pinned.contains(spec.name);
         let row = ui.push_id((chosen.id, spec.name), |ui| parameter(ui, spec, value, (distance, default), &mut held));
+        mark(ui, row.response.rect, |what| what.strip_prefix("parameter:") == Some(spec.name));
         places.insert(place, row.response.rect.height());
         if let Some((side, theirs)) = other.get(spec.name).filter(|(_, theirs)| theirs != value) {
             compare::differs(ui, row.response.rect, spec, &format!("{side} has {theirs}."));
@@ -438,7 +456,13 @@ fn parameters(ui: &mut Ui, m: &mut Model) {
     });
     for title in sections.into_iter().filter(|title| rest.iter().any(|s| s.section == *title)) {
         let header = CollapsingHeader::new(RichText::new(title).small().weak()).id_salt(("parameters", title));
-        let shown = header.default_open(title != "Rasteriser bias").show_unindented(ui, |ui| {
+        let within = |what: &str| {
+            let name = what.strip_prefix("parameter:");
+            name.is_some_and(|name| chosen.specs().any(|s| s.section == title && s.name == name))
+        };
+        let sought = seeks(ui.ctx(), within).then_some(true);
+        let header = header.default_open(title != "Rasteriser bias").open(sought);
+        let shown = header.show_unindented(ui, |ui| {
             rest.iter().filter(|s| s.section == title).for_each(|spec| one(ui, spec, pinned));
             if with_plane && title == lixel_per_pixel::SECTION {
                 let button = ui.selectable_label(picking, "Pick a plane");

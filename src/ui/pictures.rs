@@ -14,6 +14,8 @@ use std::collections::HashMap;
 const KEPT: usize = 200;
 /// Pixels of a built-in scene's picture.
 pub const SIZE: [u32; 2] = [256, 160];
+/// Pixels of a tile's picture on the start screen.
+pub const TILE: [u32; 2] = [384, 240];
 /// Size of a case's picture among the others, points: two pixels each way, so that edges are smooth.
 const SMALL: Vec2 = vec2(128.0, 80.0);
 /// Room around a case's picture and title, points.
@@ -32,6 +34,9 @@ pub enum Subject {
     Row(String),
     /// A built-in scene, by its name.
     Scene(&'static str),
+    /// What a lesson begins with, and a set-up of the gallery, by their ids.
+    Lesson(&'static str),
+    Exhibit(&'static str),
 }
 
 /// A picture that is drawn beside the window.
@@ -103,6 +108,12 @@ pub fn cases(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) -> Option<&'stat
             }
         });
     }
+    walk(ui, &cells, columns);
+    cells.iter().zip(CASES).find(|(cell, _)| cell.clicked()).map(|(_, case)| case)
+}
+
+/// Moves the focus among cells in rows by the arrow keys.
+pub fn walk(ui: &mut Ui, cells: &[Response], columns: usize) {
     if let Some(focused) = cells.iter().position(Response::has_focus) {
         // egui's own way through a menu knows up and down alone.
         let filter = EventFilter { horizontal_arrows: true, vertical_arrows: true, ..EventFilter::default() };
@@ -119,7 +130,6 @@ pub fn cases(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) -> Option<&'stat
             next.scroll_to_me(None);
         }
     }
-    cells.iter().zip(CASES).find(|(cell, _)| cell.clicked()).map(|(_, case)| case)
 }
 
 fn cell(

@@ -4,7 +4,8 @@ use super::controls::{set_panel_left, take_said};
 use super::history::REST;
 use super::model::{Action, Code, Model, Tab, Traced};
 use super::viewport;
-use super::{compare, drawer, flatland, freeze, maps, panel, picker};
+use super::words::Words;
+use super::{compare, drawer, flatland, freeze, lesson, maps, panel, picker, start, words};
 use crate::legend::letter;
 use crate::view;
 use egui::{
@@ -41,9 +42,21 @@ pub fn layout(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) -> Rect {
         picker::show(ui.ctx(), m, out);
         return Rect::NOTHING;
     }
+    if m.start.shown {
+        start::show(ui, m, out);
+        let over = ui.ctx().content_rect();
+        busy(ui.ctx(), over, m, out);
+        messages(ui.ctx(), over, m);
+        help(ui.ctx(), m);
+        words::show(ui.ctx(), m);
+        closing(ui.ctx(), m, out);
+        picker::show(ui.ctx(), m, out);
+        return Rect::NOTHING;
+    }
     let fill = ui.visuals().panel_fill;
     let bar = Frame::new().fill(fill).inner_margin(Margin::symmetric(10, 0));
     Panel::bottom("status").exact_size(26.0).frame(bar).show(ui, |ui| status(ui, m));
+    lesson::show(ui, m, out);
     let room = ui.available_width();
     m.narrow = room < NARROW;
     let side = Frame::new().fill(fill).inner_margin(Margin { left: 10, right: 4, top: 6, bottom: 0 });
@@ -81,6 +94,7 @@ pub fn layout(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) -> Rect {
     messages(ui.ctx(), over, m);
     tab(ui, m);
     help(ui.ctx(), m);
+    words::show(ui.ctx(), m);
     closing(ui.ctx(), m, out);
     picker::show(ui.ctx(), m, out);
     let ctx = ui.ctx();
@@ -169,6 +183,7 @@ const SHORTCUTS: &[Shortcut] = &[
     always(&[(NONE, Key::F4)], "open or close advice", |m, _| m.toggle(Tab::Advice)),
     always(&[(NONE, Key::F5)], "open the flatland lab", |m, _| m.toggle_lab()),
     always(&[(NONE, Key::F6)], "open or close the pixel's story", |m, _| m.toggle(Tab::Pixel)),
+    always(&[(NONE, Key::F8)], "the start screen: lessons, recent files, gallery", |m, _| m.toggle_start()),
     always(&[(NONE, Key::F9)], "hide or show the panel", |m, _| m.toggle_panel()),
     always(&[(CTRL, Key::F)], "search the techniques", |m, _| m.find()),
     shortcut(&[(NONE, Key::R)], "reset the camera", |m, _| m.go_home()),
@@ -210,6 +225,25 @@ const SHORTCUTS: &[Shortcut] = &[
             out.push(Action::Quit);
         }
     }),
+];
+
+/// Those of the start screen.
+const START: &[Shortcut] = &[
+    always(&[(NONE, Key::F1)], "this help", |m, _| m.show_help = !m.show_help),
+    always(&[(NONE, Key::F8)], "leave the start screen", |m, _| m.toggle_start()),
+    always(&[(CTRL, Key::Q)], "quit", |m, out| {
+        if m.may_close() {
+            out.push(Action::Quit);
+        }
+    }),
+];
+
+/// What keys do on the start screen beside that.
+const START_GESTURES: [(&str, &str); 4] = [
+    ("Click a picture", "take a lesson, or open a set-up"),
+    ("Tab, arrows, Enter", "the same by keys"),
+    ("Escape", "explore freely"),
+    ("Drop a file", "open it: .glb, .gltf, .obj, .ply, .stl, .toml, .png"),
 ];
 
 /// Those of the flatland lab.
@@ -265,10 +299,18 @@ const GESTURES: [(&str, &str); 15] = [
 fn keys(ctx: &Context, m: &mut Model, out: &mut Vec<Action>) {
     // Of what stands behind a dialog only closing is heard, which asks twice.
     let behind = m.picker.is_some() || m.closing;
+    // The glossary hears its own keys.
+    if m.words.is_some() {
+        return;
+    }
     let (typing, focused) = (ctx.text_edit_focused(), ctx.egui_wants_keyboard_input());
     let pressed = |(modifiers, key): (Modifiers, Key)| ctx.input_mut(|i| i.consume_key(modifiers, key));
     let quits = |s: &Shortcut| s.keys.contains(&(CTRL, Key::Q));
-    let shortcuts = if m.lab.shown { LAB } else { SHORTCUTS };
+    let shortcuts = match (m.lab.shown, m.start.shown) {
+        (true, _) => LAB,
+        (false, true) => START,
+        (false, false) => SHORTCUTS,
+    };
     for shortcut in shortcuts.iter().filter(|s| if behind { quits(s) } else { s.typing || !typing }) {
         for keys in shortcut.keys {
             // A button in focus takes the space bar.
@@ -282,6 +324,12 @@ fn keys(ctx: &Context, m: &mut Model, out: &mut Vec<Action>) {
     }
     if m.show_help && pressed((NONE, Key::Escape)) {
         m.show_help = false;
+    }
+    if m.start.shown {
+        if pressed((NONE, Key::Escape)) {
+            m.toggle_start();
+        }
+        return;
     }
     if m.lab.shown {
         if !Popup::is_any_open(ctx) && pressed((NONE, Key::Escape)) {
@@ -548,7 +596,9 @@ fn help(ctx: &Context, m: &mut Model) {
     let mut open = true;
     let window = egui::Window::new("Mouse and keys").open(&mut open).collapsible(false).resizable(false).vscroll(true);
     let room = ctx.content_rect().size();
+    let mut words = false;
     window.default_height(room.y - 80.0).anchor(Align2::CENTER_CENTER, vec2(0.0, 0.0)).show(ctx, |ui| {
+        words = ui.button("Glossary").on_hover_text("What the words mean.").clicked();
         Grid::new("help").num_columns(2).spacing([24.0, 4.0]).show(ui, |ui| {
             let mut line = |keys: String, does: &str| {
                 ui.label(RichText::new(keys).strong());
@@ -558,10 +608,13 @@ fn help(ctx: &Context, m: &mut Model) {
             let mac = ctx.os() == egui::os::OperatingSystem::Mac;
             let named =
                 |keys: &(Modifiers, Key)| KeyboardShortcut::new(keys.0, keys.1).format(&ModifierNames::NAMES, mac);
-            let (gestures, shortcuts): (&[_], _) =
-                if m.lab.shown { (&LAB_GESTURES, LAB) } else { (&GESTURES, SHORTCUTS) };
+            let (gestures, shortcuts): (&[_], _) = match (m.lab.shown, m.start.shown) {
+                (true, _) => (&LAB_GESTURES, LAB),
+                (false, true) => (&START_GESTURES, START),
+                (false, false) => (&GESTURES, SHORTCUTS),
+            };
             gestures.iter().for_each(|(keys, does)| line((*keys).into(), does));
-            if !m.lab.shown {
+            if !m.lab.shown && !m.start.shown {
                 line("1 … 9".into(), "choose a view");
             }
             for s in shortcuts.iter().filter(|s| s.keys[0].1 != Key::Questionmark) {
@@ -569,5 +622,8 @@ fn help(ctx: &Context, m: &mut Model) {
             }
         });
     });
-    m.show_help &= open;
+    m.show_help &= open && !words;
+    if words {
+        m.words = Some(Words::default());
+    }
 }

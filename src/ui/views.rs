@@ -4,6 +4,7 @@ use super::controls::{Tip, chips, row, slide, steady};
 use super::errors::error_options;
 use super::lamps;
 use super::model::Model;
+use super::words;
 use crate::legend::letter;
 use crate::setup::{Overlay, Setup};
 use crate::truth::{COUNTS, Samples};
@@ -27,9 +28,12 @@ pub fn show(ui: &mut Ui, m: &mut Model) {
         let own = m.setup.sides() > 1 && views.iter().any(|v| view::index(v.id).is_none());
         let title = if own { format!("{} of {}", group.title(), letter(side)) } else { group.title().into() };
         ui.label(RichText::new(title).small().weak());
-        let tip = |v: &View| match view::index(v.id) {
-            Some(i) if i < 9 => format!("{} (key {})", v.doc, i + 1),
-            _ => format!("{}{}", v.doc, lacking(&m.setup, v)),
+        let tip = |v: &View| {
+            let own = match view::index(v.id) {
+                Some(i) if i < 9 => format!("{} (key {})", v.doc, i + 1),
+                _ => format!("{}{}", v.doc, lacking(&m.setup, v)),
+            };
+            own + &words::said(v.title)
         };
         if let Some(i) = chips(ui, views.iter().map(|v| (v.title, v.id == now, tip(v)))) {
             m.setup.view = views[i].id.into();

@@ -6,12 +6,14 @@ use super::picker::Picker;
 use super::pictures::Picture;
 use super::stage::{Order, Request, Stage};
 use super::work::{Desk, Done, Figures, Opened};
-use super::{Ended, shell, style, timeline};
+use super::{Ended, lesson, recent, shell, style, timeline};
 use crate::chart::{COSTS, ERRORS};
 use crate::files;
 use crate::flatland::Flatland;
+use crate::gallery;
 use crate::gpu::{self, Gpu};
 use crate::message;
+use crate::scene::builtin;
 use crate::scene::geometry::Room;
 use crate::setup::Setup;
 use anyhow::{Context, Result};
@@ -36,6 +38,8 @@ const GLIDE: f32 = 0.3;
 /// The application as winit drives it.
 pub struct App {
     what: String,
+    /// Nothing was named: the start screen comes first.
+    start: bool,
     adapter: Option<String>,
     wake: EventLoopProxy<()>,
     open: Option<Open>,
@@ -44,8 +48,9 @@ pub struct App {
 
 impl App {
     pub fn new(what: Option<&str>, adapter: Option<&str>, wake: EventLoopProxy<()>) -> App {
+        let start = what.is_none();
         let what = what.unwrap_or(FIRST).to_string();
-        App { what, adapter: adapter.map(String::from), wake, open: None, error: None }
+        App { what, start, adapter: adapter.map(String::from), wake, open: None, error: None }
     }
 
     /// How it went, after the event loop has ended.
@@ -63,6 +68,7 @@ impl ApplicationHandler for App {
         if self.open.is_none() {
             match Open::new(event_loop, self.adapter.as_deref(), self.wake.clone()) {
                 Ok(mut open) => {
+                    open.start = self.start;
                     open.load(self.what.clone());
                     self.open = Some(open);
                 }
@@ -139,6 +145,11 @@ struct Open {
     world: Option<(PathBuf, Flatland)>,
     /// What is shown as being opened before there is a model.
     opening: String,
+    /// The start screen comes first.
+    start: bool,
+    /// The folder that keeps which files were opened, and the one that is being opened.
+    config: Option<PathBuf>,
+    file: Option<String>,
     /// Number of the latest request to load, to measure.
     loading: u64,
     measuring: u64,
@@ -184,6 +195,9 @@ impl Open {
             model: None,
             world: None,
             opening: String::new(),
+            start: false,
+            config: recent::folder(),
+            file: None,
             loading: 0,
             measuring: 0,
             restoring: false,
@@ -210,10 +224,18 @@ impl Open {
         }
         self.loading += 1;
         self.restoring = false;
+        self.file = (!builtin::is_builtin(&what)).then(|| what.clone());
         let name = path.file_name().map_or(what.clone(), |n| message::shortened(&n.to_string_lossy()));
         let technique = self.model.as_ref().map(|m| m.setup.technique.clone());
         self.desk.open(self.loading, what, technique, Room::of(&self.gpu));
         self.say_loading(name);
+    }
+
+    /// What loads now takes the place of what did.
+    fn begin_loading(&mut self) {
+        self.loading += 1;
+        self.restoring = false;
+        self.file = None;
     }
 
     fn say_loading(&mut self, name: String) {
@@ -249,6 +271,7 @@ impl Open {
                     continue;
                 }
                 Done::World(job, path, world) if job == self.loading => {
+                    let shown = self.model.is_some() && world.is_ok();
                     match (&mut self.model, world) {
                         (Some(m), Ok(world)) => {
                             m.loading = None;
@@ -264,6 +287,9 @@ impl Open {
                             self.world = Some((path, world?));
                             self.load(FIRST.into());
                         }
+                    }
+                    if shown {
+                        self.remember();
                     }
                     continue;
                 }
@@ -413,6 +439,7 @@ impl Open {
                     let unsaved = m.unsaved.clone();
                     m.adopt(rows);
                     m.unsaved = unsaved;
+                    m.start.shown = false;
                     m.drawer = Some(Tab::Chart);
                 }
                 Done::Pictured(subject, drawn) => {
@@ -422,6 +449,17 @@ impl Open {
                     };
                     m.pictures.take(subject, drawn);
                 }
+                Done::Answered(job, result) if job == self.measuring => {
+                    m.measuring = None;
+                    match (result, &mut m.lesson) {
+                        // Another step has not asked.
+                        (Ok(answer), Some(lesson)) if lesson.asked => lesson.answer = Some(*answer),
+                        (Ok(_), _) => {}
+                        (Err(e), _) => m.fail(&e.context("the answer could not be measured")),
+                    }
+                }
+                Done::Answered(..) => {}
+                Done::Recent(files) => m.start.recent = Some(files.map_err(|e| message::sentence(&e))),
                 Done::Captured(result) => {
                     m.capturing = false;
                     match result {
@@ -454,15 +492,22 @@ impl Open {
             if let Some((path, world)) = self.world.take() {
                 model.show_world(&path, world);
             }
+            model.start.shown = std::mem::take(&mut self.start);
+            self.remember();
             return Ok(());
         };
         m.loading = None;
         let restored = std::mem::take(&mut self.restoring);
         match opened.map(|o| *o) {
             Ok((setup, scene, bounds)) => {
-                m.open(setup, scene, bounds, restored);
+                match m.awaits(&setup) {
+                    true => m.arrive(setup, scene, bounds),
+                    false => m.open(setup, scene, bounds, restored),
+                }
                 m.lab.shown = false;
+                m.start.shown = false;
                 self.glide = None;
+                self.remember();
             }
             Err(e) => {
                 if restored {
@@ -472,6 +517,13 @@ impl Open {
             }
         }
         Ok(())
+    }
+
+    /// Keeps the file that was opened among the recent ones.
+    fn remember(&mut self) {
+        if let (Some(folder), Some(name)) = (&self.config, self.file.take()) {
+            self.desk.remember(folder.clone(), Some(name));
+        }
     }
 
     /// Runs one pass. True: the window is to close.
@@ -539,8 +591,8 @@ impl Open {
 
     /// Orders the picture that the model describes, for a viewport of `full` pixels.
     fn order(&mut self, full: [u32; 2]) {
-        // In the lab there is no picture.
-        let Some(m) = self.model.as_mut().filter(|m| !m.lab.shown) else { return };
+        // In the lab and on the start screen there is no picture.
+        let Some(m) = self.model.as_mut().filter(|m| !m.lab.shown && !m.start.shown) else { return };
         let held = self
             .ctx
             .input(|i| i.pointer.any_down() || !i.keys_down.is_empty() || i.smooth_scroll_delta != egui::Vec2::ZERO);
@@ -615,6 +667,30 @@ impl Open {
                 m.loading = None;
                 if std::mem::take(&mut self.restoring) {
                     m.keep_history();
+                }
+            }
+            Action::Step => {
+                let Some(plan) = m.lesson.as_ref().map(|r| r.lesson.steps[r.step].scene.clone()) else { return };
+                let name = plan.scene();
+                self.begin_loading();
+                self.desk.prepare(self.loading, move || plan.open(), Room::of(&self.gpu));
+                self.say_loading(name);
+            }
+            Action::Exhibit(id) => {
+                let Some(exhibit) = gallery::find(id) else { return };
+                self.begin_loading();
+                self.desk.prepare(self.loading, move || exhibit.open(), Room::of(&self.gpu));
+                self.say_loading(exhibit.title.clone());
+            }
+            Action::Answer => {
+                let own = m.own_of_step();
+                let Some((lesson, step)) = m.lesson.as_ref().map(|r| (r.lesson, r.step)) else { return };
+                let (job, adapter) = self.job(lesson::ANSWER);
+                self.desk.answer(job, adapter, scene, (lesson, step, own));
+            }
+            Action::LookUpRecent => {
+                if let Some(folder) = &self.config {
+                    self.desk.remember(folder.clone(), None);
                 }
             }
             Action::PickFile => self.desk.pick_file(),

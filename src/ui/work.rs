@@ -2,13 +2,16 @@
 
 use super::model::{Facts, Tab};
 use super::pictures::{self, Subject};
+use super::recent::{self, Recent};
 use super::stage::Picture;
 use super::{picker, timeline};
 use crate::chart::{self, Axis};
 use crate::files;
 use crate::flatland::{self, Flatland};
 use crate::frame::{Ask, MapLayer, Renderer, Shot, Truth};
+use crate::gallery;
 use crate::gpu::Gpu;
+use crate::lessons::{self, Answer, Lesson};
 use crate::map::fit::lixel::Plane;
 use crate::measure::advise::{self, Advice, Budget};
 use crate::measure::diagnosis::{self, Errors};
@@ -87,6 +90,10 @@ pub enum Done {
     Animated(u64, Result<(PathBuf, Vec<String>)>),
     Saved(Tab, Result<PathBuf>),
     Read(PathBuf, Result<Vec<Record>>),
+    /// The answer to a lesson's question.
+    Answered(u64, Result<Box<Answer>>),
+    /// The files opened last.
+    Recent(Result<Vec<Recent>>),
     /// A small picture.
     Pictured(Subject, Result<ColorImage>),
     /// The errors of the picture.
@@ -223,6 +230,41 @@ impl Desk {
         });
     }
 
+    /// Makes a set-up with its scene ready.
+    pub fn prepare(&self, job: u64, open: impl FnOnce() -> Result<(Setup, Scene)> + Send + 'static, room: Room) {
+        self.start(move |post| {
+            let loaded = open().and_then(|(setup, scene)| prepared(setup, scene, &room, false));
+            post.send(Done::Loaded(job, loaded));
+        });
+    }
+
+    /// Finds out which files were opened last; with a name, puts that first.
+    pub fn remember(&self, folder: PathBuf, name: Option<String>) {
+        self.start(move |post| {
+            let files = match name {
+                Some(name) => recent::add(&folder, &name),
+                None => recent::read(&folder),
+            };
+            post.send(Done::Recent(files));
+        });
+    }
+
+    /// Measures the answer to the question of a lesson's step, and the set-up that the reader has made of it, if that is another.
+    pub fn answer(
+        &mut self,
+        job: u64,
+        adapter: String,
+        scene: Arc<Scene>,
+        (lesson, step, own): (&'static Lesson, usize, Option<Setup>),
+    ) {
+        // The device is opened anew for another scene, and looks after itself.
+        let work = move |renderer: Renderer, watch: &Watch| {
+            let tick = &mut |done, what: &str| _ = watch.progress(done, what);
+            Ok(Box::new(lessons::answer(renderer, lesson, step, own, tick)?))
+        };
+        self.beside(job, adapter, scene, work, Done::Answered);
+    }
+
     /// Loads a set-up's scene again.
     pub fn restore(&self, job: u64, setup: Setup, room: Room) {
         self.start(move |post| {
@@ -237,7 +279,7 @@ impl Desk {
         job: u64,
         adapter: String,
         scene: Arc<Scene>,
-        work: impl FnOnce(&mut Renderer, &Watch) -> Result<T> + Send + 'static,
+        work: impl FnOnce(Renderer, &Watch) -> Result<T> + Send + 'static,
         done: fn(u64, Result<T>) -> Done,
     ) {
         let wanted = self.measuring.clone();
@@ -247,7 +289,7 @@ impl Desk {
             let _alone = hold(&alone);
             let watch = Watch { post: post.clone(), job, wanted: wanted.clone(), said: Cell::new(None) };
             let unwanted = move || wanted.load(Ordering::Relaxed) != job;
-            let result = renderer(&adapter, scene, unwanted).and_then(|mut r| work(&mut r, &watch));
+            let result = renderer(&adapter, scene, unwanted).and_then(|r| work(r, &watch));
             post.send(done(job, result));
         });
         self.drawing.push(thread);
@@ -255,17 +297,24 @@ impl Desk {
 
     /// Measures set-ups, each a row, whose costs are multiples of the shadow map's of `base`.
     pub fn measure(&mut self, job: u64, adapter: String, scene: Arc<Scene>, base: Setup, setups: Vec<Setup>) {
-        let work = move |renderer: &mut Renderer, watch: &Watch| {
+        let work = move |mut renderer: Renderer, watch: &Watch| {
             let setups: Vec<(u64, Setup)> = (0..).zip(setups).collect();
             let mut failed = Vec::new();
-            measure::run(renderer, &base, &setups, setups.len() as u64, More::default(), &mut |step| match step {
-                Step::Working(done, what) => watch.progress(done, &what),
-                Step::Row(row) => watch.tell(Done::Row(row)),
-                Step::Failed(why) => {
-                    failed.push(why.to_string());
-                    true
-                }
-            })?;
+            measure::run(
+                &mut renderer,
+                &base,
+                &setups,
+                setups.len() as u64,
+                More::default(),
+                &mut |step| match step {
+                    Step::Working(done, what) => watch.progress(done, &what),
+                    Step::Row(row) => watch.tell(Done::Row(row)),
+                    Step::Failed(why) => {
+                        failed.push(why.to_string());
+                        true
+                    }
+                },
+            )?;
             ensure!(failed.is_empty(), failed.join("; "));
             Ok(())
         };
@@ -281,12 +330,12 @@ impl Desk {
         setup: Setup,
         (case, run): (Option<&'static str>, Run),
     ) {
-        let work = move |renderer: &mut Renderer, watch: &Watch| {
+        let work = move |mut renderer: Renderer, watch: &Watch| {
             let route = match case {
                 Some(id) => cases::find(id).map(Route::Case).context("there is no such case")?,
                 None => setup.path.clone().map(Route::Own).context("the set-up has no path of its own")?,
             };
-            stability::run(renderer, &route, &setup, &run, &mut |done| watch.progress(done, route.id()))
+            stability::run(&mut renderer, &route, &setup, &run, &mut |done| watch.progress(done, route.id()))
         };
         self.beside(job, adapter, scene, work, Done::Stability);
     }
@@ -300,8 +349,8 @@ impl Desk {
         setup: Setup,
         (budget, techniques): (Budget, Vec<String>),
     ) {
-        let work = move |renderer: &mut Renderer, watch: &Watch| {
-            let advice = advise::advise(renderer, &setup, &techniques, &[], budget, &mut |done, what| {
+        let work = move |mut renderer: Renderer, watch: &Watch| {
+            let advice = advise::advise(&mut renderer, &setup, &techniques, &[], budget, &mut |done, what| {
                 watch.progress(done, what)
             })?;
             Ok(Box::new((budget, advice)))
@@ -487,12 +536,15 @@ fn small(
     open: OpenScene,
     closed: impl Fn() -> bool + Send + Sync + 'static,
 ) -> Result<ColorImage> {
+    let exhibit = |id: &str| gallery::find(id).context("there is no such set-up in the gallery");
     let (name, row) = match subject {
         Subject::Row(text) => {
             let row: Setup = serde_json::from_str(text).context("this row's set-up cannot be read")?;
             (row.scene.clone(), Some(row))
         }
         Subject::Scene(name) => (name.to_string(), None),
+        Subject::Lesson(id) => (lessons::find(id)?.steps[0].scene.scene(), None),
+        Subject::Exhibit(id) => (exhibit(id)?.scene()?, None),
     };
     if held.as_ref().is_some_and(|h| h.0 != name) {
         *held = None;
@@ -504,16 +556,24 @@ fn small(
             held.insert((name, renderer(adapter, scene, closed)?))
         }
     };
-    let (setup, size) = match row {
-        Some(mut setup) => {
+    let (setup, size) = match (row, subject) {
+        (None, Subject::Lesson(id)) => (lessons::find(id)?.steps[0].scene.in_scene(renderer.scene())?, pictures::TILE),
+        (None, Subject::Exhibit(id)) => (exhibit(id)?.in_scene(renderer.scene())?, pictures::TILE),
+        (Some(mut setup), _) => {
             let [width, height] = setup.size.map(u64::from);
             let size = [SMALL, ((SMALL as u64 * height / width.max(1)) as u32).clamp(1, 2 * SMALL)];
             // Where there is no truth, what can be seen.
             setup.view = if techniques::TRUTH.refuses(&setup.light).is_none() { "error" } else { "shaded" }.into();
             (setup, size)
         }
-        None => (timeline::pictured(renderer.scene())?, pictures::SIZE),
+        (None, _) => (timeline::pictured(renderer.scene())?, pictures::SIZE),
     };
+    if matches!(subject, Subject::Lesson(_) | Subject::Exhibit(_)) {
+        // These may be figures of several sides.
+        let truth = if setup.needs_truth() { Truth::All } else { Truth::Off };
+        renderer.draw(&setup, Ask { size, truth, ..Ask::of(&setup) })?;
+        return Ok(ColorImage::from_rgba_unmultiplied(size.map(|s| s as usize), &renderer.read_picture()?));
+    }
     let truth = if setup.needs_truth() { Truth::All } else { Truth::Off };
     renderer.render(&setup, Ask { size, truth, ..Ask::of(&setup) })?;
     Ok(ColorImage::from_rgba_unmultiplied(size.map(|s| s as usize), &renderer.read_picture()?))

@@ -31,6 +31,7 @@ mod idle;
 mod imperfect_sm;
 mod inspect;
 mod laws;
+mod lessons;
 mod light_size;
 mod lights;
 mod lists;

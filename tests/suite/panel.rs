@@ -18,14 +18,14 @@ use shadowscope::ui::{self, Action, Job, Model, Picker, Picture, Reading, Subjec
 use shadowscope::view;
 use std::sync::Arc;
 
-struct State {
-    model: Model,
-    actions: Vec<Action>,
+pub struct State {
+    pub model: Model,
+    pub actions: Vec<Action>,
     /// What the layout leaves for the picture.
-    picture: egui::Rect,
+    pub picture: egui::Rect,
 }
 
-fn harness(what: &str, height: f32) -> Harness<'static, State> {
+pub fn harness(what: &str, height: f32) -> Harness<'static, State> {
     let (setup, scene) = Setup::open(what).unwrap();
     let geometry = Geometry::new(&scene, 0, 0.0).unwrap();
     let model = Model::new(setup, Arc::new(scene), geometry.bounds);
@@ -44,7 +44,7 @@ fn harness(what: &str, height: f32) -> Harness<'static, State> {
 }
 
 /// Clicks what has this label; the upper one of two, as a technique and its map may share a name.
-fn click(harness: &mut Harness<'static, State>, label: &str) {
+pub fn click(harness: &mut Harness<'static, State>, label: &str) {
     // It may lie farther down in a list.
     harness.get_all_by_label(label).next().unwrap().scroll_to_me();
     harness.run_steps(8);
