@@ -367,10 +367,10 @@ impl Desk {
         setups: [Setup; 2],
         (size, place): ([u32; 2], [f32; 2]),
     ) {
-        let work = move |renderer: &mut Renderer, _: &Watch| {
+        let work = move |mut renderer: Renderer, _: &Watch| {
             let [before, after] = &setups;
-            let before = diagnosis::measure(renderer, before, size, place)?;
-            Ok([before, diagnosis::measure(renderer, after, size, place)?])
+            let before = diagnosis::measure(&mut renderer, before, size, place)?;
+            Ok([before, diagnosis::measure(&mut renderer, after, size, place)?])
         };
         self.beside(job, adapter, scene, work, Done::Tried);
     }
@@ -411,11 +411,12 @@ impl Desk {
         setup: Setup,
         (sequence, path): (Sequence, PathBuf),
     ) {
-        let work = move |renderer: &mut Renderer, watch: &Watch| {
+        let work = move |mut renderer: Renderer, watch: &Watch| {
             let frames = sequence.frames;
             let tell = |done: f32| format!("Frame {} of {frames}", (done * frames as f32).round() as u32 + 1);
-            let notes =
-                sequence::write(renderer, &setup, &sequence, &path, &mut |done| watch.progress(done, &tell(done)))?;
+            let notes = sequence::write(&mut renderer, &setup, &sequence, &path, &mut |done| {
+                watch.progress(done, &tell(done))
+            })?;
             Ok((if sequence::is_numbered(&path) { sequence::numbered(&path, 0) } else { path }, notes))
         };
         self.beside(job, adapter, scene, work, Done::Animated);
