@@ -182,25 +182,38 @@ fn the_parameters_page_is_the_commands_output() {
 fn commands(code: &str) -> Vec<Vec<String>> {
     let whole = code.replace("\\\n", " ");
     let lines = whole.lines().map(str::trim).filter(|l| l.starts_with("shadowscope"));
-    lines.map(|l| shlex::split(l.split(" #").next().unwrap()).unwrap_or_else(|| panic!("{l}"))).collect()
+    let typed =
+        |l: &str| l.split(" #").next().and_then(|l| l.split(" > ").next()).map(str::to_string).unwrap_or_default();
+    lines.map(|l| shlex::split(&typed(l)).unwrap_or_else(|| panic!("{l}"))).collect()
 }
 
-/// The same at an eighth of the size, and with no more truth than a small picture needs.
+/// The same at an eighth of the size, of three frames, and with no more truth than a small picture needs.
 fn smaller(mut words: Vec<String>) -> Vec<String> {
-    let draws = ["capture", "measure", "table", "sweep"];
+    let draws = ["capture", "measure", "table", "sweep", "inspect", "animate"];
     if !draws.contains(&words[1].as_str()) {
         return words;
     }
-    if let Some(i) = words.iter().position(|w| w == "--truth-samples") {
+    let at = |words: &[String], option: &str| words.iter().position(|w| w == option);
+    if let Some(i) = at(&words, "--truth-samples") {
         words[i + 1] = "4".into();
     }
-    match words.iter().position(|w| w == "--size") {
+    match at(&words, "--size") {
         Some(i) => {
             let side = |s: &str| (s.parse::<u32>().unwrap() / 8).max(32).to_string();
             let (w, h) = words[i + 1].split_once('x').unwrap();
             words[i + 1] = format!("{}x{}", side(w), side(h));
         }
         None => words.extend(["--size".into(), "160x90".into()]),
+    }
+    if words[1] == "animate" {
+        for option in ["--turntable", "--frames"] {
+            if let Some(i) = at(&words, option) {
+                words.splice(i + 1..i + 1 + usize::from(words[i + 1].parse::<u32>().is_ok()), ["3".to_string()]);
+            }
+        }
+        if at(&words, "--path").is_some() && at(&words, "--frames").is_none() {
+            words.extend(["--frames".into(), "3".into()]);
+        }
     }
     words
 }
