@@ -361,19 +361,21 @@ impl Setup {
     /// Reads a set-up, loads the scene it names, and checks one against the other. In a file
     /// `camera` and `light` may also be the name of one of the scene's, or be left out.
     pub fn from_toml(text: &str, path: &Path) -> Result<(Setup, Scene)> {
-        let mut table: toml::Table = toml::from_str(text).map_err(|e| one_line(&e.to_string()))?;
-        shape::rename(&mut table);
+        let table = read_table(text)?;
+        shape::check(&table)?;
+        let name = beside(scene_name(&table)?, path.parent().unwrap_or(Path::new("")));
+        let mut scene = load_scene(&name)?;
+        let setup = Setup::in_scene(table, &name, &mut scene)?;
+        Ok((setup, scene))
+    }
+
+    /// The set-up of a file's table in the scene that it names, found under this name and loaded. What the scene's file is lit by
+    /// instead of its first light is added to its notes.
+    pub fn in_scene(mut table: toml::Table, name: &str, scene: &mut Scene) -> Result<Setup> {
         shape::check(&table)?;
         rename_views(&mut table);
-        let Some(name) = table.get("scene").and_then(|v| v.as_str()) else {
-            bail!("the key scene is missing; give a built-in scene's name or the path of a scene's file");
-        };
-        let name = beside(name, path.parent().unwrap_or(Path::new("")));
-        let mut scene = load_scene(&name)?;
         let suited = match (table.get("light"), table.get("technique")) {
-            (None, id) => {
-                suited_light(&name, &mut scene, &[id.and_then(|id| id.as_str()).unwrap_or(DEFAULT_TECHNIQUE)])
-            }
+            (None, id) => suited_light(name, scene, &[id.and_then(|id| id.as_str()).unwrap_or(DEFAULT_TECHNIQUE)]),
             _ => None,
         };
         table.insert("scene".into(), name.into());
@@ -383,15 +385,15 @@ impl Setup {
         let clock = Clock { animation: animation as u32, time: time as f32 };
         for key in ["camera", "shadow_camera"] {
             let camera = match table.get(key) {
-                Some(toml::Value::String(name)) => scene_camera(&scene, name, clock)?,
-                None if key == "camera" => scene.cameras[0].at(&scene, clock),
+                Some(toml::Value::String(name)) => scene_camera(scene, name, clock)?,
+                None if key == "camera" => scene.cameras[0].at(scene, clock),
                 _ => continue,
             };
             table.insert(key.into(), toml::Value::try_from(camera)?);
         }
         let light = match table.get("light") {
-            Some(toml::Value::String(name)) => Some(scene_light(&scene, name, clock)?),
-            None => Some(scene.lights[suited.unwrap_or(0)].at(&scene, clock)),
+            Some(toml::Value::String(name)) => Some(scene_light(scene, name, clock)?),
+            None => Some(scene.lights[suited.unwrap_or(0)].at(scene, clock)),
             Some(_) => None,
         };
         if let Some(light) = light {
@@ -399,7 +401,7 @@ impl Setup {
         }
         for lamp in table.get_mut("more_lights").and_then(toml::Value::as_array_mut).into_iter().flatten() {
             if let toml::Value::String(name) = lamp {
-                let light = scene_light(&scene, name, clock)?;
+                let light = scene_light(scene, name, clock)?;
                 *lamp = toml::Value::try_from(Lamp { on: true, light })?;
             }
         }
@@ -416,22 +418,13 @@ impl Setup {
             setup.scene,
             animations - 1
         );
-        Ok((setup, scene))
+        Ok(setup)
     }
 
     /// The set-up as TOML text for a file: the path of its scene counts from that file's folder.
     pub fn to_toml(&self, file: &Path) -> Result<String> {
         let mut setup = self.clone();
-        if !builtin::is_builtin(&self.scene)
-            && let (Ok(scene), Some(folder)) = (files::path_of(&self.scene).canonicalize(), resolved_folder(file))
-            && let Some(path) = pathdiff::diff_paths(scene, folder)
-        {
-            setup.scene = files::name_of(path.as_os_str());
-            if cfg!(windows) {
-                // Slashes are understood everywhere.
-                setup.scene = setup.scene.replace('\\', "/");
-            }
-        }
+        setup.scene = from_folder_of(file, &self.scene);
         setup.text().context("the set-up cannot be written as TOML")
     }
 
@@ -884,8 +877,36 @@ fn suited_light(name: &str, scene: &mut Scene, techniques: &[&str]) -> Option<us
     Some(found)
 }
 
+/// The table of a set-up's text, with the names that its keys have now.
+pub(crate) fn read_table(text: &str) -> Result<toml::Table> {
+    let mut table: toml::Table = toml::from_str(text).map_err(|e| one_line(&e.to_string()))?;
+    shape::rename(&mut table);
+    Ok(table)
+}
+
+/// The scene that a table names.
+pub(crate) fn scene_name(table: &toml::Table) -> Result<&str> {
+    table
+        .get("scene")
+        .and_then(|v| v.as_str())
+        .context("the key scene is missing; give a built-in scene's name or the path of a scene's file")
+}
+
+/// A scene's name as it counts from the folder of a file that is or will be there.
+pub(crate) fn from_folder_of(file: &Path, name: &str) -> String {
+    if !builtin::is_builtin(name)
+        && let (Ok(scene), Some(folder)) = (files::path_of(name).canonicalize(), resolved_folder(file))
+        && let Some(path) = pathdiff::diff_paths(scene, folder)
+    {
+        let path = files::name_of(path.as_os_str());
+        // Slashes are understood everywhere.
+        return if cfg!(windows) { path.replace('\\', "/") } else { path };
+    }
+    name.into()
+}
+
 /// A scene's name as a set-up in `folder` means it: a path counts from there if such a file exists.
-fn beside(name: &str, folder: &Path) -> String {
+pub(crate) fn beside(name: &str, folder: &Path) -> String {
     let path = folder.join(files::path_of(name));
     if !builtin::is_builtin(name) && path.exists() { files::name_of(path.as_os_str()) } else { name.into() }
 }

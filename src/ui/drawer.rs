@@ -2,7 +2,7 @@
 
 use super::controls::{Tip, chips};
 use super::model::{Action, Job, Model, Tab};
-use super::{advice, sweep, timeline};
+use super::{advice, sheets, sweep, timeline};
 use crate::techniques;
 use egui::scroll_area::ScrollBarVisibility;
 use egui::{Align, Button, Frame, Label, Layout, Margin, Panel, ProgressBar, Rect, RichText, ScrollArea, Sense, Ui};
@@ -24,10 +24,11 @@ const MOST_CHIPS: f32 = 150.0;
 const NARROW: f32 = 520.0;
 
 /// The tabs with their titles, keys, and what they are for.
-pub const TABS: [(Tab, &str, &str); 3] = [
+pub const TABS: [(Tab, &str, &str); 4] = [
     (Tab::Chart, "Chart", "Error against cost: sweep techniques over their parameters and compare them (F2)."),
     (Tab::Stability, "Stability", "Paths of camera and light on which some techniques fail (F3)."),
     (Tab::Advice, "Advice", "The cheapest technique and parameters that are exact enough (F4)."),
+    (Tab::Figure, "Figure", "A sheet of pictures for a paper: rows, columns, insets, numbers, caption (F7)."),
 ];
 
 /// Draws the strip and, above it, the open tab.
@@ -62,6 +63,7 @@ pub fn show(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
             Tab::Chart => sweep::show(ui, m, out),
             Tab::Stability => timeline::show(ui, m, out),
             Tab::Advice => advice::show(ui, m, out),
+            Tab::Figure => sheets::show(ui, m, out),
         });
         ui.allocate_rect(rest, Sense::hover());
     });

@@ -30,6 +30,7 @@ mod picker;
 mod pictures;
 mod plotting;
 mod results;
+mod sheets;
 mod shell;
 mod stage;
 mod style;
@@ -44,6 +45,7 @@ pub use advice::Advising;
 pub use model::{Action, Facts, Job, Model, Reading, Tab, Traced};
 pub use picker::Picker;
 pub use pictures::{Picture, Pictures, Subject};
+pub use sheets::Builder;
 pub use shell::layout;
 pub use style::apply as apply_style;
 

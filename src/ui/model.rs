@@ -7,8 +7,10 @@ use super::history::History;
 use super::maps::Maps;
 use super::picker::Picker;
 use super::pictures::{Picture, Pictures, Subject};
+use super::sheets::Builder;
 use super::timeline::Timeline;
 use crate::capture;
+use crate::figure::{Format, Spec};
 use crate::flatland::Flatland;
 use crate::frame::{Told, ToldLight, technique_ms};
 use crate::legend::Known;
@@ -48,6 +50,8 @@ pub enum Action {
     /// Look among techniques for the cheapest configuration that meets a budget.
     Advise(Budget, Vec<String>),
     CancelMeasuring,
+    /// Draw a sheet, and write it into a folder under a name in these formats, if they are given.
+    Sheet(Box<Spec>, Option<((PathBuf, String), Vec<Format>)>),
     /// Write what a tab of the drawer shows: as a chart or as figures, by the file's ending.
     Export(Tab, PathBuf),
     /// Render a small picture.
@@ -220,6 +224,7 @@ pub enum Tab {
     Chart,
     Stability,
     Advice,
+    Figure,
 }
 
 /// All that the window shows.
@@ -253,6 +258,7 @@ pub struct Model {
     pub timeline: Timeline,
     pub lab: Lab,
     pub advice: Advising,
+    pub builder: Builder,
     pub facts: Facts,
     /// The number of what was ordered last from the scene's thread, and since when it is awaited.
     pub order: u64,
@@ -331,6 +337,7 @@ impl Model {
             timeline,
             lab: Lab::default(),
             advice: Advising::default(),
+            builder: Builder::default(),
             facts: Facts::default(),
             order: 0,
             ordered: Instant::now(),
@@ -659,6 +666,12 @@ impl Model {
     /// Whether the panel shows.
     pub fn panel_shows(&self) -> bool {
         if self.narrow { self.show_over } else { self.show_panel }
+    }
+
+    /// Opens the builder on a sheet's spec, whose base is open.
+    pub fn build(&mut self, path: &Path, spec: Spec) {
+        self.builder.open(path, spec);
+        self.drawer = Some(Tab::Figure);
     }
 
     /// Opens the flatland lab on a world.

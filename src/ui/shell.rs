@@ -167,6 +167,7 @@ const SHORTCUTS: &[Shortcut] = &[
     always(&[(NONE, Key::F2)], "open or close the chart", |m, _| m.toggle(Tab::Chart)),
     always(&[(NONE, Key::F3)], "open or close stability", |m, _| m.toggle(Tab::Stability)),
     always(&[(NONE, Key::F4)], "open or close advice", |m, _| m.toggle(Tab::Advice)),
+    always(&[(NONE, Key::F7)], "open or close the figure builder", |m, _| m.toggle(Tab::Figure)),
     always(&[(NONE, Key::F5)], "open the flatland lab", |m, _| m.toggle_lab()),
     always(&[(NONE, Key::F9)], "hide or show the panel", |m, _| m.toggle_panel()),
     always(&[(CTRL, Key::F)], "search the techniques", |m, _| m.find()),
@@ -310,6 +311,7 @@ fn closing(ctx: &Context, m: &mut Model, out: &mut Vec<Action>) {
                 (Tab::Chart, n) => format!("{n} measured rows are not saved."),
                 (Tab::Stability, _) => "The stability run is not saved.".into(),
                 (Tab::Advice, _) => "The advice is not saved.".into(),
+                (Tab::Figure, _) => "The figure is not saved.".into(),
             });
         }
         if let Some(job) = &m.measuring {
@@ -323,6 +325,7 @@ fn closing(ctx: &Context, m: &mut Model, out: &mut Vec<Action>) {
                     Tab::Chart => "measured",
                     Tab::Stability => "stability",
                     Tab::Advice => "advice",
+                    Tab::Figure => "figure",
                 };
                 let paths: Vec<PathBuf> = m.unsaved.iter().map(|tab| numbered(stem(tab), "csv")).collect();
                 let names: Vec<String> = paths.iter().map(|p| p.display().to_string()).collect();

@@ -1,6 +1,6 @@
 //! The viewport: camera by mouse and keys, the split line, and what is written over the picture.
 
-use super::model::{Action, Model, Reading, Traced};
+use super::model::{Action, Model, Reading, Tab, Traced};
 use super::style::{ACCENT, TEXT};
 use super::{compare, cropping, freeze, gizmo, legend, maps};
 use crate::view;
@@ -12,8 +12,10 @@ const TURN: f32 = 0.006;
 /// Handles input on the viewport and draws over its picture.
 pub fn show(ui: &mut Ui, rect: Rect, m: &mut Model, out: &mut Vec<Action>) {
     let r = ui.interact(rect, Id::unique("viewport"), Sense::click_and_drag());
-    if m.cropping {
+    m.builder.marking &= m.drawer == Some(Tab::Figure);
+    if m.cropping || m.builder.marking {
         cropping::drag(ui, rect, &r, m);
+        cropping::insets(ui, rect, m);
         tracing(ui, rect, m);
         return draft(ui, rect, m);
     }
@@ -53,6 +55,9 @@ pub fn show(ui: &mut Ui, rect: Rect, m: &mut Model, out: &mut Vec<Action>) {
     });
     maps::marks(ui, rect, m);
     cropping::outside(ui, rect, m);
+    if m.drawer == Some(Tab::Figure) {
+        cropping::insets(ui, rect, m);
+    }
     tracing(ui, rect, m);
     let free = legend::show(ui, rect, m);
     draft(ui, free, m);

@@ -50,6 +50,7 @@ mod rtw;
 mod scale;
 mod setup;
 mod shaders;
+mod sheets;
 mod silhouettes;
 mod stability;
 mod sweep;
