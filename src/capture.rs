@@ -220,8 +220,7 @@ pub fn write_png(path: &Path, size: [u32; 2], rgba: &[u8], setup: Option<&str>) 
 /// No file, no picture, or one without a set-up.
 pub fn read_setup(path: &Path) -> Result<String> {
     let name = path.display();
-    read_text(path, SETUP)?
-        .with_context(|| format!("{name} holds no set-up; only pictures captured by shadowscope do"))
+    read_text(path, SETUP)?.with_context(|| format!("{name} holds no set-up; only pictures captured by shadowscope do"))
 }
 
 /// Reads the text of a keyword inside a captured picture or animation; None: it holds none.

@@ -59,12 +59,15 @@ impl Along {
     fn route(&self, setup: &Setup) -> Result<Option<Route>> {
         Ok(match self {
             Along::Path => {
-                let path = setup.path.clone().context("the set-up has no path of its own; record one in the window (F3) or write its [[path.keys]]")?;
+                let path = setup.path.clone().context(
+                    "the set-up has no path of its own; record one in the window (F3) or write its [[path.keys]]",
+                )?;
                 ensure!(path.keys.len() > 1, "the set-up's path has one key; it takes two to go anywhere");
                 Some(Route::Own(path))
             }
             Along::Case { case } => {
-                let found = cases::find(case).with_context(|| format!("there is no case {case}; `shadowscope list cases` names them"))?;
+                let found = cases::find(case)
+                    .with_context(|| format!("there is no case {case}; `shadowscope list cases` names them"))?;
                 ensure!(
                     setup.scene == found.id,
                     "the path of {case} leads through its own scene, not through {}: animate {case} itself, or a set-up of it",
@@ -95,7 +98,9 @@ impl Sequence {
             (_, Some(frames), Some(fps), _) => (frames, fps),
             (Some(seconds), Some(frames), None, _) => (frames, rate(frames.max(2), seconds)),
             // What a case provokes shows in so many.
-            (Some(seconds), None, None, Some(Route::Case(case))) => (case.frames as u32, rate(case.frames as u32, seconds)),
+            (Some(seconds), None, None, Some(Route::Case(case))) => {
+                (case.frames as u32, rate(case.frames as u32, seconds))
+            }
             (Some(seconds), None, fps, _) => {
                 let fps = fps.unwrap_or(PER_SECOND);
                 ((seconds * fps).round() as u32 + 1, fps)
@@ -109,12 +114,23 @@ impl Sequence {
     /// Refuses what cannot be drawn.
     pub fn check(&self, setup: &Setup) -> Result<()> {
         let [least, most] = FRAMES;
-        ensure!((least..=most).contains(&self.frames), "{} frames are not allowed; a sequence takes {least} to {most}", self.frames);
+        ensure!(
+            (least..=most).contains(&self.frames),
+            "{} frames are not allowed; a sequence takes {least} to {most}",
+            self.frames
+        );
         let [least, most] = FPS;
-        ensure!((least..=most).contains(&self.fps), "{} frames a second are not allowed; it takes {least} to {most}", self.fps);
+        ensure!(
+            (least..=most).contains(&self.fps),
+            "{} frames a second are not allowed; it takes {least} to {most}",
+            self.fps
+        );
         if let Along::Clock { from, to } = self.along {
             for time in [from, to] {
-                ensure!((0.0..=1e6).contains(&time), "a clock that stands at {time} s is not allowed; it takes 0 to 1000000 s");
+                ensure!(
+                    (0.0..=1e6).contains(&time),
+                    "a clock that stands at {time} s is not allowed; it takes 0 to 1000000 s"
+                );
             }
         }
         if let Along::Turntable { start } = self.along {
@@ -135,7 +151,9 @@ impl Sequence {
                 let turned = f64::from(frame % self.frames) * 360.0 / f64::from(self.frames);
                 at.camera = turned_about(&setup.camera, f64::from(*start) + turned);
             }
-            (Along::Clock { from, to }, _) => at.set_clock(scene, Clock { time: from + (to - from) * share, ..setup.clock() }),
+            (Along::Clock { from, to }, _) => {
+                at.set_clock(scene, Clock { time: from + (to - from) * share, ..setup.clock() })
+            }
             (_, Some(route)) => route.place_sides(&mut at, share),
             (_, None) => {}
         }
@@ -177,7 +195,10 @@ pub fn numbered(path: &Path, frame: u32) -> PathBuf {
 pub fn check_name(path: &Path) -> Result<()> {
     let ending = ending(path);
     let name = path.display();
-    ensure!(ENDINGS.contains(&ending.as_str()), "{name}: an animation's file name ends in .png, .apng or .webp, numbered frames' in -.png");
+    ensure!(
+        ENDINGS.contains(&ending.as_str()),
+        "{name}: an animation's file name ends in .png, .apng or .webp, numbered frames' in -.png"
+    );
     ensure!(!is_numbered(path) || ending == "png", "{name}: numbered frames are .png files");
     Ok(())
 }
@@ -281,7 +302,11 @@ fn apng(run: &mut Run, [setup, sequence]: &[String; 2]) -> Result<Vec<u8>> {
 
 /// How long a frame stays, seconds, as a fraction.
 fn delay(fps: f32) -> [u16; 2] {
-    if fps >= 1.0 && fps.fract() == 0.0 { [1, fps as u16] } else { [(1000.0 / fps).round().clamp(1.0, 65535.0) as u16, 1000] }
+    if fps >= 1.0 && fps.fract() == 0.0 {
+        [1, fps as u16]
+    } else {
+        [(1000.0 / fps).round().clamp(1.0, 65535.0) as u16, 1000]
+    }
 }
 
 /// The sequence inside an animation; None: the file has none.

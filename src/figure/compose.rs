@@ -56,14 +56,37 @@ pub struct Sheet {
 #[derive(Clone, Debug, PartialEq)]
 pub enum Item {
     /// Texels of a cell's picture, enlarged where that is larger.
-    Picture { at: Area, cell: usize, texels: Area },
+    Picture {
+        at: Area,
+        cell: usize,
+        texels: Area,
+    },
     /// Left, top, right, bottom; what fills it, with its opacity; colour and width of its frame, which lies inside.
-    Rect { at: [f64; 4], fill: Option<([u8; 3], f64)>, frame: Option<([u8; 3], f64)> },
+    Rect {
+        at: [f64; 4],
+        fill: Option<([u8; 3], f64)>,
+        frame: Option<([u8; 3], f64)>,
+    },
     /// Colours from left to right.
-    Scale { at: [f64; 4], stops: Vec<[u8; 3]> },
-    Line { from: [f64; 2], to: [f64; 2], color: [u8; 3], width: f64 },
+    Scale {
+        at: [f64; 4],
+        stops: Vec<[u8; 3]>,
+    },
+    Line {
+        from: [f64; 2],
+        to: [f64; 2],
+        color: [u8; 3],
+        width: f64,
+    },
     /// On its base line; upwards: turned by a quarter, and read from below.
-    Text { at: [f64; 2], anchor: Anchor, size: f64, color: [u8; 3], text: String, upwards: bool },
+    Text {
+        at: [f64; 2],
+        anchor: Anchor,
+        size: f64,
+        color: [u8; 3],
+        text: String,
+        upwards: bool,
+    },
 }
 
 pub const INK: [u8; 3] = [0x22; 3];
@@ -173,7 +196,15 @@ fn resolve(spec: &Spec) -> Result<Resolved> {
             let refused = sides.filter_map(|side| setup.info(side)).find_map(|info| info.refuses(&setup.light));
             of.push(cells.len());
             let refused = refused.or(lacking);
-            cells.push(Cell { setup, labels, stems, refused, picture: Pixels::default(), record: None, axes: Vec::new() });
+            cells.push(Cell {
+                setup,
+                labels,
+                stems,
+                refused,
+                picture: Pixels::default(),
+                record: None,
+                axes: Vec::new(),
+            });
         }
     }
     Ok((cells, [rows.len(), columns.len()], scenes.into_values().collect()))
@@ -182,10 +213,12 @@ fn resolve(spec: &Spec) -> Result<Resolved> {
 /// What a change is called in the names of files: as the list has it, or by its label.
 fn stem(axis: &Axis, change: &Change) -> String {
     match axis {
-        Axis::List(kind, _) => change.keys.values().find_map(|name| name.as_str()).map_or(String::new(), |name| match kind {
-            Kind::Scenes => kind.label(name),
-            _ => name.into(),
-        }),
+        Axis::List(kind, _) => {
+            change.keys.values().find_map(|name| name.as_str()).map_or(String::new(), |name| match kind {
+                Kind::Scenes => kind.label(name),
+                _ => name.into(),
+            })
+        }
         _ => change.label.clone().unwrap_or_else(|| in_words(change)),
     }
 }
@@ -197,7 +230,9 @@ fn in_words(change: &Change) -> String {
             match value {
                 toml::Value::Table(inner) => walk(key, inner, out),
                 toml::Value::String(text) => out.push(match path {
-                    "" => Kind::ALL.iter().find(|k| k.id() == format!("{key}s")).map_or(text.clone(), |k| k.label(text)),
+                    "" => {
+                        Kind::ALL.iter().find(|k| k.id() == format!("{key}s")).map_or(text.clone(), |k| k.label(text))
+                    }
                     _ => format!("{key} = {text}"),
                 }),
                 other => out.push(format!("{key} = {other}")),
@@ -302,7 +337,11 @@ impl Sheet {
         let bounds = renderer.geometry().bounds;
         let mut key = Key::new(setup, bounds, &known);
         let size = picture.size.map(|side| side as f32);
-        let axes = if setup.crop.is_none() { legend::axes(&key, size, size[1], (SMALL * self.grid.font) as f32) } else { Vec::new() };
+        let axes = if setup.crop.is_none() {
+            legend::axes(&key, size, size[1], (SMALL * self.grid.font) as f32)
+        } else {
+            Vec::new()
+        };
         if self.cells.len() > 1 {
             // What sides are called stands beside the pictures.
             key.parts.retain(|part| !matches!(part, Part::Text(_)));
@@ -331,7 +370,8 @@ impl Sheet {
                 rest = behind;
                 continue;
             }
-            let form = || "caption: write a measured number as {rmse 1,2} (row 1, column 2), and { itself as {{".to_string();
+            let form =
+                || "caption: write a measured number as {rmse 1,2} (row 1, column 2), and { itself as {{".to_string();
             let (inside, behind) = behind.split_once('}').with_context(form)?;
             let (id, place) = inside.split_once(' ').unwrap_or((inside, "1,1"));
             let (row, column) = place.split_once(',').with_context(form)?;
@@ -346,7 +386,10 @@ impl Sheet {
                 if self.spec.numbers.is_empty() { "none".into() } else { self.spec.numbers.join(", ") }
             );
             let cell = self.cell(row - 1, column - 1);
-            out += &cell.record.as_ref().map_or("–".into(), |record| Column::find(id).map(|c| c.rounded(record)).unwrap_or_default());
+            out += &cell
+                .record
+                .as_ref()
+                .map_or("–".into(), |record| Column::find(id).map(|c| c.rounded(record)).unwrap_or_default());
             rest = behind;
         }
         Ok(out + &rest.replace("}}", "}"))
@@ -359,7 +402,14 @@ impl Sheet {
         let font = grid.font;
         let small = SMALL * font;
         let mut items = Vec::new();
-        let text = |at, anchor, size, color, text: &str, upwards| Item::Text { at, anchor, size, color, text: text.into(), upwards };
+        let text = |at, anchor, size, color, text: &str, upwards| Item::Text {
+            at,
+            anchor,
+            size,
+            color,
+            text: text.into(),
+            upwards,
+        };
         let mut y = 0;
         // The columns' labels stand on the pictures.
         let heads: Vec<Vec<String>> =
@@ -446,7 +496,15 @@ impl Sheet {
 }
 
 /// A cell's picture with its insets, and their frames.
-fn pictures(items: &mut Vec<Item>, spec: &Spec, index: usize, [x, y]: [u32; 2], cell: &Cell, boxes: &[Boxed], font: f64) {
+fn pictures(
+    items: &mut Vec<Item>,
+    spec: &Spec,
+    index: usize,
+    [x, y]: [u32; 2],
+    cell: &Cell,
+    boxes: &[Boxed],
+    font: f64,
+) {
     let [w, h] = cell.picture.size;
     items.push(Item::Picture { at: [x, y, w, h], cell: index, texels: [0, 0, w, h] });
     let corner = [f64::from(x), f64::from(y)];
@@ -505,17 +563,32 @@ fn add(items: &mut Vec<Item>, mark: &Mark, [x, y]: [f64; 2], ink: [u8; 3]) {
     let area = |[l, t, r, b]: [f32; 4]| [x + f64::from(l), y + f64::from(t), x + f64::from(r), y + f64::from(b)];
     let color = |rgb: Rgb| bytes(rgb);
     let drawn = match mark {
-        Mark::Fill(rect, rgb) => Item::Rect { at: area(*rect), fill: Some((color(*rgb), 1.0)), frame: Some(([0x88; 3], 1.0)) },
-        Mark::Scale(rect, palette) => Item::Scale { at: area(*rect), stops: palette.stops.iter().map(|c| color(*c)).collect() },
+        Mark::Fill(rect, rgb) => {
+            Item::Rect { at: area(*rect), fill: Some((color(*rgb), 1.0)), frame: Some(([0x88; 3], 1.0)) }
+        }
+        Mark::Scale(rect, palette) => {
+            Item::Scale { at: area(*rect), stops: palette.stops.iter().map(|c| color(*c)).collect() }
+        }
         Mark::Line(from, to) => Item::Line { from: at(*from), to: at(*to), color: ink, width: 1.0 },
         Mark::Text { at: place, anchor, size, text, ground, .. } => {
             let [x, y] = at(*place);
             if *ground {
                 let dark = Some(([0; 3], 0.6));
-                items.push(Item::Rect { at: area(legend::text_box(*place, *anchor, *size, text)), fill: dark, frame: None });
+                items.push(Item::Rect {
+                    at: area(legend::text_box(*place, *anchor, *size, text)),
+                    fill: dark,
+                    frame: None,
+                });
             }
             let size = f64::from(*size);
-            Item::Text { at: [x, y + 0.35 * size], anchor: *anchor, size, color: ink, text: text.clone(), upwards: false }
+            Item::Text {
+                at: [x, y + 0.35 * size],
+                anchor: *anchor,
+                size,
+                color: ink,
+                text: text.clone(),
+                upwards: false,
+            }
         }
     };
     items.push(drawn);

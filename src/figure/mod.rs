@@ -11,7 +11,9 @@ mod tex;
 mod write;
 
 pub use compose::{Cell, Item, Sheet, draw};
-pub use spec::{Axis, Change, FRAMES, Inset, Kind, MOST_INSETS, Place, Spec, WIDTHS, Width, has_sheet, is_figure, measurable};
+pub use spec::{
+    Axis, Change, FRAMES, Inset, Kind, MOST_INSETS, Place, Spec, WIDTHS, Width, has_sheet, is_figure, measurable,
+};
 pub use write::{Format, pixels, write};
 
 /// The specs that come with the program, by name.

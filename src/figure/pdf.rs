@@ -2,7 +2,9 @@
 
 use super::compose::{Item, Sheet};
 use super::layout::Area;
+use super::write::placed;
 use crate::chart::text_width;
+use crate::frame::Pixels;
 use crate::legend::Anchor;
 use anyhow::{Context, Result, anyhow};
 use krilla::color::rgb;
@@ -123,17 +125,12 @@ fn draw(surface: &mut Surface, sheet: &Sheet, font: &Font, item: &Item) {
 /// What [`text_width`] says over the width in the built-in font.
 const WIDER: f64 = 1.06;
 
-/// Texels as they are: whatever shows the page enlarges them, without mixing.
-fn picture(surface: &mut Surface, sheet: &Sheet, [x, y, w, h]: Area, cell: usize, texels: Area) {
-    let whole = &sheet.cells[cell].picture;
-    let row = |y: u32| {
-        let start = 4 * (y as usize * whole.size[0] as usize + texels[0] as usize);
-        &whole.rgba[start..][..4 * texels[2] as usize]
-    };
-    let rgba: Vec<u8> = (texels[1]..texels[1] + texels[3]).flat_map(|y| row(y).iter().copied()).collect();
-    let image = Image::from_rgba8(rgba, texels[2], texels[3]);
-    if let Some(size) = Size::from_wh(w as f32, h as f32) {
-        surface.push_transform(&Transform::from_translate(x as f32, y as f32));
+fn picture(surface: &mut Surface, sheet: &Sheet, at: Area, cell: usize, texels: Area) {
+    let Pixels { size: [across, down], rgba } = placed(&sheet.cells[cell].picture, texels, at);
+    let image = Image::from_rgba8(rgba, across, down);
+    let [x, y, w, h] = at.map(|side| side as f32);
+    if let Some(size) = Size::from_wh(w, h) {
+        surface.push_transform(&Transform::from_translate(x, y));
         surface.draw_image(image, size);
         surface.pop();
     }

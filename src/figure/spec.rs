@@ -191,12 +191,18 @@ const KEYS: [(&str, &str); 16] = [
     ("base", "a table with a scene or a set-up's file, and keys of set-ups"),
     ("rows", AXIS),
     ("columns", AXIS),
-    ("width", "a number of millimetres from 10 to 2000, or one of acm-1, acm-2, ieee-1, ieee-2, cgf-1, cgf-2, in quotes"),
+    (
+        "width",
+        "a number of millimetres from 10 to 2000, or one of acm-1, acm-2, ieee-1, ieee-2, cgf-1, cgf-2, in quotes",
+    ),
     ("picture_width", "a whole number of pixels from 16 to 16384, instead of width"),
     ("dpi", "a whole number of pixels an inch from 50 to 1200"),
     ("font_size", "a number of points from 4 to 24"),
     ("gap", "a number of millimetres from 0 to 20"),
-    ("insets", "a list of up to 4 tables with at = [left, top, width, height] in shares of the picture, and color = \"#rrggbb\""),
+    (
+        "insets",
+        "a list of up to 4 tables with at = [left, top, width, height] in shares of the picture, and color = \"#rrggbb\"",
+    ),
     ("insets_at", "\"below\" or \"beside\""),
     ("legend", "true or false"),
     ("numbers", "a list of columns of the measuring record, such as [\"error_share\", \"rmse\", \"flip\"]"),
@@ -337,7 +343,8 @@ impl Spec {
                 }
             }
             "measured_size" => {
-                let sides: Vec<u32> = value.as_array()?.iter().map(|v| u32::try_from(v.as_integer()?).ok()).collect::<Option<_>>()?;
+                let sides: Vec<u32> =
+                    value.as_array()?.iter().map(|v| u32::try_from(v.as_integer()?).ok()).collect::<Option<_>>()?;
                 let size: [u32; 2] = sides.try_into().ok()?;
                 self.measured_size = size.iter().all(|s| (1..=MAX_SIZE).contains(s)).then_some(Some(size))?;
             }
@@ -618,7 +625,9 @@ fn read_axis(key: &str, value: Value, folder: &Path) -> Result<Axis> {
             if names != ["all"] {
                 for name in &mut names {
                     match kind {
-                        Kind::Techniques if name != Side::TRUTH => _ = techniques::find_or_say(name).with_context(|| key.to_string())?,
+                        Kind::Techniques if name != Side::TRUTH => {
+                            _ = techniques::find_or_say(name).with_context(|| key.to_string())?
+                        }
                         Kind::Scenes => *name = setup::beside(name, folder),
                         _ => {}
                     }
@@ -639,7 +648,10 @@ fn read_axis(key: &str, value: Value, folder: &Path) -> Result<Axis> {
                     }
                 };
                 if let Some(key) = ["size", "legend", "supersample"].into_iter().find(|key| keys.contains_key(*key)) {
-                    bail!("{whose}: {key} is the same for all pictures; give it in [base]{}", if key == "legend" { " or beside it" } else { "" });
+                    bail!(
+                        "{whose}: {key} is the same for all pictures; give it in [base]{}",
+                        if key == "legend" { " or beside it" } else { "" }
+                    );
                 }
                 if let Some(Value::String(scene)) = keys.get_mut("scene") {
                     *scene = setup::beside(scene, folder);
@@ -654,7 +666,9 @@ fn read_axis(key: &str, value: Value, folder: &Path) -> Result<Axis> {
 }
 
 fn read_inset(i: usize, value: &Value) -> Result<Inset> {
-    let Some(table) = value.as_table() else { bail!("{} is no table with at and color", shortened(&value.to_string())) };
+    let Some(table) = value.as_table() else {
+        bail!("{} is no table with at and color", shortened(&value.to_string()))
+    };
     if let Some(key) = table.keys().find(|key| !["at", "color"].contains(&key.as_str())) {
         bail!("{} is unknown; there are at, color", shortened(key));
     }
@@ -672,11 +686,15 @@ fn read_inset(i: usize, value: &Value) -> Result<Inset> {
     let color = match table.get("color") {
         None => FRAMES[i % FRAMES.len()],
         Some(value) => {
-            let hex = value.as_str().and_then(|text| text.strip_prefix('#')).filter(|hex| hex.len() == 6 && hex.is_ascii());
+            let hex =
+                value.as_str().and_then(|text| text.strip_prefix('#')).filter(|hex| hex.len() == 6 && hex.is_ascii());
             let part = |i: usize| u8::from_str_radix(hex?.get(2 * i..2 * i + 2)?, 16).ok();
             match (part(0), part(1), part(2)) {
                 (Some(r), Some(g), Some(b)) => [r, g, b],
-                _ => bail!("color = {} is not allowed; it takes a colour such as \"#e63c00\"", shortened(&value.to_string())),
+                _ => bail!(
+                    "color = {} is not allowed; it takes a colour such as \"#e63c00\"",
+                    shortened(&value.to_string())
+                ),
             }
         }
     };
@@ -710,5 +728,10 @@ fn nearest<'a>(written: &str, names: impl IntoIterator<Item = &'a str>) -> Optio
         }
         row[b.len()]
     };
-    names.into_iter().map(|name| (cost(name), name)).min().filter(|(cost, name)| *cost <= 1 + name.len() / 4).map(|(_, name)| name)
+    names
+        .into_iter()
+        .map(|name| (cost(name), name))
+        .min()
+        .filter(|(cost, name)| *cost <= 1 + name.len() / 4)
+        .map(|(_, name)| name)
 }

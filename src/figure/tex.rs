@@ -60,7 +60,11 @@ fn sentence(sheet: &Sheet, column: &Column) -> String {
 /// A file's name for \includegraphics: in quotes of its own where it has more than one point or a space.
 fn file(name: &str) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
-    if name.chars().all(plain) && name.matches('.').count() == 1 { name.into() } else { format!("\\detokenize{{{name}}}") }
+    if name.chars().all(plain) && name.matches('.').count() == 1 {
+        name.into()
+    } else {
+        format!("\\detokenize{{{name}}}")
+    }
 }
 
 /// Text that LaTeX sets as it stands.

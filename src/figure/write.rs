@@ -1,7 +1,7 @@
 //! Files of a sheet.
 
 use super::compose::{Item, Sheet};
-use super::layout::nearest;
+use super::layout::{Area, nearest};
 use super::{KEYWORD, pdf, tex};
 use crate::capture;
 use crate::chart::{self, escape};
@@ -95,8 +95,19 @@ fn plain(label: &str) -> String {
     out.trim_end_matches('-').into()
 }
 
+/// A picture of a page that others enlarge: texels as they are where they are not, else each as a block so large that no mixing at its edges is
+/// seen.
+pub(super) fn placed(picture: &Pixels, texels: Area, at: Area) -> Pixels {
+    let [.., w, h] = texels;
+    if [w, h] == [at[2], at[3]] {
+        return enlarged(picture, texels, [w, h]);
+    }
+    let times = 2 * at[2].div_ceil(w).max(1);
+    enlarged(picture, texels, [w * times, h * times])
+}
+
 /// Part of a picture, enlarged to the nearest texel.
-fn enlarged(picture: &Pixels, [x, y, w, h]: [u32; 4], [across, down]: [u32; 2]) -> Pixels {
+fn enlarged(picture: &Pixels, [x, y, w, h]: Area, [across, down]: [u32; 2]) -> Pixels {
     let texels: &[[u8; 4]] = bytemuck::cast_slice(&picture.rgba);
     let columns: Vec<usize> = nearest(x, w, across).map(|x| x as usize).collect();
     let mut rgba = Vec::with_capacity(4 * across as usize * down as usize);
@@ -160,7 +171,10 @@ fn encoded(size: [u32; 2], data: &[u8], color: png::ColorType, spec: Option<(&st
 fn svg(sheet: &Sheet, path: &Path) -> Result<String> {
     let drawing = drawing(sheet, true)?;
     let spec = sheet.spec.to_toml(path)?;
-    let held = format!("<metadata><{KEYWORD} xmlns=\"https://shadowscope.invalid/figure\">{}</{KEYWORD}></metadata>\n", escape(&spec));
+    let held = format!(
+        "<metadata><{KEYWORD} xmlns=\"https://shadowscope.invalid/figure\">{}</{KEYWORD}></metadata>\n",
+        escape(&spec)
+    );
     // Behind the opening tag, which is the first line.
     let (first, rest) = drawing.split_once('\n').unwrap_or((&drawing, ""));
     Ok(format!("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n{first}\n{held}{rest}"))
@@ -177,7 +191,8 @@ fn drawing(sheet: &Sheet, all: bool) -> Result<String> {
         false => format!("width=\"{w}\" height=\"{h}\""),
     };
     let hex = |[r, g, b]: [u8; 3]| format!("#{r:02x}{g:02x}{b:02x}");
-    let mut out = format!("<svg xmlns=\"http://www.w3.org/2000/svg\" {size} viewBox=\"0 0 {w} {h}\" font-family=\"{FAMILY}\">\n");
+    let mut out =
+        format!("<svg xmlns=\"http://www.w3.org/2000/svg\" {size} viewBox=\"0 0 {w} {h}\" font-family=\"{FAMILY}\">\n");
     if all {
         out += "<rect width=\"100%\" height=\"100%\" fill=\"#ffffff\"/>\n";
     }
@@ -186,8 +201,7 @@ fn drawing(sheet: &Sheet, all: bool) -> Result<String> {
         let _ = match item {
             Item::Picture { .. } if !all => Ok(()),
             Item::Picture { at: [x, y, w, h], cell, texels } => {
-                let picture = &sheet.cells[*cell].picture;
-                let part = enlarged(picture, *texels, [texels[2], texels[3]]);
+                let part = placed(&sheet.cells[*cell].picture, *texels, [*x, *y, *w, *h]);
                 let bytes = encoded(part.size, &part.rgba, png::ColorType::Rgba, None)?;
                 let held = base64::engine::general_purpose::STANDARD.encode(bytes);
                 let sharp = if part.size == [*w, *h] { "" } else { " style=\"image-rendering:pixelated\"" };
@@ -198,8 +212,11 @@ fn drawing(sheet: &Sheet, all: bool) -> Result<String> {
             }
             Item::Rect { at: [l, t, r, b], fill, frame } => {
                 let inside = frame.map_or(0.0, |(_, width)| width / 2.0);
-                let fill = fill.map_or("none".into(), |(color, opacity)| format!("{}\" fill-opacity=\"{opacity}", hex(color)));
-                let stroke = frame.map_or(String::new(), |(color, width)| format!(" stroke=\"{}\" stroke-width=\"{width:.2}\"", hex(color)));
+                let fill =
+                    fill.map_or("none".into(), |(color, opacity)| format!("{}\" fill-opacity=\"{opacity}", hex(color)));
+                let stroke = frame.map_or(String::new(), |(color, width)| {
+                    format!(" stroke=\"{}\" stroke-width=\"{width:.2}\"", hex(color))
+                });
                 writeln!(
                     out,
                     "<rect x=\"{:.2}\" y=\"{:.2}\" width=\"{:.2}\" height=\"{:.2}\" fill=\"{fill}\"{stroke}/>",

@@ -20,7 +20,10 @@ pub(super) fn encode(run: &mut Run, texts: &[String; 2]) -> Result<Vec<u8>> {
     for frame in 0..frames {
         let (pixels, _) = run.frame(frame)?;
         let [width, height] = pixels.size;
-        ensure!(width.max(height) <= 16384, "{width} × {height} pixels are more than WebP takes (16384 a side); write a .png file");
+        ensure!(
+            width.max(height) <= 16384,
+            "{width} × {height} pixels are more than WebP takes (16384 a side); write a .png file"
+        );
         if frame == 0 {
             let mut canvas = vec![FLAGS, 0, 0, 0];
             canvas.extend([width, height].iter().flat_map(|side| three(side - 1)));
@@ -36,11 +39,16 @@ pub(super) fn encode(run: &mut Run, texts: &[String; 2]) -> Result<Vec<u8>> {
         // Whole milliseconds, so that their sum keeps to the rate.
         let ends = |frames: u32| (f64::from(frames) * 1000.0 / fps).round() as u32;
         let mut content = vec![0; 6];
-        content.extend([width - 1, height - 1, (ends(frame + 1) - ends(frame)).min(0xff_ffff)].iter().flat_map(|n| three(*n)));
+        content.extend(
+            [width - 1, height - 1, (ends(frame + 1) - ends(frame)).min(0xff_ffff)].iter().flat_map(|n| three(*n)),
+        );
         content.push(REPLACES);
         content.extend(still);
         chunk(&mut bytes, b"ANMF", &content);
-        ensure!(bytes.len() < 1 << 31, "more than 2 GiB do not fit into a WebP file; draw fewer frames, or numbered ones");
+        ensure!(
+            bytes.len() < 1 << 31,
+            "more than 2 GiB do not fit into a WebP file; draw fewer frames, or numbered ones"
+        );
     }
     chunk(&mut bytes, b"XMP ", packet(texts).as_bytes());
     let size = bytes.len() as u32 - 8;

@@ -10,7 +10,8 @@ use crate::setup::Side;
 use crate::view;
 use anyhow::{Context, Result};
 use egui::{
-    Button, Color32, ComboBox, DragValue, Image, Painter, Pos2, Rect, RichText, ScrollArea, Stroke, StrokeKind, TextEdit, Ui, Vec2,
+    Button, Color32, ComboBox, DragValue, Image, Painter, Pos2, Rect, RichText, ScrollArea, Stroke, StrokeKind,
+    TextEdit, Ui, Vec2,
 };
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -79,9 +80,8 @@ impl Model {
         let view = self.setup.find_view(&self.setup.view).map_or("", |v| v.title);
         let scene = Kind::Scenes.label(&self.setup.scene);
         let of = match &self.builder.spec {
-            Spec { rows: Axis::List(Kind::Techniques, _), .. } | Spec { columns: Axis::List(Kind::Techniques, _), .. } => {
-                String::new()
-            }
+            Spec { rows: Axis::List(Kind::Techniques, _), .. }
+            | Spec { columns: Axis::List(Kind::Techniques, _), .. } => String::new(),
             _ => format!(", {}", side_name(&self.setup, self.setup.front as usize)),
         };
         format!("The scene {scene}{of}: {view}.").replace('{', "{{")
@@ -116,7 +116,9 @@ fn preview(ui: &mut Ui, m: &mut Model, _: &mut Vec<Action>) {
         }
         Some(Picture::Failed(why)) => weak(ui, why),
         Some(Picture::Waiting) => weak(ui, "Drawing …"),
-        None => weak(ui, "A sheet for a paper, from what the picture shows now: choose its rows and columns, and write it."),
+        None => {
+            weak(ui, "A sheet for a paper, from what the picture shows now: choose its rows and columns, and write it.")
+        }
     }
 }
 
@@ -145,11 +147,15 @@ fn controls(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
     let hint = m.usual_caption().replace("{{", "{");
     let b = &mut m.builder;
     let tip = "Below the sheet, and in LaTeX. {rmse 1,2} stands for the measured number of row 1, column 2; empty: what stands there in grey.";
-    let caption = TextEdit::multiline(&mut b.spec.caption).desired_rows(2).hint_text(hint).desired_width(ui.available_width() - 6.0);
+    let caption = TextEdit::multiline(&mut b.spec.caption)
+        .desired_rows(2)
+        .hint_text(hint)
+        .desired_width(ui.available_width() - 6.0);
     let field_of = ui.add(caption).tip(tip);
     field_of.widget_info(|| egui::WidgetInfo::labeled(egui::Role::MultilineTextInput, true, "caption"));
     ui.horizontal(|ui| {
-        ui.checkbox(&mut b.spec.draw_caption, "drawn").tip("The caption stands below the sheet. The LaTeX snippet cuts it off there and sets its own.");
+        ui.checkbox(&mut b.spec.draw_caption, "drawn")
+            .tip("The caption stands below the sheet. The LaTeX snippet cuts it off there and sets its own.");
         ui.checkbox(&mut b.spec.legend, "legend").tip("The view's legend stands once, below the pictures.");
         ui.checkbox(&mut b.spec.cells, "cells").tip("Each picture is written as a capture of its own too.");
     });
@@ -355,13 +361,20 @@ fn sizes(ui: &mut Ui, m: &mut Model) {
     });
     match &mut b.width {
         Width::Journal(_) => {}
-        Width::Mm(mm) => row(ui, "", tip, |ui, _| _ = field(ui, 80.0, DragValue::new(mm).range(10.0..=2000.0).suffix(" mm"), "Width of the sheet.")),
+        Width::Mm(mm) => row(ui, "", tip, |ui, _| {
+            _ = field(ui, 80.0, DragValue::new(mm).range(10.0..=2000.0).suffix(" mm"), "Width of the sheet.")
+        }),
         Width::Picture(pixels) => row(ui, "", tip, |ui, _| {
             _ = field(ui, 80.0, DragValue::new(pixels).range(16..=4096).suffix(" px"), "Width of each picture.")
         }),
     }
     row(ui, "resolution", "Pixels an inch, and the size of labels in points.", |ui, _| {
-        field(ui, 78.0, DragValue::new(&mut b.dpi).range(50..=1200).suffix(" dpi"), "Pixels an inch: 300 is usual for print.");
+        field(
+            ui,
+            78.0,
+            DragValue::new(&mut b.dpi).range(50..=1200).suffix(" dpi"),
+            "Pixels an inch: 300 is usual for print.",
+        );
         let size = DragValue::new(&mut b.font_size).range(4.0..=24.0).speed(0.1).max_decimals(1).suffix(" pt");
         field(ui, 64.0, size, "Size of labels and caption, points.");
     });
