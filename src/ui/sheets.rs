@@ -154,7 +154,7 @@ fn controls(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
     let field_of = ui.add(caption).tip(tip);
     field_of.widget_info(|| egui::WidgetInfo::labeled(egui::Role::MultilineTextInput, true, "caption"));
     ui.horizontal(|ui| {
-        ui.checkbox(&mut b.spec.draw_caption, "drawn")
+        ui.checkbox(&mut b.spec.draw_caption, "caption")
             .tip("The caption stands below the sheet. The LaTeX snippet cuts it off there and sets its own.");
         ui.checkbox(&mut b.spec.legend, "legend").tip("The view's legend stands once, below the pictures.");
         ui.checkbox(&mut b.spec.cells, "cells").tip("Each picture is written as a capture of its own too.");
@@ -291,7 +291,7 @@ fn insets(ui: &mut Ui, m: &mut Model) {
     let tip = "Parts of each picture that are shown magnified, texel by texel. Drag a rectangle in the picture; Escape: cancel.";
     row(ui, "insets", tip, |ui, _| {
         let room = m.builder.spec.insets.len() < MOST_INSETS;
-        let mark = Button::selectable(m.builder.marking, "From the picture").frame_when_inactive(true);
+        let mark = Button::selectable(m.builder.marking, "Drag one").frame_when_inactive(true);
         if ui.add_enabled(room, mark).tip(tip).clicked() {
             m.builder.marking ^= true;
             m.framed |= m.builder.marking;

@@ -476,7 +476,7 @@ fn two_clicks_write_a_figure() {
         .iter()
         .filter_map(|i| if let figure::Item::Text { text, .. } = i { Some(text.as_str()) } else { None })
         .collect();
-    assert!(said.join(" ").ends_with(&spec.caption), "{said:?}");
+    assert!(said.join(" ").ends_with(&sheet.spec.caption), "{said:?}");
     assert!(sheet.caption_height > 0 && said.len() > 2, "the legend and the caption are drawn: {said:?}");
 }
 
