@@ -346,10 +346,13 @@ fn bad_specs_are_refused_in_a_sentence() {
         ),
         ("insets = [{ size = 1 }]\n[base]\nscene = \"cubes\"", &["inset 1", "size is unknown"]),
         (
-            "caption = \"{rmse 3,1}\"\nnumbers = [\"rmse\"]\n[base]\nscene = \"cubes\"\nsize=[32,32]",
+            "picture_width = 32\ncaption = \"{rmse 3,1}\"\nnumbers = [\"rmse\"]\n[base]\nscene = \"cubes\"\nsize=[32,32]",
             &["caption", "outside the sheet"],
         ),
-        ("caption = \"{mae 1,1}\"\n[base]\nscene = \"cubes\"\nsize=[32,32]", &["caption", "mae is not measured"]),
+        (
+            "picture_width = 32\ncaption = \"{mae 1,1}\"\n[base]\nscene = \"cubes\"\nsize=[32,32]",
+            &["caption", "mae is not measured"],
+        ),
         ("[base]\nscne = \"cubes\"", &["base", "key scene is missing"]),
         ("width = 80", &["[base] is missing"]),
         ("[base]\nscene = \"cubes\"\nzoom = 3", &["zoom is unknown"]),
@@ -383,7 +386,7 @@ fn bad_specs_are_refused_in_a_sentence() {
     }
     // Stopped, nothing is there.
     let error = figure::draw(
-        &spec(&format!("columns = {{ techniques = [\"pcf\", \"vsm\"] }}\n{base}size = [32, 32]")),
+        &spec(&format!("picture_width = 32\ncolumns = {{ techniques = [\"pcf\", \"vsm\"] }}\n{base}size = [32, 32]")),
         &gpu(),
         &mut |done, _| done < 0.4,
     );
