@@ -5,7 +5,7 @@
 //! technique, truth, picture) → [`measure`] (errors and times) → [`cli`] and [`ui`].
 //! Underneath: [`gpu`] (device, passes bound by name), [`mod@params`] (declared once), [`light`],
 //! [`map`] (where shadow maps look × how they are looked up), [`flatland`] (the same in two dimensions),
-//! [`techniques`] (a file each), [`contact`] (shadows on top of any of them), [`truth`] (the exact shadow, band by band), [`view`] (ways to look, in colours of [`palette`], explained by a [`legend`]), [`capture`] (pictures with their set-up inside).
+//! [`techniques`] (a file each), [`contact`] (shadows on top of any of them), [`truth`] (the exact shadow, band by band), [`view`] (ways to look, in colours of [`palette`], explained by a [`legend`]), [`capture`] (pictures with their set-up inside), [`figure`] (sheets of them for papers).
 //! [`lessons`], [`glossary`] and [`gallery`] are files that explain.
 //! [`files`] reads and writes, [`message`] quotes.
 
@@ -13,6 +13,7 @@ pub mod capture;
 pub mod chart;
 pub mod cli;
 pub mod contact;
+pub mod figure;
 pub mod files;
 pub mod flatland;
 pub mod frame;
@@ -33,7 +34,6 @@ pub mod scene;
 pub mod sequence;
 pub mod setup;
 pub mod techniques;
-pub mod tour;
 pub mod truth;
 pub mod ui;
 pub mod view;

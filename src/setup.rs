@@ -363,8 +363,9 @@ impl Setup {
     /// Reads a set-up, loads the scene it names, and checks one against the other. In a file
     /// `camera` and `light` may also be the name of one of the scene's, or be left out.
     pub fn from_toml(text: &str, path: &Path) -> Result<(Setup, Scene)> {
-        let table: toml::Table = toml::from_str(text).map_err(|e| one_line(&e.to_string()))?;
-        let name = Setup::scene_named(&table, path.parent().unwrap_or(Path::new("")))?;
+        let table = read_table(text)?;
+        shape::check(&table)?;
+        let name = beside(scene_name(&table)?, path.parent().unwrap_or(Path::new("")));
         let mut scene = load_scene(&name)?;
         let (setup, note) = Setup::in_scene(table, &name, &scene)?;
         scene.notes.extend(note);
@@ -376,10 +377,7 @@ impl Setup {
         let mut table = table.clone();
         shape::rename(&mut table);
         shape::check(&table)?;
-        let Some(name) = table.get("scene").and_then(|v| v.as_str()) else {
-            bail!("the key scene is missing; give a built-in scene's name or the path of a scene's file");
-        };
-        Ok(beside(name, folder))
+        Ok(beside(scene_name(&table)?, folder))
     }
 
     /// As [`Setup::from_toml`] of a table whose scene, called `name`, is loaded; and what is to be said of the light.
@@ -437,16 +435,7 @@ impl Setup {
     /// The set-up as TOML text for a file: the path of its scene counts from that file's folder.
     pub fn to_toml(&self, file: &Path) -> Result<String> {
         let mut setup = self.clone();
-        if !builtin::is_builtin(&self.scene)
-            && let (Ok(scene), Some(folder)) = (files::path_of(&self.scene).canonicalize(), resolved_folder(file))
-            && let Some(path) = pathdiff::diff_paths(scene, folder)
-        {
-            setup.scene = files::name_of(path.as_os_str());
-            if cfg!(windows) {
-                // Slashes are understood everywhere.
-                setup.scene = setup.scene.replace('\\', "/");
-            }
-        }
+        setup.scene = from_folder_of(file, &self.scene);
         setup.text().context("the set-up cannot be written as TOML")
     }
 
@@ -898,8 +887,36 @@ fn suited_light(name: &str, scene: &Scene, techniques: &[&str]) -> Option<(usize
     Some((found, note))
 }
 
+/// The table of a set-up's text, with the names that its keys have now.
+pub(crate) fn read_table(text: &str) -> Result<toml::Table> {
+    let mut table: toml::Table = toml::from_str(text).map_err(|e| one_line(&e.to_string()))?;
+    shape::rename(&mut table);
+    Ok(table)
+}
+
+/// The scene that a table names.
+pub(crate) fn scene_name(table: &toml::Table) -> Result<&str> {
+    table
+        .get("scene")
+        .and_then(|v| v.as_str())
+        .context("the key scene is missing; give a built-in scene's name or the path of a scene's file")
+}
+
+/// A scene's name as it counts from the folder of a file that is or will be there.
+pub(crate) fn from_folder_of(file: &Path, name: &str) -> String {
+    if !builtin::is_builtin(name)
+        && let (Ok(scene), Some(folder)) = (files::path_of(name).canonicalize(), resolved_folder(file))
+        && let Some(path) = pathdiff::diff_paths(scene, folder)
+    {
+        let path = files::name_of(path.as_os_str());
+        // Slashes are understood everywhere.
+        return if cfg!(windows) { path.replace('\\', "/") } else { path };
+    }
+    name.into()
+}
+
 /// A scene's name as a set-up in `folder` means it: a path counts from there if such a file exists.
-fn beside(name: &str, folder: &Path) -> String {
+pub(crate) fn beside(name: &str, folder: &Path) -> String {
     let path = folder.join(files::path_of(name));
     if !builtin::is_builtin(name) && path.exists() { files::name_of(path.as_os_str()) } else { name.into() }
 }

@@ -7,7 +7,7 @@ mod lines;
 mod raster;
 mod scale;
 
-pub use canvas::{escape, text_width};
+pub use canvas::{escape, text_width, wrap};
 pub use error_cost::{fronts_svg, svg};
 pub use labels::inside;
 pub use lines::{Line, Lines, lines_svg};

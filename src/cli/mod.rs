@@ -3,6 +3,7 @@
 mod advise;
 mod animate;
 mod chart;
+mod figure;
 mod flatland;
 mod inspect;
 mod lamps;
@@ -20,7 +21,7 @@ use crate::measure::{Axis, reproduce};
 use crate::scene::{Clock, Scene, builtin};
 use crate::setup::{self, Arrange, Overlay, Setup, Side};
 use crate::truth::Samples;
-use crate::{capture, files, message, techniques, tour, ui};
+use crate::{capture, files, message, techniques, ui};
 use anyhow::{Context, Result, bail, ensure};
 use clap::builder::{OsStringValueParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand};
@@ -166,12 +167,10 @@ enum Command {
         #[arg(long)]
         json: bool,
     },
-    /// Write the tour: every built-in scene with every technique, and a contact sheet.
-    Tour {
-        /// Folder to write into.
-        #[arg(short, long, default_value = "out")]
-        output: PathBuf,
-    },
+    /// Draw a sheet of rows and columns of pictures for a paper: PNG, SVG, PDF and LaTeX.
+    Figure(figure::Wanted),
+    /// Draw the tour: every built-in scene with every technique as a contact sheet, and each as a capture.
+    Tour(figure::Tour),
 }
 
 /// A picture of a set-up.
@@ -493,7 +492,8 @@ fn run() -> Result<ExitCode> {
         Some(Command::Lesson { id, setup }) => lessons::lesson(&id, setup, adapter),
         Some(Command::Glossary) => print(&crate::glossary::page()),
         Some(Command::List { what, json }) => list::list(what, json),
-        Some(Command::Tour { output }) => tour::write(&output, adapter),
+        Some(Command::Figure(wanted)) => figure::run(&wanted, adapter),
+        Some(Command::Tour(wanted)) => figure::tour(&wanted, adapter),
     };
     done.map(|()| ExitCode::SUCCESS)
 }
@@ -560,7 +560,7 @@ fn open(what: Option<&str>, adapter: Option<&str>) -> Result<()> {
             }
             None => {
                 eprintln!("There is no display ({reason}), so the tour is written into out/ instead.");
-                tour::write(&PathBuf::from("out"), adapter)
+                figure::tour(&figure::Tour::default(), adapter)
             }
         },
     }

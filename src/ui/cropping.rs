@@ -2,6 +2,7 @@
 
 use super::controls::{HEIGHT, Tip, field, row, steady};
 use super::model::Model;
+use super::sheets;
 use super::style::ACCENT;
 use egui::{
     Button, Color32, CursorIcon, DragValue, Id, Key, PointerButton, Pos2, Rect, Response, Stroke, StrokeKind, Ui,
@@ -54,10 +55,10 @@ fn captured(rect: Rect, [width, height]: [u32; 2]) -> Rect {
     Rect::from_center_size(rect.center(), vec2(rect.height() * width as f32 / height as f32, rect.height()))
 }
 
-/// Takes a rectangle that is dragged out in the viewport.
+/// Takes a rectangle that is dragged out in the viewport, as the crop or as an inset of a sheet.
 pub fn drag(ui: &Ui, rect: Rect, r: &Response, m: &mut Model) {
     if ui.input(|i| i.key_pressed(Key::Escape)) {
-        m.cropping = false;
+        (m.cropping, m.builder.marking) = (false, false);
         return;
     }
     if r.contains_pointer() {
@@ -82,12 +83,36 @@ pub fn drag(ui: &Ui, rect: Rect, r: &Response, m: &mut Model) {
         ui.data_mut(|d| d.remove::<Pos2>(id));
         // Less is a slip of the hand.
         if part[2] > 1 && part[3] > 1 {
-            m.setup.crop_to(part);
-            m.cropping = false;
+            if m.builder.marking {
+                sheets::add(m, within(part, m.setup.part()));
+            } else {
+                m.setup.crop_to(part);
+                m.cropping = false;
+            }
         }
     } else if r.dragged_by(PointerButton::Primary) {
         frame(ui, rect, whole, part, m.setup.size);
     }
+}
+
+/// A rectangle as shares of the part that captures show.
+fn within([x, y, w, h]: [u32; 4], [left, top, width, height]: [u32; 4]) -> [f64; 4] {
+    let share = |from: u32, length: u32, first: u32, all: u32| {
+        let end = (from + length).clamp(first + 1, first + all) - first;
+        let start = from.clamp(first, first + all - 1) - first;
+        [f64::from(start) / f64::from(all), f64::from(end.max(start + 1) - start) / f64::from(all)]
+    };
+    let ([x, w], [y, h]) = (share(x, w, left, width), share(y, h, top, height));
+    [x, y, w, h]
+}
+
+/// Shows a sheet's insets over the picture.
+pub fn insets(ui: &Ui, rect: Rect, m: &Model) {
+    let whole = captured(rect, m.setup.size);
+    let [x, y, w, h] = m.setup.part().map(|pixels| pixels as f32);
+    let scale = whole.size() / vec2(m.setup.size[0] as f32, m.setup.size[1] as f32);
+    let part = Rect::from_min_size(whole.min + vec2(x, y) * scale, vec2(w, h) * scale);
+    sheets::frames(&ui.painter().with_clip_rect(rect), part, m);
 }
 
 /// Shows what the crop leaves out, while the picture has the captured one's shape.

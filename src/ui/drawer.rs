@@ -2,7 +2,7 @@
 
 use super::controls::{Tip, chips, mark};
 use super::model::{Action, Job, Model, Tab};
-use super::{advice, inspect, sweep, timeline};
+use super::{advice, inspect, sheets, sweep, timeline};
 use crate::techniques;
 use egui::scroll_area::ScrollBarVisibility;
 use egui::{Align, Button, Frame, Label, Layout, Margin, Panel, ProgressBar, Rect, RichText, ScrollArea, Sense, Ui};
@@ -27,11 +27,12 @@ const NARROW: f32 = 520.0;
 const SNUG: f32 = 360.0;
 
 /// The tabs with their titles, keys, and what they are for.
-pub const TABS: [(Tab, &str, &str); 4] = [
+pub const TABS: [(Tab, &str, &str); 5] = [
     (Tab::Chart, "Chart", "Error against cost: sweep techniques over their parameters and compare them (F2)."),
     (Tab::Stability, "Stability", "Paths of camera and light on which some techniques fail (F3)."),
     (Tab::Advice, "Advice", "The cheapest technique and parameters that are exact enough (F4)."),
     (Tab::Pixel, "Pixel", "What the technique did at one pixel, why it is wrong, and what would help (F6)."),
+    (Tab::Figure, "Figure", "A sheet of pictures for a paper: rows, columns, insets, numbers, caption (F7)."),
 ];
 
 /// Draws the strip and, above it, the open tab.
@@ -77,6 +78,7 @@ pub fn show(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
             Tab::Stability => timeline::show(ui, m, out),
             Tab::Advice => advice::show(ui, m, out),
             Tab::Pixel => inspect::show(ui, m, out),
+            Tab::Figure => sheets::show(ui, m, out),
         });
         ui.allocate_rect(rest, Sense::hover());
     });

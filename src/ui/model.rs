@@ -10,10 +10,12 @@ use super::lesson::Running;
 use super::maps::Maps;
 use super::picker::Picker;
 use super::pictures::{Picture, Pictures, Subject};
+use super::sheets::Builder;
 use super::start::Start;
 use super::timeline::Timeline;
 use super::words::Words;
 use crate::capture;
+use crate::figure::{Format, Spec};
 use crate::flatland::Flatland;
 use crate::frame::{Told, ToldLight, technique_ms};
 use crate::gpu::Fault;
@@ -67,6 +69,8 @@ pub enum Action {
     Exhibit(&'static str),
     /// Find out which files were opened last.
     LookUpRecent,
+    /// Draw a sheet, and write it into a folder under a name in these formats, if they are given.
+    Sheet(Box<Spec>, Option<((PathBuf, String), Vec<Format>)>),
     /// Write what a tab of the drawer shows: as a chart or as figures, by the file's ending.
     Export(Tab, PathBuf),
     /// Render a small picture.
@@ -250,6 +254,7 @@ pub enum Tab {
     Stability,
     Advice,
     Pixel,
+    Figure,
 }
 
 /// All that the window shows.
@@ -291,6 +296,7 @@ pub struct Model {
     pub words: Option<Words>,
     pub advice: Advising,
     pub inspect: Inspect,
+    pub builder: Builder,
     pub facts: Facts,
     /// The number of what was ordered last from the scene's thread, and since when it is awaited.
     pub order: u64,
@@ -375,6 +381,7 @@ impl Model {
             words: None,
             advice: Advising::default(),
             inspect: Inspect::default(),
+            builder: Builder::default(),
             facts: Facts::default(),
             order: 0,
             ordered: Instant::now(),
@@ -716,6 +723,12 @@ impl Model {
     /// Whether the panel shows.
     pub fn panel_shows(&self) -> bool {
         if self.narrow { self.show_over } else { self.show_panel }
+    }
+
+    /// Opens the builder on a sheet's spec, whose base is open.
+    pub fn build(&mut self, path: &Path, spec: Spec) {
+        self.builder.open(path, spec);
+        self.drawer = Some(Tab::Figure);
     }
 
     /// Opens the flatland lab on a world.

@@ -181,6 +181,7 @@ const SHORTCUTS: &[Shortcut] = &[
     always(&[(NONE, Key::F2)], "open or close the chart", |m, _| m.toggle(Tab::Chart)),
     always(&[(NONE, Key::F3)], "open or close stability", |m, _| m.toggle(Tab::Stability)),
     always(&[(NONE, Key::F4)], "open or close advice", |m, _| m.toggle(Tab::Advice)),
+    always(&[(NONE, Key::F7)], "open or close the figure builder", |m, _| m.toggle(Tab::Figure)),
     always(&[(NONE, Key::F5)], "open the flatland lab", |m, _| m.toggle_lab()),
     always(&[(NONE, Key::F6)], "open or close the pixel's story", |m, _| m.toggle(Tab::Pixel)),
     always(&[(NONE, Key::F8)], "the start screen: lessons, recent files, gallery", |m, _| m.toggle_start()),
@@ -372,6 +373,7 @@ fn closing(ctx: &Context, m: &mut Model, out: &mut Vec<Action>) {
                 (Tab::Stability, _) => "The stability run is not saved.".into(),
                 (Tab::Advice, _) => "The advice is not saved.".into(),
                 (Tab::Pixel, _) => String::new(),
+                (Tab::Figure, _) => "The figure is not saved.".into(),
             });
         }
         if let Some(job) = &m.measuring {
@@ -386,6 +388,7 @@ fn closing(ctx: &Context, m: &mut Model, out: &mut Vec<Action>) {
                     Tab::Stability => "stability",
                     Tab::Advice => "advice",
                     Tab::Pixel => "pixel",
+                    Tab::Figure => "figure",
                 };
                 let paths: Vec<PathBuf> = m.unsaved.iter().map(|tab| numbered(stem(tab), "csv")).collect();
                 let names: Vec<String> = paths.iter().map(|p| p.display().to_string()).collect();

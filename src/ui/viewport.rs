@@ -1,6 +1,6 @@
 //! The viewport: camera by mouse and keys, the split line, and what is written over the picture.
 
-use super::model::{Action, Model, Reading, Traced};
+use super::model::{Action, Model, Reading, Tab, Traced};
 use super::style::{ACCENT, TEXT};
 use super::{compare, cropping, freeze, gizmo, inspect, legend, maps};
 use crate::view;
@@ -13,8 +13,10 @@ const TURN: f32 = 0.006;
 pub fn show(ui: &mut Ui, rect: Rect, m: &mut Model, out: &mut Vec<Action>) {
     inspect::follow(compare::first(rect, &m.setup), m);
     let r = ui.interact(rect, Id::unique("viewport"), Sense::click_and_drag());
-    if m.cropping {
+    m.builder.marking &= m.drawer == Some(Tab::Figure);
+    if m.cropping || m.builder.marking {
         cropping::drag(ui, rect, &r, m);
+        cropping::insets(ui, rect, m);
         tracing(ui, rect, m);
         return draft(ui, rect, m);
     }
@@ -66,6 +68,9 @@ pub fn show(ui: &mut Ui, rect: Rect, m: &mut Model, out: &mut Vec<Action>) {
     cropping::outside(ui, rect, m);
     if let Some(first) = compare::parts(rect, &m.setup).into_iter().find(|part| part.side == 0) {
         inspect::over(ui, first.whole, first.seen, m);
+    }
+    if m.drawer == Some(Tab::Figure) {
+        cropping::insets(ui, rect, m);
     }
     tracing(ui, rect, m);
     let free = legend::show(ui, rect, m);

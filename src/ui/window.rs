@@ -8,6 +8,7 @@ use super::stage::{Order, Request, Stage};
 use super::work::{Desk, Done, Figures, Opened};
 use super::{Ended, lesson, recent, shell, style, timeline};
 use crate::chart::{COSTS, ERRORS};
+use crate::figure::Spec;
 use crate::files;
 use crate::flatland::Flatland;
 use crate::gallery;
@@ -143,6 +144,8 @@ struct Open {
     model: Option<Model>,
     /// A world that the lab is to show once there is a model.
     world: Option<(PathBuf, Flatland)>,
+    /// A sheet that the builder is to show once what it starts from is open.
+    sheet: Option<(PathBuf, Box<Spec>)>,
     /// What is shown as being opened before there is a model.
     opening: String,
     /// The start screen comes first.
@@ -194,6 +197,7 @@ impl Open {
             desk,
             model: None,
             world: None,
+            sheet: None,
             opening: String::new(),
             start: false,
             config: recent::folder(),
@@ -293,6 +297,10 @@ impl Open {
                     }
                     continue;
                 }
+                Done::Built(job, path, spec) if job == self.loading => {
+                    self.sheet = Some((path, spec));
+                    continue;
+                }
                 Done::Opened(job, opened) if job == self.loading => {
                     self.opened(opened)?;
                     continue;
@@ -303,7 +311,7 @@ impl Open {
             let Some(m) = &mut self.model else { continue };
             match done {
                 // Of something that is no longer wanted.
-                Done::Loaded(..) | Done::World(..) | Done::Opened(..) => {}
+                Done::Loaded(..) | Done::World(..) | Done::Opened(..) | Done::Built(..) => {}
                 Done::Drawn(facts, picture) => {
                     m.facts = *facts;
                     if let Some(picture) = picture {
@@ -412,7 +420,6 @@ impl Open {
                         Err(e) => m.fail(&e),
                     }
                 }
-                Done::Measured(..) | Done::Stability(..) | Done::Advised(..) | Done::Animated(..) => {}
                 Done::Story(told) => match told {
                     Ok(story) => (m.inspect.story, m.inspect.failed) = (Some(story), None),
                     Err(e) => (m.inspect.story, m.inspect.failed) = (None, Some(message::sentence(&e))),
@@ -425,6 +432,28 @@ impl Open {
                         m.fail(&e.context("the change could not be measured"));
                     }
                 }
+                Done::Sheet(job, result) if job == self.measuring => {
+                    m.measuring = None;
+                    match result {
+                        Ok(done) => {
+                            let (sheet, image, written) = *done;
+                            let texture = self.ctx.load_texture("sheet", image, TextureOptions::LINEAR);
+                            m.builder.preview = Some(Picture::Drawn(texture));
+                            sheet.notes.iter().for_each(|note| m.say(note.clone()));
+                            m.builder.drawn = Some(sheet);
+                            written.first().into_iter().for_each(|path| m.say(wrote(path, written.len())));
+                        }
+                        Err(e) => {
+                            let e = e.context("the figure cannot be drawn");
+                            if matches!(m.builder.preview, Some(Picture::Waiting)) {
+                                m.builder.preview = Some(Picture::Failed(message::sentence(&e)));
+                            }
+                            m.fail(&e);
+                        }
+                    }
+                }
+                Done::Measured(..) | Done::Stability(..) | Done::Advised(..) => {}
+                Done::Animated(..) | Done::Sheet(..) => {}
                 Done::Saved(tab, Ok(path)) => {
                     let numbers = path.extension().is_some_and(|e| e == "csv" || e == "json");
                     m.unsaved.retain(|t| *t != tab || !numbers);
@@ -493,6 +522,9 @@ impl Open {
                 model.show_world(&path, world);
             }
             model.start.shown = std::mem::take(&mut self.start);
+            if let Some((path, spec)) = self.sheet.take() {
+                model.build(&path, *spec);
+            }
             self.remember();
             return Ok(());
         };
@@ -506,10 +538,14 @@ impl Open {
                 }
                 m.lab.shown = false;
                 m.start.shown = false;
+                if let Some((path, spec)) = self.sheet.take() {
+                    m.build(&path, *spec);
+                }
                 self.glide = None;
                 self.remember();
             }
             Err(e) => {
+                self.sheet = None;
                 if restored {
                     m.keep_history();
                 }
@@ -715,6 +751,14 @@ impl Open {
                 let (job, adapter) = self.job("Advice");
                 self.desk.advise(job, adapter, scene, setup, (budget, techniques));
             }
+            Action::Sheet(spec, to) => {
+                let held = m.builder.drawn.clone();
+                if held.as_ref().is_none_or(|held| held.spec != *spec) {
+                    m.builder.preview = m.builder.preview.take().or(Some(Picture::Waiting));
+                }
+                let (job, adapter) = self.job("Figure");
+                self.desk.sheet(job, adapter, *spec, held, to);
+            }
             Action::Export(tab, path) => {
                 let axes = [&COSTS[m.chart.cost], &ERRORS[m.chart.error]];
                 let figures = match tab {
@@ -722,6 +766,8 @@ impl Open {
                     Tab::Advice => m.advice.exported().map(|(rows, axes)| Figures::Rows(rows, axes)),
                     Tab::Stability => m.timeline.found.clone().map(|f| Figures::Path(f, m.timeline.figure)),
                     Tab::Pixel => None,
+                    // It has formats of its own.
+                    Tab::Figure => None,
                 };
                 if let Some(figures) = figures {
                     self.desk.export(tab, figures, path);
@@ -737,6 +783,9 @@ impl Open {
                 self.desk.animate(job, adapter, scene, setup, (sequence, path));
             }
             Action::CancelMeasuring => {
+                if matches!(m.builder.preview, Some(Picture::Waiting)) {
+                    m.builder.preview = None;
+                }
                 self.desk.cancel_measuring();
                 self.measuring += 1;
                 m.measuring = None;
@@ -798,6 +847,14 @@ fn parts(raw: RawInput) -> Vec<RawInput> {
         RawInput { events, ..raw }
     };
     events.into_iter().map(part).collect()
+}
+
+/// Says where a sheet's files have been written.
+fn wrote(first: &Path, files: usize) -> String {
+    match files {
+        1 => saved(first),
+        n => format!("{} The other {} are beside it.", saved(first), n - 1),
+    }
 }
 
 /// Says where a file has been written.

@@ -6,6 +6,7 @@ use super::recent::{self, Recent};
 use super::stage::Picture;
 use super::{picker, timeline};
 use crate::chart::{self, Axis};
+use crate::figure::{self, Format, Sheet, Spec};
 use crate::files;
 use crate::flatland::{self, Flatland};
 use crate::frame::{Ask, MapLayer, Renderer, Shot, Truth};
@@ -84,6 +85,10 @@ pub enum Done {
     Story(Result<Box<Story>>),
     /// The errors before and after a change.
     Tried(u64, Result<[Errors; 2]>),
+    /// A sheet, its picture and the files that it was written into.
+    Sheet(u64, Result<Box<(Arc<Sheet>, ColorImage, Vec<PathBuf>)>>),
+    /// What is being opened is a sheet or a sheet's spec, of this file.
+    Built(u64, PathBuf, Box<Spec>),
     /// The file, and what its picture shows wrong.
     Captured(Result<(PathBuf, Vec<String>)>),
     /// The file of an animation, or of its first frame, and what its pictures show wrong.
@@ -133,6 +138,23 @@ pub struct Desk {
     pictures: Option<Sender<(Subject, OpenScene)>>,
     /// Held while something is measured or a small picture is drawn: neither is to disturb the other.
     alone: Arc<Mutex<()>>,
+}
+
+/// Where a sheet's files go, under which name, and in which formats.
+pub type SheetTarget = ((PathBuf, String), Vec<Format>);
+
+/// Widest and highest picture of a sheet in the window, pixels.
+const PREVIEW: u32 = 2048;
+
+/// A sheet as a picture that a device can hold.
+fn preview(sheet: &Sheet) -> Result<ColorImage> {
+    let pixels = figure::pixels(sheet)?;
+    let [w, h] = pixels.size;
+    let scale = (f64::from(PREVIEW) / f64::from(w.max(h))).min(1.0);
+    let whole = image::RgbaImage::from_raw(w, h, pixels.rgba).context("the sheet's size does not match")?;
+    let [w, h] = [w, h].map(|side| ((f64::from(side) * scale).round() as u32).max(1));
+    let small = if scale < 1.0 { image::imageops::thumbnail(&whole, w, h) } else { whole };
+    Ok(ColorImage::from_rgba_unmultiplied([w as usize, h as usize], &small))
 }
 
 /// The scene that is open, with its name in set-ups.
@@ -220,6 +242,20 @@ impl Desk {
                 let world =
                     Flatland::from_toml(&text).with_context(|| format!("{what} is no usable world of flatland"));
                 return post.send(Done::World(job, path, world));
+            }
+            let text = |e: &OsString| e == "toml" && files::read_text(&path).is_ok_and(|text| figure::is_figure(&text));
+            let sheet = |e: &OsString| text(e) || (e == "png" || e == "svg") && figure::has_sheet(&path);
+            if ending.as_ref().is_some_and(sheet) {
+                // Behind the builder stands what the sheet starts from.
+                let opened = Spec::open(&what).and_then(|spec| {
+                    let (setup, scene) = spec.open_base()?;
+                    Ok((spec, prepared(setup, scene, &room, false)?))
+                });
+                let loaded = opened.map(|(spec, loaded)| {
+                    post.send(Done::Built(job, path, Box::new(spec)));
+                    loaded
+                });
+                return post.send(Done::Loaded(job, loaded));
             }
             let holds = |e: &OsString| e == "toml" || capture::HOLD.iter().any(|held| e == *held);
             let bare = !ending.as_ref().is_some_and(holds);
@@ -373,6 +409,38 @@ impl Desk {
             Ok([before, diagnosis::measure(&mut renderer, after, size, place)?])
         };
         self.beside(job, adapter, scene, work, Done::Tried);
+    }
+
+    /// Draws a sheet unless it is `held` already, and writes it where it is to go.
+    pub fn sheet(&mut self, job: u64, adapter: String, spec: Spec, held: Option<Arc<Sheet>>, to: Option<SheetTarget>) {
+        let wanted = self.measuring.clone();
+        wanted.store(job, Ordering::Relaxed);
+        let alone = self.alone.clone();
+        let thread = self.start(move |post| {
+            let _alone = hold(&alone);
+            let watch = Watch { post: post.clone(), job, wanted: wanted.clone(), said: Cell::new(None) };
+            let work = || {
+                let sheet = match held.filter(|held| held.spec == spec) {
+                    Some(held) => held,
+                    None => {
+                        let gpu = Gpu::new(Some(&adapter)).context("no second device could be opened")?;
+                        gpu.give_up_when(move || wanted.load(Ordering::Relaxed) != job);
+                        Arc::new(figure::draw(&spec, &Arc::new(gpu), &mut |done, what| watch.progress(done, what))?)
+                    }
+                };
+                let written = match &to {
+                    Some(((folder, name), formats)) => {
+                        ensure!(watch.wanted(), measure::STOPPED);
+                        figure::write(&sheet, folder, name, formats)?
+                    }
+                    None => Vec::new(),
+                };
+                let preview = preview(&sheet)?;
+                Ok(Box::new((sheet, preview, written)))
+            };
+            post.send(Done::Sheet(job, work()));
+        });
+        self.drawing.push(thread);
     }
 
     /// Lets a measurement that runs end early.

@@ -55,6 +55,7 @@ mod scale;
 mod sequences;
 mod setup;
 mod shaders;
+mod sheets;
 mod silhouettes;
 mod stability;
 mod sweep;
