@@ -20,6 +20,8 @@ const PICTURE: f32 = 90.0;
 const SIDE: f32 = 270.0;
 /// Height of the list of techniques in it at most, points.
 const MOST_CHIPS: f32 = 150.0;
+/// Below this width tabs stand closer together, points.
+const TIGHT: f32 = 380.0;
 /// Below this width controls stand under the chart, points.
 const NARROW: f32 = 520.0;
 
@@ -36,6 +38,11 @@ pub fn show(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
     let strip = Frame::new().fill(ui.visuals().panel_fill).inner_margin(Margin::symmetric(10, 0));
     Panel::bottom("tabs").exact_size(STRIP).frame(strip).show(ui, |ui| {
         ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
+            let tight = ui.available_width() < TIGHT;
+            if tight {
+                ui.spacing_mut().item_spacing.x = 3.0;
+                ui.spacing_mut().button_padding.x = 4.0;
+            }
             for (tab, title, tip) in TABS {
                 let open = m.drawer == Some(tab);
                 let button = Button::selectable(open, title).frame_when_inactive(true);
@@ -43,7 +50,9 @@ pub fn show(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
                     m.drawer = if open { None } else { Some(tab) };
                 }
             }
-            ui.separator();
+            if !tight {
+                ui.separator();
+            }
             let tip =
                 "Shadow maps in a world of two dimensions: turn the light's film and see what each angle costs (F5).";
             if ui.button("Flatland").on_hover_text(tip).clicked() {
