@@ -42,6 +42,9 @@ pub struct Loaded {
     pub bare: bool,
 }
 
+/// A sheet, its picture for the window, and the files that it was written into.
+pub type SheetDone = (Arc<Sheet>, ColorImage, Vec<PathBuf>);
+
 /// A set-up, its scene, and that scene's lowest and highest corner.
 pub type Opened = (Setup, Arc<Scene>, [Vec3; 2]);
 
@@ -76,7 +79,7 @@ pub enum Done {
     Stability(u64, Result<Stability>),
     Advised(u64, Result<Box<(Budget, Advice)>>),
     /// A sheet, its picture and the files that it was written into.
-    Sheet(u64, Result<Box<(Arc<Sheet>, ColorImage, Vec<PathBuf>)>>),
+    Sheet(u64, Result<Box<SheetDone>>),
     /// What is being opened is a sheet or a sheet's spec, of this file.
     Built(u64, PathBuf, Box<Spec>),
     /// The file, and what its picture shows wrong.
