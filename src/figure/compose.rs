@@ -398,7 +398,7 @@ impl Sheet {
     /// Gives everything its place.
     fn lay_out(&mut self, rows: &[Vec<String>], columns: &[&Column], keys: Vec<(Key, String)>) {
         let grid = self.grid.clone();
-        let [count, across] = self.count;
+        let across = self.count[1];
         let font = grid.font;
         let small = SMALL * font;
         let mut items = Vec::new();
@@ -427,7 +427,7 @@ impl Sheet {
             }
             y += height;
         }
-        for i in 0..count {
+        for (i, lines) in rows.iter().enumerate() {
             if i > 0 {
                 y += grid.gap;
             }
@@ -459,7 +459,6 @@ impl Sheet {
                 }
                 bottom = bottom.max(end);
             }
-            let lines = &rows[i];
             for (k, line) in lines.iter().enumerate() {
                 // Read from below: the last line is next to the pictures.
                 let from = (lines.len() - k - 1) as f64 * LINE * font + 0.55 * font;

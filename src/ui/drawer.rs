@@ -20,11 +20,10 @@ const PICTURE: f32 = 90.0;
 const SIDE: f32 = 270.0;
 /// Height of the list of techniques in it at most, points.
 const MOST_CHIPS: f32 = 150.0;
+/// Below this width tabs stand closer together, and lessons and flatland have their keys alone, points.
+const TIGHT: f32 = 470.0;
 /// Below this width controls stand under the chart, points.
 const NARROW: f32 = 520.0;
-
-/// In a strip narrower than this its buttons stand closer, points.
-const SNUG: f32 = 360.0;
 
 /// The tabs with their titles, keys, and what they are for.
 pub const TABS: [(Tab, &str, &str); 5] = [
@@ -40,8 +39,9 @@ pub fn show(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
     let strip = Frame::new().fill(ui.visuals().panel_fill).inner_margin(Margin::symmetric(10, 0));
     Panel::bottom("tabs").exact_size(STRIP).frame(strip).show(ui, |ui| {
         ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
-            if ui.available_width() < SNUG {
-                (ui.spacing_mut().item_spacing.x, ui.spacing_mut().button_padding.x) = (3.0, 5.0);
+            let tight = ui.available_width() < TIGHT;
+            if tight {
+                (ui.spacing_mut().item_spacing.x, ui.spacing_mut().button_padding.x) = (3.0, 4.0);
             }
             for (tab, title, tip) in TABS {
                 let open = m.drawer == Some(tab);
@@ -53,6 +53,9 @@ pub fn show(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
                 if button.on_hover_text(tip).clicked() {
                     m.drawer = if open { None } else { Some(tab) };
                 }
+            }
+            if tight {
+                return;
             }
             ui.separator();
             if ui.button("Lessons").on_hover_text("The start screen: lessons, recent files, gallery (F8).").clicked() {

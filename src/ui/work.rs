@@ -48,6 +48,9 @@ pub struct Loaded {
     pub bare: bool,
 }
 
+/// A sheet, its picture for the window, and the files that it was written into.
+pub type SheetDone = (Arc<Sheet>, ColorImage, Vec<PathBuf>);
+
 /// A set-up, its scene, and that scene's lowest and highest corner.
 pub type Opened = (Setup, Arc<Scene>, [Vec3; 2]);
 
@@ -86,7 +89,7 @@ pub enum Done {
     /// The errors before and after a change.
     Tried(u64, Result<[Errors; 2]>),
     /// A sheet, its picture and the files that it was written into.
-    Sheet(u64, Result<Box<(Arc<Sheet>, ColorImage, Vec<PathBuf>)>>),
+    Sheet(u64, Result<Box<SheetDone>>),
     /// What is being opened is a sheet or a sheet's spec, of this file.
     Built(u64, PathBuf, Box<Spec>),
     /// The file, and what its picture shows wrong.
