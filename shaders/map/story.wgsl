@@ -120,7 +120,13 @@ fn tell_story(@builtin(global_invocation_id) id: vec3u) {
     l.near = v.near;
     l.far = v.far;
     l.perspective = v.perspective;
-    l.outside = select(0u, 1u, outside_map(r, r.texel));
+    // Beside its own map another one may hold it, and is then looked up.
+    let elsewhere = outside_map(r, r.texel);
+    var next_to = Beside(1.0, v.far);
+    if elsewhere {
+        next_to = beside(r, r.texel);
+    }
+    l.outside = select(0u, 1u, elsewhere && next_to.depth >= v.far);
     l.compared = linear_depth(v, depth_at(r, floor(r.texel) + 0.5));
     let plain = linear_depth(v, r.depth);
     l.bias = vec4f(moved.x - linear_depth(v, moved.y), linear_depth(v, moved.y) - plain, l.depth - moved.x, plain - l.compared);
@@ -134,7 +140,10 @@ fn tell_story(@builtin(global_invocation_id) id: vec3u) {
         let ends = vec2f(plane_depth(v, here, plane, l.depth, l.texel + step), plane_depth(v, here, plane, l.depth, l.texel - step));
         l.slope[i] = ends.x - ends.y;
     }
-    if l.outside == 0u {
+    if elsewhere {
+        l.held = next_to.depth;
+        l.stored = stored_depth(v, next_to.depth);
+    } else {
         l.stored = drawn_depth(c.layer, vec2u(r.texel));
         l.held = linear_depth(v, l.stored);
     }
@@ -147,7 +156,13 @@ fn tell_story(@builtin(global_invocation_id) id: vec3u) {
     for (var i = 0u; i < 25u; i++) {
         let at = r.texel + (vec2f(vec2u(i % 5u, i / 5u)) - 2.0) * l.spread;
         var tap = vec4f(0.0, 0.0, 0.0, 2.0);
-        if !outside_map(r, at) {
+        if outside_map(r, at) {
+            let there = beside(r, at);
+            let centre = floor(at) + 0.5;
+            if there.depth < v.far {
+                tap = vec4f(there.depth, linear_depth(v, depth_at(r, centre)), plane_depth(v, here, plane, l.depth, centre), 1.0);
+            }
+        } else {
             let centre = floor(at) + 0.5;
             let stored = drawn_depth(c.layer, vec2u(at));
             tap = vec4f(linear_depth(v, stored), linear_depth(v, depth_at(r, centre)), plane_depth(v, here, plane, l.depth, centre), select(0.0, 1.0, stored > 0.0));

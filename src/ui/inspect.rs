@@ -164,7 +164,7 @@ fn told(ui: &mut Ui, m: &mut Model, _: &mut Vec<Action>) {
         let text = match &m.inspect.failed {
             Some(why) => why.clone(),
             None if m.setup.refusal(m.info()).is_some() => "The technique does not serve this light.".into(),
-            None => "Alt and a click into the picture, or I and a click, pins a pixel. Its story follows once the picture rests.".into(),
+            None => "The pinned pixel's story follows once the picture rests and the truth is traced. Alt and a click into the picture, or I and a click, pins another.".into(),
         };
         ui.label(RichText::new(text).weak());
         return;
