@@ -12,8 +12,6 @@ use std::path::PathBuf;
 
 /// Height of the strip with the tabs, points.
 const STRIP: f32 = 26.0;
-/// Room that the buttons behind the tabs need, points.
-const BUTTONS: f32 = 150.0;
 /// Share of the room that the drawer takes at first.
 const SHARE: f32 = 0.45;
 /// Points of picture that always stay.
@@ -60,9 +58,7 @@ pub fn show(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
                 return;
             }
             ui.separator();
-            // A narrow window has F8.
-            let tip = "The start screen: lessons, recent files, gallery (F8).";
-            if ui.available_width() > BUTTONS && ui.button("Lessons").on_hover_text(tip).clicked() {
+            if ui.button("Lessons").on_hover_text("The start screen: lessons, recent files, gallery (F8).").clicked() {
                 m.toggle_start();
             }
             let tip =

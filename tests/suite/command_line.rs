@@ -55,7 +55,7 @@ fn turned(info: &'static Info, random: &mut Random, unit: f64) -> Vec<(&'static 
 fn every_parameter_survives_its_command() {
     let (start, scene) = Setup::open("cubes").unwrap();
     let mut random = Random(5);
-    for info in techniques::ALL {
+    for info in techniques::ALL.iter() {
         for _ in 0..3 {
             let mut s = start.clone();
             s.select(info.id).unwrap();

@@ -229,16 +229,9 @@ fn every_command_runs() {
         let dir = tempfile::tempdir().unwrap();
         for (_, code) in page.code.iter().filter(|(info, _)| info == "sh") {
             for words in commands(code) {
-                let _ = info;
                 let words = smaller(words);
                 let args: Vec<&str> = words[1..].iter().map(String::as_str).collect();
-                let start = std::time::Instant::now();
-                eprintln!("start {}", words.join(" "));
                 let out = shadowscope(dir.path(), &args);
-                let took = start.elapsed().as_secs_f32();
-                if took > 2.0 {
-                    eprintln!("{took:.1} {name}: {}", words.join(" "));
-                }
                 if !out.status.success() {
                     failed.push(format!("{name}: {}: {}", words.join(" "), String::from_utf8_lossy(&out.stderr)));
                 }

@@ -253,7 +253,7 @@ fn rays_have_no_texels() {
 fn every_technique_has_stories() {
     let (mut r, mut s) = plate_above_floor();
     let mut in_maps = Vec::new();
-    for info in shadowscope::techniques::ALL {
+    for info in shadowscope::techniques::ALL.iter() {
         s.light = match info.lights[0] {
             "directional" => sun(Vec3::new(0.3, 1.0, 0.2)),
             "rect-area" => plate(Vec3::new(0.0, 6.0, 0.0), Vec3::ZERO, 0.5),
