@@ -215,11 +215,10 @@ fn the_window_opens_follows_a_click_and_closes() {
 
     desktop.click(button(&layout, "Percentage-closer filtering"));
     let differing = |p: &[u32]| p.iter().zip(&mapped).filter(|(a, b)| a != b).count();
-    let filtered = settled(&folder, middle, |p| differing(p) > 20, "another technique's picture");
+    // The same scene: once the draft has gone only shadow edges differ.
+    let edges = |p: &[u32]| (21..p.len() / 5).contains(&differing(p));
+    let filtered = settled(&folder, middle, edges, "another technique's picture");
     assert!(colours(&filtered) > 50);
-    // The same scene: only shadow edges differ.
-    let share = differing(&filtered) as f32 / filtered.len() as f32;
-    assert!(share < 0.2, "{} % of the picture changed", share * 100.0);
 
     desktop.key("ctrl+q");
     let status = wait_for_exit(&mut desktop.window);
