@@ -161,15 +161,28 @@ pub fn check_target(path: &Path) -> Result<Option<String>> {
         }
         File::options().append(true).open(path).map_err(cannot)?;
     }
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    check_place(path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new(".")), path)
+}
+
+/// As [`check_target`] for a folder that files are to be written into.
+///
+/// # Errors
+/// A file of that name, or a place where nothing can be made.
+pub fn check_folder(folder: &Path) -> Result<Option<String>> {
+    ensure!(!folder.exists() || folder.is_dir(), "{} is a file; give the name of a folder", folder.display());
+    check_place(folder, folder)
+}
+
+/// Makes sure that something can be made in a folder, which is said if it is not there; `wanted` is what errors name.
+fn check_place(folder: &Path, wanted: &Path) -> Result<Option<String>> {
+    let name = wanted.display();
     let mut above = folder.ancestors().map(|at| if at.as_os_str().is_empty() { Path::new(".") } else { at });
     let Some(there) = above.find(|at| at.exists()) else { bail!("{name}: there is no such place") };
     ensure!(there.is_dir(), "{name} cannot be written: {} is not a folder", there.display());
     if let Err(error) = tempfile::tempfile_in(there) {
         bail!("{name} cannot be written: nothing can be made in {} ({})", there.display(), reason(&error));
     }
-    let missing = !folder.exists();
-    Ok(missing.then(|| format!("The folder {} is not there and will be made.", folder.display())))
+    Ok((!folder.exists()).then(|| format!("The folder {} is not there and will be made.", folder.display())))
 }
 
 /// A path as text that [`path_of`] turns back into the same path: bytes that are no UTF-8 stand as characters of a private

@@ -57,7 +57,7 @@ pub fn run(wanted: &Wanted, adapter: Option<&str>) -> Result<()> {
     spec.cells |= wanted.cells;
     let path = files::path_of(&wanted.spec);
     let name = path.file_stem().map_or("figure".into(), |stem| stem.to_string_lossy().into_owned());
-    draw(&spec, &wanted.output, &name, &wanted.formats, adapter)
+    draw(&spec, &wanted.output, &name, &wanted.formats, adapter).with_context(|| wanted.spec.clone())
 }
 
 pub fn tour(wanted: &Tour, adapter: Option<&str>) -> Result<()> {

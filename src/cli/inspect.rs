@@ -4,7 +4,7 @@ use super::{Wanted, parse_place, renderer};
 use crate::measure::diagnosis::{self, Diagnosis};
 use crate::measure::story;
 use crate::setup;
-use anyhow::Result;
+use anyhow::{Result, ensure};
 use clap::Args;
 use serde::Serialize;
 
@@ -40,7 +40,11 @@ pub fn run(wanted: &Wanted, pixel: Pixel, adapter: Option<&str>) -> Result<()> {
     if let Some(technique) = &pixel.technique {
         setup.select(technique)?;
     }
-    setup.probe = pixel.at.unwrap_or(setup.probe);
+    if let Some([x, y]) = pixel.at {
+        let inside = [x, y].iter().all(|share| (0.0..=1.0).contains(share));
+        ensure!(inside, "--at {x},{y} lies outside the picture; give two shares from 0 to 1");
+        setup.probe = [x, y];
+    }
     let selected = [setup.technique.clone()];
     wanted.apply(&mut setup, &scene, &selected)?;
     let mut renderer = renderer(adapter, scene)?;

@@ -645,8 +645,8 @@ fn check_target(path: &Path) -> Result<()> {
 
 /// The same for a folder.
 fn check_folder(folder: &Path) -> Result<()> {
-    ensure!(!folder.exists() || folder.is_dir(), "{} is a file; give the name of a folder", folder.display());
-    check_target(&folder.join("index.html"))
+    files::check_folder(folder)?.iter().for_each(|note| eprintln!("{note}"));
+    Ok(())
 }
 
 /// Writes to standard output; a reader that has gone away is no error.

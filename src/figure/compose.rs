@@ -380,6 +380,7 @@ impl Sheet {
             let (Some(row), Some(column)) = (at(row, rows), at(column, columns)) else {
                 bail!("caption: {{{inside}}} is outside the sheet, which has {rows} rows and {columns} columns");
             };
+            Column::find(id).context("caption")?;
             ensure!(
                 self.spec.numbers.iter().any(|number| number == id),
                 "caption: {id} is not measured; put it into numbers, which has {}",

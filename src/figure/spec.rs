@@ -1,6 +1,7 @@
 //! What a sheet shows, as TOML: a set-up, and what of it changes from row to row and from column to column.
 
 use super::KEYWORD;
+use super::tex::is_of_label;
 use crate::capture;
 use crate::files;
 use crate::legend;
@@ -209,7 +210,7 @@ const KEYS: [(&str, &str); 16] = [
     ("measured_size", "two whole numbers from 1 to 16384 pixels"),
     ("caption", "a text of up to 4000 characters"),
     ("draw_caption", "true or false"),
-    ("label", "a text for LaTeX's \\label, such as \"fig:bench\""),
+    ("label", "letters, digits and :-_.+/ for LaTeX's \\label, such as \"fig:bench\""),
 ];
 const AXIS: &str = "one list of names, such as { techniques = [\"pcf\", \"vsm\", \"truth\"] } (techniques, cameras, lights, scenes or views; \"all\" for \
                     all), or tables with a label and keys of set-ups, as [[rows]]";
@@ -334,7 +335,7 @@ impl Spec {
             "draw_caption" => self.draw_caption = value.as_bool()?,
             "cells" => self.cells = value.as_bool()?,
             "caption" => self.caption = text()?,
-            "label" => self.label = text()?,
+            "label" => self.label = text().filter(|label| label.chars().all(is_of_label))?,
             "insets_at" => {
                 self.insets_at = match value.as_str()? {
                     "below" => Place::Below,

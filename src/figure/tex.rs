@@ -6,34 +6,50 @@ use super::write::Format;
 use crate::measure::Column;
 use std::fmt::Write;
 
+/// Cells of a sheet whose numbers the caption repeats.
+const MOST_TOLD: usize = 4;
+
 /// The snippet that shows a sheet's file with its caption and numbers.
 pub fn tex(sheet: &Sheet, name: &str, formats: &[Format]) -> String {
     let both = match &sheet.spec.width {
         Width::Journal(name) => name.ends_with("-2"),
-        other => other.mm().is_none_or(|mm| mm > 100.0),
+        _ => f64::from(sheet.size[0]) / f64::from(sheet.spec.dpi) > 100.0 / 25.4,
     };
-    let (environment, width) = if both { ("figure*", "\\textwidth") } else { ("figure", "\\columnwidth") };
+    let environment = if both { "figure*" } else { "figure" };
+    let width = match &sheet.spec.width {
+        Width::Journal(_) if both => "\\textwidth".to_string(),
+        Width::Journal(_) => "\\columnwidth".into(),
+        // In its own size.
+        _ => format!("{:.3}bp", f64::from(sheet.size[0]) * 72.0 / f64::from(sheet.spec.dpi)),
+    };
     let ending = if formats.contains(&Format::Pdf) || !formats.contains(&Format::Png) { "pdf" } else { "png" };
     // The caption that is drawn is cut off, since LaTeX sets its own.
     let cut = f64::from(sheet.caption_height) * 72.0 / f64::from(sheet.spec.dpi);
     let trim = if cut > 0.0 { format!(", trim=0 {cut:.3}bp 0 0, clip") } else { String::new() };
     let mut caption = escaped(&sheet.caption);
-    // A caption that says where numbers stand has them.
+    // A caption that says where numbers stand has them, and many stand below their pictures alone.
     let placed = sheet.spec.caption.replace("{{", "").contains('{');
-    if !placed {
+    if !placed && sheet.cells.len() <= MOST_TOLD {
         for column in sheet.spec.numbers.iter().filter_map(|id| Column::find(id).ok()) {
             caption += &sentence(sheet, column);
         }
     }
-    let label = if sheet.spec.label.is_empty() { format!("fig:{name}") } else { sheet.spec.label.clone() };
-    // A label is no text: what LaTeX would take for a command has no place in it.
-    let label: String = label.chars().filter(|c| c.is_ascii_alphanumeric() || ":-_.+/".contains(*c)).collect();
+    // A file's name may have what no label has.
+    let label = match sheet.spec.label.as_str() {
+        "" => format!("fig:{name}").chars().filter(|c| is_of_label(*c)).collect(),
+        label => label.to_string(),
+    };
     format!(
         "% Needs \\usepackage{{graphicx}}, and a LaTeX of 2018 or newer, which reads UTF-8.\n\\begin{{{environment}}}\n  \\centering\n  \
          \\includegraphics[width={width}{trim}]{{{}}}\n  \\caption{{{}}}\n  \\label{{{label}}}\n\\end{{{environment}}}\n",
         file(&format!("{name}.{ending}")),
         caption.trim()
     )
+}
+
+/// Whether LaTeX takes a character of a label for nothing but itself.
+pub fn is_of_label(c: char) -> bool {
+    c.is_ascii_alphanumeric() || ":-_.+/".contains(c)
 }
 
 /// All cells' values of a column as a sentence, row by row.

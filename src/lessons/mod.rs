@@ -15,7 +15,7 @@ use crate::scene::Scene;
 use crate::scene::builtin::cases;
 use crate::setup::{self, Setup, load_scene};
 use crate::{files, message};
-use anyhow::{Context, Result, bail, ensure};
+use anyhow::{Context, Result, anyhow, bail, ensure};
 use claim::{Claim, Quantity, Whose};
 use include_dir::{Dir, include_dir};
 use serde::Deserialize;
@@ -353,10 +353,11 @@ pub fn embedded() -> Result<Vec<Lesson>> {
 /// As [`read`], with the file's name; or a folder without any.
 pub fn of_folder(folder: &Path) -> Result<Vec<Lesson>> {
     let told = folder.display();
-    let entries = std::fs::read_dir(folder).with_context(|| format!("the lessons in {told} cannot be read"))?;
+    let reason = |e: std::io::Error| anyhow!("the lessons in {told} cannot be read: {}", files::reason(&e));
+    let entries = std::fs::read_dir(folder).map_err(reason)?;
     let mut lessons = Vec::new();
     for entry in entries {
-        let path = entry.with_context(|| format!("the lessons in {told} cannot be read"))?.path();
+        let path = entry.map_err(reason)?.path();
         if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml")) {
             let id = files::name_of(path.file_stem().unwrap_or_default());
             let text = files::read_text(&path)?;

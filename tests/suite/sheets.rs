@@ -244,7 +244,8 @@ fn files_repeat_and_reopen() {
     assert!(pdf.starts_with(b"%PDF-") && !pdf.windows(12).any(|w| w == b"CreationDate"));
     let tex = String::from_utf8(read("a/s.tex")).unwrap();
     assert!(tex.contains("\\caption{50 \\% of A\\_1 \\& B: 0") && tex.contains("\\{x\\}}"), "{tex}");
-    assert!(tex.contains("\\includegraphics[width=\\columnwidth, trim=0 ") && tex.contains("]{s.pdf}"), "{tex}");
+    // The SVG's 59.944 mm.
+    assert!(tex.contains("\\includegraphics[width=169.920bp, trim=0 ") && tex.contains("]{s.pdf}"), "{tex}");
     let svg = String::from_utf8(read("a/s.svg")).unwrap();
     for needed in [">Shadow map</text>", "data:image/png;base64,", "<metadata>", "width=\"59.944mm\""] {
         assert!(svg.contains(needed), "no {needed}");
@@ -258,7 +259,11 @@ fn files_repeat_and_reopen() {
 #[test]
 fn latex_holds_the_numbers() {
     let dir = tempfile::tempdir().unwrap();
-    let sheet = drawn(&spec(&SMALL.replace("50 % of A_1 & B: {rmse 1,1} {{x}}", "x^2 ~ \\\\ {{}} #$")));
+    let sheet = drawn(&spec(
+        &SMALL
+            .replace("50 % of A_1 & B: {rmse 1,1} {{x}}", "x^2 ~ \\\\ {{}} #$")
+            .replace("width = 60", "width = \"acm-1\""),
+    ));
     figure::write(&sheet, dir.path(), "my figure", &[Format::Tex]).unwrap();
     let tex = std::fs::read_to_string(dir.path().join("my figure.tex")).unwrap();
     let value = |i: usize, id: &str| Column::find(id).unwrap().rounded(sheet.cell(0, i).record.as_ref().unwrap());
@@ -267,6 +272,7 @@ fn latex_holds_the_numbers() {
     assert!(tex.contains("error, \\%: "), "{tex}");
     assert!(tex.contains("x\\textasciicircum{}2 \\textasciitilde{} \\textbackslash{} \\{\\} \\#\\$"), "{tex}");
     assert!(tex.contains("\\detokenize{my figure.pdf}") && tex.contains("\\label{fig:myfigure}"), "{tex}");
+    assert!(tex.contains("\\includegraphics[width=\\columnwidth"), "{tex}");
 }
 
 /// Axes, labels and changes of several kinds; what a technique does not serve stays empty and says so.
@@ -325,6 +331,7 @@ fn bad_specs_are_refused_in_a_sentence() {
         ("width = 3\n[base]\nscene = \"cubes\"", &["width = 3 is not allowed", "acm-1"]),
         ("width = \"acm\"\n[base]\nscene = \"cubes\"", &["width = \"acm\" is not allowed"]),
         ("picture_width = 40\nwidth = 80\n[base]\nscene = \"cubes\"", &["both given"]),
+        ("label = \"a}b\"\n[base]\nscene = \"cubes\"", &["label = \"a}b\" is not allowed", "letters, digits"]),
         ("dpi = 30\n[base]\nscene = \"cubes\"", &["dpi = 30 is not allowed", "50 to 1200"]),
         ("rows = 3\n[base]\nscene = \"cubes\"", &["rows = 3 is not allowed"]),
         (
