@@ -728,7 +728,7 @@ mod tests {
                 if !shell || !line.starts_with("shadowscope") || line.contains('$') {
                     continue;
                 }
-                let command = line.split(" #").next().unwrap_or_default();
+                let command = line.split(" #").next().and_then(|l| l.split(" > ").next()).unwrap_or_default();
                 let words = shlex::split(command).unwrap_or_default();
                 found += 1;
                 if let Err(error) = Cli::try_parse_from(&words) {
