@@ -48,13 +48,12 @@ pub static ARTEFACTS: [Artefact; 17] = [
         remedies: &[
             ("slope_limit", Times(4.0)),
             ("slope_bias", Plus(0.75)),
-            ("bias_kind", Take("ray-plane")),
             ("bias_kind", Take("slope")),
+            ("bias_kind", Take("ray-plane")),
             ("bias", Times(4.0)),
             ("epsilon", Times(4.0)),
             ("normal_offset", Plus(1.0)),
             ("self_plane", On),
-            ("resolution", Times(2.0)),
         ],
     },
     Artefact {

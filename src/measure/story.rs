@@ -332,7 +332,9 @@ fn plain(setup: &Setup, seen: &Seen, i: usize, origin: DVec3) -> Story {
         _ => {
             let told = if p.visibility[i] >= 0.5 { "lit" } else { "in shadow" };
             let how = if seen.wrong(i) { "wrongly" } else { "rightly" };
-            format!("faces the light, within its cone and range; {told}, {how}")
+            let within =
+                if matches!(setup.light, Light::Directional { .. }) { "" } else { ", within its cone and range" };
+            format!("faces the light{within}; {told}, {how}")
         }
     };
     let cause = seen.causes.classes[i];
@@ -462,9 +464,9 @@ impl InMap {
         let mut lines = Vec::new();
         let layer = match self.next {
             Some((next, share)) => {
-                format!("{} of {} texels a side; {:.0} % of map {next}", self.map, self.side, 100.0 * share)
+                format!("number {}, {} texels a side; {:.0} % of map {next}", self.map, self.side, 100.0 * share)
             }
-            None => format!("{} of {} texels a side", self.map, self.side),
+            None => format!("number {}, {} texels a side", self.map, self.side),
         };
         lines.push(("map".into(), layer));
         lines.push(("texel".into(), format!("{}, {}", x.floor(), y.floor())));

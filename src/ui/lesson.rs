@@ -10,6 +10,7 @@ use crate::scene::Scene;
 use crate::setup::Setup;
 use egui::{Align, Button, DragValue, Frame, Grid, Layout, Margin, Panel, RichText, ScrollArea, Ui, vec2};
 use glam::Vec3;
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 /// Width of the card, points.
@@ -29,6 +30,16 @@ pub struct Running {
     /// The answer is being measured.
     pub asked: bool,
     pub answer: Option<Answer>,
+    /// What was guessed and measured at other steps.
+    kept: BTreeMap<usize, Taken>,
+}
+
+/// What was guessed or chosen at a step, and what was measured.
+#[derive(Default)]
+struct Taken {
+    guess: f64,
+    chosen: Option<usize>,
+    answer: Option<Answer>,
 }
 
 impl Running {
@@ -42,7 +53,13 @@ impl Model {
     pub fn begin(&mut self, lesson: &'static Lesson, step: usize) -> Option<Action> {
         self.start.shown = false;
         self.lab.shown = false;
-        let running = Running { lesson, step, came: None, guess: 0.0, chosen: None, asked: false, answer: None };
+        let mut kept = BTreeMap::new();
+        if let Some(before) = self.lesson.take().filter(|before| std::ptr::eq(before.lesson, lesson)) {
+            kept = before.kept;
+            kept.insert(before.step, Taken { guess: before.guess, chosen: before.chosen, answer: before.answer });
+        }
+        let Taken { guess, chosen, answer } = kept.remove(&step).unwrap_or_default();
+        let running = Running { lesson, step, came: None, guess, chosen, asked: false, answer, kept };
         let plan = &running.step().scene;
         self.drawer = running.step().drawer.as_deref().and_then(tab);
         self.lesson = Some(running);

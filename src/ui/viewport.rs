@@ -20,6 +20,11 @@ pub fn show(ui: &mut Ui, rect: Rect, m: &mut Model, out: &mut Vec<Action>) {
         tracing(ui, rect, m);
         return draft(ui, rect, m);
     }
+    // While a lesson's next scene is on its way the picture is still of the one before.
+    if m.loading.is_some() && m.lesson.as_ref().is_some_and(|lesson| lesson.came.is_none()) {
+        ui.painter().rect_filled(rect, 0.0, ui.visuals().panel_fill);
+        return;
+    }
     let camera = &mut m.setup.camera;
     let moved = r.drag_delta();
     if r.dragged_by(PointerButton::Primary) {

@@ -533,11 +533,14 @@ impl Open {
         match opened.map(|o| *o) {
             Ok((setup, scene, bounds)) => {
                 match m.awaits(&setup) {
+                    // Who has gone back to the start screen meanwhile stays there.
                     true => m.arrive(setup, scene, bounds),
-                    false => m.open(setup, scene, bounds, restored),
+                    false => {
+                        m.open(setup, scene, bounds, restored);
+                        m.start.shown = false;
+                    }
                 }
                 m.lab.shown = false;
-                m.start.shown = false;
                 if let Some((path, spec)) = self.sheet.take() {
                     m.build(&path, *spec);
                 }

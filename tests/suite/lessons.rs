@@ -277,10 +277,14 @@ fn the_card_leads_on_resets_and_can_be_left() {
     harness.run_steps(16);
     let first = harness.state().model.setup.clone();
     let picture = harness.state().picture;
+    harness.state_mut().model.lesson.as_mut().unwrap().answer = Some(lessons::Answer::default());
     click(&mut harness, "Next");
     assert_eq!(harness.state().model.setup.view, "texels");
     assert_eq!(harness.state().picture, picture, "the layout does not jump");
+    assert!(harness.state().model.lesson.as_ref().unwrap().answer.is_none());
     click(&mut harness, "Back");
+    let kept = harness.state_mut().model.lesson.as_mut().unwrap().answer.take();
+    assert!(kept.is_some(), "what was measured is gone");
     assert_eq!(harness.state().model.setup, first);
     // Whoever changes something gets back.
     harness.state_mut().model.setup.view = "depth".into();
