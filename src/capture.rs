@@ -197,14 +197,24 @@ pub fn is_exr(path: &Path) -> bool {
     path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"))
 }
 
+/// What makes PNG of eight bits a channel, sRGB-encoded.
+pub fn png_encoder(
+    bytes: &mut Vec<u8>,
+    [width, height]: [u32; 2],
+    color: png::ColorType,
+) -> png::Encoder<'_, &mut Vec<u8>> {
+    let mut encoder = png::Encoder::new(bytes, width, height);
+    encoder.set_color(color);
+    encoder.set_depth(png::BitDepth::Eight);
+    encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
+    encoder
+}
+
 /// Writes four bytes per pixel, rows from the top, as PNG, with a set-up as an iTXt chunk if given.
 pub fn write_png(path: &Path, size: [u32; 2], rgba: &[u8], setup: Option<&str>) -> Result<()> {
     let doing = || format!("{} cannot be written", path.display());
     let mut bytes = Vec::new();
-    let mut encoder = png::Encoder::new(&mut bytes, size[0], size[1]);
-    encoder.set_color(png::ColorType::Rgba);
-    encoder.set_depth(png::BitDepth::Eight);
-    encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
+    let mut encoder = png_encoder(&mut bytes, size, png::ColorType::Rgba);
     if let Some(text) = setup {
         encoder.add_itxt_chunk(SETUP.into(), text.into()).with_context(doing)?;
     }

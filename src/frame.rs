@@ -190,8 +190,13 @@ impl FrameUniform {
 
 /// The probed pixel as `Frame::probe` in WGSL has it.
 fn probe(setup: &Setup, size: [u32; 2]) -> u32 {
-    let [x, y] = [0, 1].map(|i| ((setup.probe[i] * size[i] as f32) as u32).min(size[i] - 1));
+    let [x, y] = pixel_at(setup.probe, size);
     x | y << 16
+}
+
+/// The pixel at a place of a picture, shares of its sides from the upper left corner.
+pub fn pixel_at(place: [f32; 2], size: [u32; 2]) -> [u32; 2] {
+    [0, 1].map(|i| ((place[i] * size[i] as f32) as u32).min(size[i].saturating_sub(1)))
 }
 
 /// How a technique's map is drawn, as `drawn_map` in `shaders/shade.wgsl` has it; 0: there is none.

@@ -582,11 +582,7 @@ pub fn draw_axes(key: &Key, size: [u32; 2], rgba: &mut [u8]) -> Result<()> {
     if marks.is_empty() {
         return Ok(());
     }
-    let over = draw(&svg(&marks, size, false))?;
-    for (p, o) in rgba.chunks_exact_mut(4).zip(over.chunks_exact(4)) {
-        // Colours of the drawing are multiplied by its alpha already.
-        (0..4).for_each(|i| p[i] = (o[i] as u32 + (p[i] as u32 * (255 - o[3] as u32) + 127) / 255).min(255) as u8);
-    }
+    chart::lay_over(rgba, &draw(&svg(&marks, size, false))?);
     Ok(())
 }
 

@@ -279,10 +279,7 @@ fn apng(run: &mut Run, [setup, sequence]: &[String; 2]) -> Result<Vec<u8>> {
     let Sequence { frames, fps, .. } = *run.sequence;
     let (first, _) = run.frame(0)?;
     let mut bytes = Vec::new();
-    let mut encoder = png::Encoder::new(&mut bytes, first.size[0], first.size[1]);
-    encoder.set_color(png::ColorType::Rgba);
-    encoder.set_depth(png::BitDepth::Eight);
-    encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
+    let mut encoder = capture::png_encoder(&mut bytes, first.size, png::ColorType::Rgba);
     encoder.add_itxt_chunk(SETUP.into(), setup.clone()).context(CANNOT)?;
     encoder.add_itxt_chunk(SEQUENCE.into(), sequence.clone()).context(CANNOT)?;
     // Played again and again.

@@ -364,8 +364,7 @@ impl Setup {
     /// `camera` and `light` may also be the name of one of the scene's, or be left out.
     pub fn from_toml(text: &str, path: &Path) -> Result<(Setup, Scene)> {
         let table = read_table(text)?;
-        shape::check(&table)?;
-        let name = beside(scene_name(&table)?, path.parent().unwrap_or(Path::new("")));
+        let name = Setup::scene_named(&table, path.parent().unwrap_or(Path::new("")))?;
         let mut scene = load_scene(&name)?;
         let (setup, note) = Setup::in_scene(table, &name, &scene)?;
         scene.notes.extend(note);
@@ -892,6 +891,16 @@ pub(crate) fn read_table(text: &str) -> Result<toml::Table> {
     let mut table: toml::Table = toml::from_str(text).map_err(|e| one_line(&e.to_string()))?;
     shape::rename(&mut table);
     Ok(table)
+}
+
+/// Lays a table over another: what both have as tables is mixed, unless the new one is `whole`; the rest is replaced.
+pub(crate) fn lay_over(held: &mut toml::Table, by: &toml::Table, whole: &dyn Fn(&str, &toml::Table) -> bool) {
+    for (key, value) in by {
+        match (held.get_mut(key), value) {
+            (Some(toml::Value::Table(held)), toml::Value::Table(new)) if !whole(key, new) => lay_over(held, new, whole),
+            _ => _ = held.insert(key.clone(), value.clone()),
+        }
+    }
 }
 
 /// The scene that a table names.

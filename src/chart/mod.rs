@@ -11,7 +11,7 @@ pub use canvas::{escape, text_width, wrap};
 pub use error_cost::{fronts_svg, svg};
 pub use labels::inside;
 pub use lines::{Line, Lines, lines_svg};
-pub use raster::{pixels, png};
+pub use raster::{lay_over, pixels, png};
 pub use scale::{digits, round_step, short};
 
 use crate::measure::Record;

@@ -31,6 +31,14 @@ pub fn pixels(svg: &str) -> Result<Vec<u8>> {
     Ok(drawn(&parsed(svg)?, 1.0)?.take())
 }
 
+/// Lays [`pixels`] over a picture of the same size, four bytes a pixel, whose colours are multiplied by their alpha too.
+pub fn lay_over(picture: &mut [u8], over: &[u8]) {
+    for (p, o) in picture.chunks_exact_mut(4).zip(over.chunks_exact(4)) {
+        let under = 255 - u32::from(o[3]);
+        (0..4).for_each(|i| p[i] = (u32::from(o[i]) + (u32::from(p[i]) * under + 127) / 255).min(255) as u8);
+    }
+}
+
 fn parsed(svg: &str) -> Result<Tree> {
     let mut fonts = fontdb::Database::new();
     fonts.load_font_data(epaint_default_fonts::UBUNTU_LIGHT.to_vec());

@@ -1,6 +1,6 @@
 //! `inspect`: a pixel's story.
 
-use super::{Wanted, parse_place, renderer};
+use super::{Wanted, parse_place, print, renderer};
 use crate::measure::diagnosis::{self, Diagnosis};
 use crate::measure::story;
 use crate::setup;
@@ -58,20 +58,17 @@ pub fn run(wanted: &Wanted, pixel: Pixel, adapter: Option<&str>) -> Result<()> {
         }
     }
     if pixel.json {
-        println!("{}", serde_json::to_string_pretty(&Told { story: &told, before, tried })?);
-        return Ok(());
+        return print(&(serde_json::to_string_pretty(&Told { story: &told, before, tried })? + "\n"));
     }
-    print!("{}", told.text());
+    let mut text = told.text();
     if let Some(before) = before {
-        println!("Tried");
-        let line = |what: &str, e: &diagnosis::Errors| {
+        text += "Tried\n";
+        for (what, e) in [("as it is".to_string(), before)].iter().chain(&tried) {
             let label = if e.wrong { "wrong" } else { "right" };
-            println!("  {what:<34} {:.3} % wrong, RMSE {:.4}; this pixel {label}", 100.0 * e.share, e.rmse);
-        };
-        line("as it is", &before);
-        tried.iter().for_each(|(what, e)| line(what, e));
+            text += &format!("  {what:<34} {:.3} % wrong, RMSE {:.4}; this pixel {label}\n", 100.0 * e.share, e.rmse);
+        }
     }
-    Ok(())
+    print(&text)
 }
 
 /// The middle of the pixel, as a place.

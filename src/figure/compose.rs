@@ -7,7 +7,7 @@ use crate::chart::{text_width, wrap};
 use crate::frame::{History, Pixels, Renderer};
 use crate::gpu::Gpu;
 use crate::legend::{self, Anchor, Key, Known, Mark, Part};
-use crate::measure::{self, Column, More, Record, STOPPED, Step, accuracy};
+use crate::measure::{self, Column, Record, STOPPED};
 use crate::palette::{Rgb, bytes};
 use crate::scene::Scene;
 use crate::setup::{self, Arrange, Setup};
@@ -132,6 +132,8 @@ pub fn draw(spec: &Spec, gpu: &Arc<Gpu>, watch: &mut dyn FnMut(f32, &str) -> boo
         caption_height: 0,
         notes: Vec::new(),
     };
+    // What its caption asks for is refused before anything is drawn.
+    sheet.filled(&spec.caption)?;
     let mut keys: Vec<(Key, String)> = Vec::new();
     let total = sheet.cells.len() as f32;
     let mut done = 0.0;
@@ -180,13 +182,13 @@ fn resolve(spec: &Spec) -> Result<Resolved> {
             let labels = [label(column), label(row)];
             let stems = [stem(&spec.columns, column), stem(&spec.rows, row)];
             let whose = || format!("row {}, column {}", i + 1, j + 1);
-            let mut keys = spec.cell(row, column);
+            let keys = spec.cell(row, column);
             let name = setup::scene_name(&keys).with_context(whose)?.to_string();
             if !scenes.contains_key(&name) {
                 scenes.insert(name.clone(), (setup::load_scene(&name).with_context(whose)?, Vec::new()));
             }
             let Some((scene, of)) = scenes.get_mut(&name) else { bail!("{name} was just loaded") };
-            let (setup, lacking) = in_scene(&mut keys, &name, scene).with_context(whose)?;
+            let (setup, lacking) = in_scene(keys, &name, scene).with_context(whose)?;
             let shown = (0..setup.sides()).filter(|side| match setup.arrange {
                 Arrange::Flicker => *side == setup.front as usize,
                 _ => true,
@@ -273,27 +275,7 @@ fn measured(
     // Of a flicker the side that is seen.
     let front = if setup.arrange == Arrange::Flicker { setup.front as usize } else { 0 };
     let setup = Setup { size: spec.measured_size.unwrap_or(setup.size), ..setup.side(front).measured() };
-    let flicker = columns.iter().any(|c| ["flicker", "label_flicker"].contains(&c.id));
-    let timed = columns.iter().any(|c| c.is_time() || c.is_multiple() || c.id == "frames");
-    if !flicker && !timed {
-        return accuracy(renderer, &setup, 0);
-    }
-    let mut record = None;
-    let mut failed = None;
-    let more = More { flicker, ..More::default() };
-    measure::run(renderer, &setup, &[(0, setup.clone())], 1, more, &mut |step| {
-        match step {
-            Step::Working(done, _) => return tick(done),
-            Step::Row(row) => record = Some(*row),
-            Step::Failed(why) => failed = Some(why),
-        }
-        true
-    })?;
-    match (record, failed) {
-        (Some(record), _) => Ok(record),
-        (None, Some(why)) => Err(why),
-        (None, None) => bail!("nothing was measured"),
-    }
+    measure::asked(renderer, &setup, columns, tick)
 }
 
 impl Cell {

@@ -188,7 +188,7 @@ impl Default for Spec {
 }
 
 /// The keys of a spec, and what each takes.
-const KEYS: [(&str, &str); 16] = [
+const KEYS: [(&str, &str); 17] = [
     ("base", "a table with a scene or a set-up's file, and keys of set-ups"),
     ("rows", AXIS),
     ("columns", AXIS),
@@ -211,15 +211,14 @@ const KEYS: [(&str, &str); 16] = [
     ("caption", "a text of up to 4000 characters"),
     ("draw_caption", "true or false"),
     ("label", "letters, digits and :-_.+/ for LaTeX's \\label, such as \"fig:bench\""),
+    ("cells", "true or false"),
 ];
 const AXIS: &str = "one list of names, such as { techniques = [\"pcf\", \"vsm\", \"truth\"] } (techniques, cameras, lights, scenes or views; \"all\" for \
                     all), or tables with a label and keys of set-ups, as [[rows]]";
-/// The last key, which does not fit above.
-const CELLS: (&str, &str) = ("cells", "true or false");
 
 /// Why a key's value is refused.
 fn refusal(key: &str, value: &Value) -> anyhow::Error {
-    let takes = KEYS.iter().chain([&CELLS]).find(|(name, _)| *name == key).map_or("", |(_, takes)| takes);
+    let takes = KEYS.iter().find(|(name, _)| *name == key).map_or("", |(_, takes)| takes);
     anyhow::anyhow!("{key} = {} is not allowed; it takes {takes}", shortened(&value.to_string()))
 }
 
@@ -284,7 +283,7 @@ impl Spec {
     pub fn from_toml(text: &str, path: &Path) -> Result<Spec> {
         let mut table: Table = toml::from_str(text).map_err(|e| setup::one_line(&e.to_string()))?;
         let folder = path.parent().unwrap_or(Path::new(""));
-        let known = || KEYS.iter().chain([&CELLS]).map(|(name, _)| *name);
+        let known = || KEYS.iter().map(|(name, _)| *name);
         if let Some(key) = table.keys().find(|key| !known().any(|name| name == key.as_str())) {
             let meant = nearest(key, known()).map_or(String::new(), |name| format!(" (is {name} meant?)"));
             bail!("{} is unknown{meant}; there are {}", shortened(key), known().collect::<Vec<_>>().join(", "));
@@ -437,10 +436,9 @@ impl Spec {
     /// # Errors
     /// As [`Setup::from_toml`].
     pub fn open_base(&self) -> Result<(Setup, Scene)> {
-        let mut keys = self.base.clone();
-        let name = setup::scene_name(&keys)?.to_string();
+        let name = setup::scene_name(&self.base)?.to_string();
         let mut scene = setup::load_scene(&name)?;
-        let (setup, _) = in_scene(&mut keys, &name, &mut scene).context("base")?;
+        let (setup, _) = in_scene(self.base.clone(), &name, &mut scene).context("base")?;
         Ok((setup, scene))
     }
 
@@ -484,7 +482,7 @@ impl Spec {
 
 /// The set-up of a cell's keys in their scene. A camera or a light may be written as on the command line.
 /// Where the technique lacks the view that another has, the view stays away; that it did is told beside the set-up.
-pub(super) fn in_scene(keys: &mut Table, name: &str, scene: &mut Scene) -> Result<(Setup, Option<String>)> {
+pub(super) fn in_scene(mut keys: Table, name: &str, scene: &mut Scene) -> Result<(Setup, Option<String>)> {
     let mut written = |key: &str| match keys.get(key) {
         Some(Value::String(text)) if text.contains(':') => {
             let text = text.clone();
@@ -510,7 +508,7 @@ pub(super) fn in_scene(keys: &mut Table, name: &str, scene: &mut Scene) -> Resul
     if own.is_some() {
         keys.remove("view");
     }
-    let (mut setup, note) = Setup::in_scene(keys.clone(), name, scene)?;
+    let (mut setup, note) = Setup::in_scene(keys, name, scene)?;
     scene.notes.extend(note);
     let clock = setup.clock();
     if let Some(text) = camera {
@@ -557,12 +555,7 @@ fn change(keys: &mut Table, to: &Table) {
             ["against", "arrange", "front"].iter().for_each(|key| _ = keys.remove(*key));
         }
     }
-    for (key, value) in to {
-        match (keys.get_mut(key), value) {
-            (Some(Value::Table(held)), Value::Table(new)) if !whole(key, new) => merge(held, new),
-            _ => _ = keys.insert(key.clone(), value.clone()),
-        }
-    }
+    setup::lay_over(keys, to, &whole);
 }
 
 /// Whether a table stands for all of the key.
@@ -572,15 +565,6 @@ fn whole(key: &str, table: &Table) -> bool {
         "camera" | "shadow_camera" => table.contains_key("position") && table.contains_key("target"),
         "path" => true,
         _ => false,
-    }
-}
-
-fn merge(held: &mut Table, new: &Table) {
-    for (key, value) in new {
-        match (held.get_mut(key), value) {
-            (Some(Value::Table(held)), Value::Table(new)) => merge(held, new),
-            _ => _ = held.insert(key.clone(), value.clone()),
-        }
     }
 }
 

@@ -133,12 +133,9 @@ pub fn pixels(sheet: &Sheet) -> Result<Pixels> {
             }
         }
     }
-    // Text and lines lie over all pictures; colours of the drawing are multiplied by its alpha already.
+    // Text and lines lie over all pictures.
     let over = chart::pixels(&drawing(sheet, false)?).context("the sheet's text cannot be drawn")?;
-    for (p, o) in rgba.chunks_exact_mut(4).zip(over.chunks_exact(4)) {
-        let under = 255 - u32::from(o[3]);
-        (0..3).for_each(|i| p[i] = (u32::from(o[i]) + (u32::from(p[i]) * under + 127) / 255).min(255) as u8);
-    }
+    chart::lay_over(&mut rgba, &over);
     Ok(Pixels { size: sheet.size, rgba })
 }
 
@@ -153,10 +150,7 @@ fn png(sheet: &Sheet, path: &Path) -> Result<Vec<u8>> {
 fn encoded(size: [u32; 2], data: &[u8], color: png::ColorType, spec: Option<(&str, u32)>) -> Result<Vec<u8>> {
     let doing = "the picture cannot be written as PNG";
     let mut bytes = Vec::new();
-    let mut encoder = png::Encoder::new(&mut bytes, size[0], size[1]);
-    encoder.set_color(color);
-    encoder.set_depth(png::BitDepth::Eight);
-    encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
+    let mut encoder = capture::png_encoder(&mut bytes, size, color);
     if let Some((text, dpi)) = spec {
         let metre = (f64::from(dpi) / 0.0254).round() as u32;
         encoder.set_pixel_dims(Some(png::PixelDimensions { xppu: metre, yppu: metre, unit: png::Unit::Meter }));

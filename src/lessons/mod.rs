@@ -72,6 +72,17 @@ pub struct Question {
     pub choices: Vec<Choice>,
 }
 
+impl Question {
+    /// What is asked, and what its choices are about.
+    fn quantities(&self) -> impl Iterator<Item = &Quantity> {
+        std::iter::once(&self.measure).chain(self.of_choices())
+    }
+
+    fn of_choices(&self) -> impl Iterator<Item = &Quantity> {
+        self.choices.iter().flat_map(|c| &c.holds).flat_map(Claim::quantities)
+    }
+}
+
 #[derive(Clone, Debug)]
 pub struct Choice {
     pub text: String,
@@ -115,21 +126,23 @@ impl Plan {
         Ok((self.in_scene(&scene)?, scene))
     }
 
+    /// Where on its path a stability case stands, 0 to 1.
+    pub fn at(&self) -> Option<f32> {
+        self.at
+    }
+
+    /// The technique of another side of its comparison, from 1.
+    pub fn side(&self, i: usize) -> Option<String> {
+        let sides = self.table.get("against")?.as_array()?;
+        Some(sides.get(i.checked_sub(1)?)?.get("technique")?.as_str()?.into())
+    }
+
     /// With what differs from it. Another scene begins anew.
     fn changed(&self, by: &Table, at: Option<f32>) -> Plan {
         let mut table = if by.contains_key("scene") { Table::new() } else { self.table.clone() };
-        lay_over(&mut table, by);
+        // Another kind of light is another light.
+        setup::lay_over(&mut table, by, &|_, new| new.contains_key("kind"));
         Plan { table, at: at.or(self.at.filter(|_| !by.contains_key("scene"))), folder: self.folder.clone() }
-    }
-}
-
-/// Lays a table over another: what both have as tables is mixed, the rest replaced. Another kind of light is another light.
-fn lay_over(table: &mut Table, by: &Table) {
-    for (key, value) in by {
-        match (table.get_mut(key), value) {
-            (Some(Value::Table(held)), Value::Table(new)) if !new.contains_key("kind") => lay_over(held, new),
-            _ => _ = table.insert(key.clone(), value.clone()),
-        }
     }
 }
 
@@ -287,30 +300,27 @@ impl Step {
         }
     }
 
-    /// The columns that its claims and its question are about.
-    pub fn columns(&self) -> Vec<&'static Column> {
+    /// What its question and its claims are about, what is asked first.
+    fn quantities(&self) -> impl Iterator<Item = &Quantity> {
         let asked = self.question.iter().map(|q| &q.measure);
-        let choices = self.question.iter().flat_map(|q| &q.choices).flat_map(|c| &c.holds);
-        let claimed = self.expect.iter().chain(choices).flat_map(Claim::quantities);
+        let claimed = self.expect.iter().flat_map(Claim::quantities);
+        asked.chain(claimed).chain(self.question.iter().flat_map(Question::of_choices))
+    }
+
+    /// The columns of quantities of it, each once; and whose set-ups they are of, beside it itself and what there is to try.
+    fn asked<'a>(&self, quantities: impl Iterator<Item = &'a Quantity>) -> (Vec<&'static Column>, Vec<Whose>) {
         let mut columns: Vec<&'static Column> = Vec::new();
-        for quantity in asked.chain(claimed) {
+        let mut sides = vec![Whose::Here];
+        sides.extend(self.trial.as_ref().and_then(|t| t.scene.as_ref()).map(|_| Whose::Tried));
+        for quantity in quantities {
             if !columns.iter().any(|c| c.id == quantity.column.id) {
                 columns.push(quantity.column);
             }
+            sides.push(quantity.whose);
         }
-        columns
-    }
-
-    /// Whose set-ups they are about.
-    pub fn sides(&self) -> Vec<Whose> {
-        let choices = self.question.iter().flat_map(|q| &q.choices).flat_map(|c| &c.holds);
-        let claimed = self.expect.iter().chain(choices).flat_map(Claim::quantities);
-        let mut sides = vec![Whose::Here];
-        sides.extend(self.trial.as_ref().and_then(|t| t.scene.as_ref()).map(|_| Whose::Tried));
-        sides.extend(self.question.iter().map(|q| &q.measure).chain(claimed).map(|q| q.whose));
         sides.sort_unstable();
         sides.dedup();
-        sides
+        (columns, sides)
     }
 }
 
@@ -375,23 +385,10 @@ pub fn of_folder(folder: &Path) -> Result<Vec<Lesson>> {
 /// As [`of_folder`].
 pub fn take_folder(folder: &Path) -> Result<()> {
     let lessons = of_folder(folder)?;
-    ALL.set(lessons).map_err(|_| anyhow::anyhow!("lessons are in use already"))
+    ALL.set(lessons).map_err(|_| anyhow!("lessons are in use already"))
 }
 
 fn sorted(mut lessons: Vec<Lesson>) -> Vec<Lesson> {
     lessons.sort_by(|a, b| (a.order, &a.id).cmp(&(b.order, &b.id)));
     lessons
-}
-
-impl Plan {
-    /// Where on its path a stability case stands, 0 to 1.
-    pub fn at(&self) -> Option<f32> {
-        self.at
-    }
-
-    /// The technique of another side of its comparison, from 1.
-    pub fn side(&self, i: usize) -> Option<String> {
-        let sides = self.table.get("against")?.as_array()?;
-        Some(sides.get(i.checked_sub(1)?)?.get("technique")?.as_str()?.into())
-    }
 }

@@ -46,7 +46,8 @@ fn wrapped(text: &str) -> String {
 
 /// A table of what was measured.
 fn figures(step: &Step, measured: &Measured) -> String {
-    let columns: Vec<_> = step.columns().into_iter().filter(|c| !c.is_time() && !c.is_multiple()).collect();
+    let columns: Vec<_> =
+        step.asked(step.quantities()).0.into_iter().filter(|c| !c.is_time() && !c.is_multiple()).collect();
     if columns.is_empty() {
         return String::new();
     }

@@ -101,10 +101,10 @@ pub fn walk(gpu: &Arc<Gpu>, lesson: &Lesson, tick: &mut dyn FnMut(f32, &str)) ->
     for (i, step) in lesson.steps.iter().enumerate() {
         tick(i as f32 / lesson.steps.len() as f32, &step.title);
         let before = i.checked_sub(1).map(|i| &lesson.steps[i]);
-        let mut columns = step.columns();
+        let (mut columns, sides) = step.asked(step.quantities());
         columns.retain(|c| !c.is_time() && !c.is_multiple());
         // A step that claims nothing is drawn all the same.
-        let found = measured((&mut held, &mut known), gpu, (step, before), &columns, &step.sides(), &mut |_, _| ());
+        let found = measured((&mut held, &mut known), gpu, (step, before), &columns, &sides, &mut |_, _| ());
         all.push(found.with_context(|| format!("{}, step {}", lesson.id, i + 1))?);
     }
     Ok(all)
@@ -126,15 +126,7 @@ pub fn answer(
     let Some(Step { question: Some(question), .. }) = lesson.steps.get(step) else { return Ok(Answer::default()) };
     let before = step.checked_sub(1).map(|i| &lesson.steps[i]);
     let step = &lesson.steps[step];
-    let asked = question.choices.iter().flat_map(|c| &c.holds).flat_map(Claim::quantities);
-    let (mut columns, mut sides) = (vec![question.measure.column], vec![Whose::Here, question.measure.whose]);
-    sides.extend(step.trial.as_ref().and_then(|t| t.scene.as_ref()).map(|_| Whose::Tried));
-    for quantity in asked {
-        columns.push(quantity.column);
-        sides.push(quantity.whose);
-    }
-    sides.sort_unstable();
-    sides.dedup();
+    let (columns, sides) = step.asked(question.quantities());
     let mut out = Answer::default();
     // The scene that is open comes first.
     if let (Some(own), Some(renderer)) = (own, &mut held) {

@@ -216,15 +216,30 @@ pub fn figures(renderer: &mut Renderer, setup: &Setup, columns: &[&Column]) -> R
     if auto && columns.iter().all(|c| c.is_of_labels()) {
         setup.truth_samples = Samples::Fixed(1);
     }
+    asked(renderer, &setup, columns, &mut |_| true)
+}
+
+/// Measures a set-up as it is, with times and flicker where these columns ask for them. `tick` is told the share done, and stops
+/// the work by saying no.
+///
+/// # Errors
+/// As [`errors`], or that it was stopped.
+pub fn asked(
+    renderer: &mut Renderer,
+    setup: &Setup,
+    columns: &[&Column],
+    tick: &mut dyn FnMut(f32) -> bool,
+) -> Result<Record> {
     let flicker = columns.iter().any(|c| ["flicker", "label_flicker"].contains(&c.id));
-    if !columns.iter().any(|c| c.is_time() || c.is_multiple()) && !flicker {
-        return accuracy(renderer, &setup, 0);
+    let timed = columns.iter().any(|c| c.is_time() || c.is_multiple() || c.id == "frames");
+    if !flicker && !timed {
+        return accuracy(renderer, setup, 0);
     }
     let mut found = Err(anyhow!("it was cancelled"));
     let more = More { flicker, ..More::default() };
-    sweep::run(renderer, &setup, &[(0, setup.clone())], 1, more, &mut |step| {
+    sweep::run(renderer, setup, &[(0, setup.clone())], 1, more, &mut |step| {
         match step {
-            Step::Working(..) => {}
+            Step::Working(done, _) => return tick(done),
             Step::Row(row) => found = Ok(*row),
             Step::Failed(why) => found = Err(why),
         }

@@ -9,7 +9,7 @@ use super::metrics::{FACING, TOLERANCE};
 use super::softness;
 use super::story::{Seen, metres, step};
 use crate::chart::digits;
-use crate::frame::{Ask, Looked, Renderer, TAPS};
+use crate::frame::{Ask, Looked, Renderer, TAPS, pixel_at};
 use crate::params::{Kind, Spec, Value};
 use crate::setup::Setup;
 use crate::techniques::{self, Info};
@@ -689,7 +689,6 @@ impl Patient<'_> {
         let (p, width) = (&self.seen.pixels, self.seen.width());
         let partly = |v: f32| v > 0.02 && v < 0.98;
         let window: Vec<usize> = self.around(AROUND).collect();
-        let error = |j: usize| p.visibility[j] - if self.soft_truth() { p.mean[j] } else { p.hard[j] };
         // How much of what visibility and truth are its neighbours do not share: their difference from the mean of the four beside.
         let truth = if self.soft_truth() { &p.mean } else { &p.hard };
         let (mut rough, mut power, mut pixels, mut grained) = ([0.0f32; 2], 0.0, 0, 0);
@@ -701,7 +700,7 @@ impl Patient<'_> {
                 rough[0] += own.powi(2) / 1.25;
                 rough[1] += true_.powi(2) / 1.25;
                 grained += (own.abs() > 0.05) as usize;
-                power += error(j).powi(2);
+                power += (p.visibility[j] - truth[j]).powi(2);
                 pixels += 1;
             }
         }
@@ -888,7 +887,7 @@ pub fn measure(renderer: &mut Renderer, setup: &Setup, size: [u32; 2], place: [f
     let (visibility, mask) = (renderer.read_visibility()?, renderer.read_mask()?);
     let (hard, mean) = (renderer.read_labels()?, renderer.read_truth()?);
     let e = super::metrics::errors(&visibility, &hard, &mean, &mask, size[0] as usize);
-    let [x, y] = super::story::pixel_at(place, size);
+    let [x, y] = pixel_at(place, size);
     let i = (y * size[0] + x) as usize;
     Ok(Errors {
         share: e.share(),

@@ -23,7 +23,7 @@ pub mod table;
 mod temporal;
 mod timing;
 
-pub use accuracy::{accuracy, errors, figures};
+pub use accuracy::{accuracy, asked, errors, figures};
 pub use columns::Column;
 pub use metrics::Errors;
 pub use path_cost::Cost;

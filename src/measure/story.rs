@@ -4,7 +4,7 @@ use super::causes::{CAUSES, Causes, Evidence};
 use super::diagnosis::{self, Diagnosis};
 use super::metrics::{AWAY, BACKGROUND, FACING, OUTSIDE, Pixels, distance_to};
 use crate::chart::digits;
-use crate::frame::{Ask, Looked, Place, Renderer, ShownValue};
+use crate::frame::{Ask, Looked, Place, Renderer, ShownValue, pixel_at};
 use crate::light::Light;
 use crate::params::Value;
 use crate::setup::Setup;
@@ -289,11 +289,6 @@ pub fn at(renderer: &mut Renderer, setup: &Setup, place: [f32; 2]) -> Result<Sto
     let seen = Seen::draw(renderer, &setup)?;
     let pixel = pixel_at(place, seen.size);
     tell(renderer, &setup, &seen, &[pixel], [1, 1], true)?.pop().context("no story")
-}
-
-/// The pixel at a place, shares of the sides.
-pub fn pixel_at(place: [f32; 2], size: [u32; 2]) -> [u32; 2] {
-    [0, 1].map(|i| ((place[i] * size[i] as f32) as u32).min(size[i].saturating_sub(1)))
 }
 
 fn own(shown: crate::frame::Shown) -> Own {

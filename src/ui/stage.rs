@@ -6,7 +6,7 @@
 
 use super::model::{Facts, Traced};
 use super::work::{Done, Loaded, Post};
-use crate::frame::{Ask, History, Renderer, Truth, panes};
+use crate::frame::{Ask, History, Renderer, Truth, panes, pixel_at};
 use crate::gpu::{GivenUp, Gpu, TimerMode};
 use crate::legend::Known;
 use crate::measure::story::{self, Seen};
@@ -419,8 +419,7 @@ impl Painter<'_> {
     }
 
     fn answer(&mut self, request: Request) {
-        let pixel =
-            |at: [f32; 2]| [0, 1].map(|i| ((at[i] * self.size[i] as f32) as u32).min(self.size[i].saturating_sub(1)));
+        let pixel = |at: [f32; 2]| pixel_at(at, self.size);
         // After a frame that was given up there is nothing to read.
         let held = self.renderer.as_ref().filter(|_| self.drawn.is_some());
         match request {
@@ -748,7 +747,7 @@ impl Painter<'_> {
         let frames = self.facts.told.frames;
         let Some(renderer) = self.renderer.as_mut().filter(|_| self.explained) else { return Ok(()) };
         let told = Seen::read(renderer).and_then(|seen| {
-            let pixel = story::pixel_at(place, seen.size);
+            let pixel = pixel_at(place, seen.size);
             story::tell(renderer, &order.setup, &seen, &[pixel], frames, true)
         });
         self.post.send(Done::Story(told.and_then(|mut told| told.pop().map(Box::new).context("no story"))));

@@ -65,13 +65,17 @@ fn entry(ui: &mut Ui, term: &Term) {
     ui.label(term.text.trim());
 }
 
-/// What the glossary says of the words of a name that stands in the panel; for its tooltip, under what the name itself means.
-pub fn under(ui: &mut Ui, name: &str) {
-    let terms = glossary::pieces(name).into_iter().filter_map(|piece| match piece {
+/// The terms that a name uses.
+fn terms(name: &str) -> impl Iterator<Item = &'static Term> {
+    glossary::pieces(name).into_iter().filter_map(|piece| match piece {
         Piece::Term(_, term) => glossary::find(term),
         _ => None,
-    });
-    for term in terms {
+    })
+}
+
+/// What the glossary says of the words of a name that stands in the panel; for its tooltip, under what the name itself means.
+pub fn under(ui: &mut Ui, name: &str) {
+    for term in terms(name) {
         ui.separator();
         entry(ui, term);
     }
@@ -79,11 +83,7 @@ pub fn under(ui: &mut Ui, name: &str) {
 
 /// The same as text.
 pub fn said(name: &str) -> String {
-    let terms = glossary::pieces(name).into_iter().filter_map(|piece| match piece {
-        Piece::Term(_, term) => glossary::find(term),
-        _ => None,
-    });
-    terms.map(|t| format!("\n\n{}: {}", t.term, t.text.trim())).collect()
+    terms(name).map(|t| format!("\n\n{}: {}", t.term, t.text.trim())).collect()
 }
 
 /// Draws the window, if it is open.

@@ -201,6 +201,12 @@ impl Watch {
     fn wanted(&self) -> bool {
         self.wanted.load(Ordering::Relaxed) == self.job
     }
+
+    /// For a device, which gives frames up by it.
+    fn unwanted(&self) -> impl Fn() -> bool + Send + Sync + 'static {
+        let (wanted, job) = (self.wanted.clone(), self.job);
+        move || wanted.load(Ordering::Relaxed) != job
+    }
 }
 
 impl Desk {
@@ -321,15 +327,24 @@ impl Desk {
         work: impl FnOnce(Renderer, &Watch) -> Result<T> + Send + 'static,
         done: fn(u64, Result<T>) -> Done,
     ) {
+        let work = move |watch: &Watch| work(renderer(&adapter, scene, watch.unwanted())?, watch);
+        self.alone(job, work, done);
+    }
+
+    /// Runs work that can be cancelled, one piece at a time.
+    fn alone<T: 'static>(
+        &mut self,
+        job: u64,
+        work: impl FnOnce(&Watch) -> Result<T> + Send + 'static,
+        done: fn(u64, Result<T>) -> Done,
+    ) {
         let wanted = self.measuring.clone();
         wanted.store(job, Ordering::Relaxed);
         let alone = self.alone.clone();
         let thread = self.start(move |post| {
             let _alone = hold(&alone);
-            let watch = Watch { post: post.clone(), job, wanted: wanted.clone(), said: Cell::new(None) };
-            let unwanted = move || wanted.load(Ordering::Relaxed) != job;
-            let result = renderer(&adapter, scene, unwanted).and_then(|r| work(r, &watch));
-            post.send(done(job, result));
+            let watch = Watch { post: post.clone(), job, wanted, said: Cell::new(None) };
+            post.send(done(job, work(&watch)));
         });
         self.drawing.push(thread);
     }
@@ -416,34 +431,25 @@ impl Desk {
 
     /// Draws a sheet unless it is `held` already, and writes it where it is to go.
     pub fn sheet(&mut self, job: u64, adapter: String, spec: Spec, held: Option<Arc<Sheet>>, to: Option<SheetTarget>) {
-        let wanted = self.measuring.clone();
-        wanted.store(job, Ordering::Relaxed);
-        let alone = self.alone.clone();
-        let thread = self.start(move |post| {
-            let _alone = hold(&alone);
-            let watch = Watch { post: post.clone(), job, wanted: wanted.clone(), said: Cell::new(None) };
-            let work = || {
-                let sheet = match held.filter(|held| held.spec == spec) {
-                    Some(held) => held,
-                    None => {
-                        let gpu = Gpu::new(Some(&adapter)).context("no second device could be opened")?;
-                        gpu.give_up_when(move || wanted.load(Ordering::Relaxed) != job);
-                        Arc::new(figure::draw(&spec, &Arc::new(gpu), &mut |done, what| watch.progress(done, what))?)
-                    }
-                };
-                let written = match &to {
-                    Some(((folder, name), formats)) => {
-                        ensure!(watch.wanted(), measure::STOPPED);
-                        figure::write(&sheet, folder, name, formats)?
-                    }
-                    None => Vec::new(),
-                };
-                let preview = preview(&sheet)?;
-                Ok(Box::new((sheet, preview, written)))
+        let work = move |watch: &Watch| {
+            let sheet = match held.filter(|held| held.spec == spec) {
+                Some(held) => held,
+                None => {
+                    let gpu = Arc::new(device(&adapter, watch.unwanted())?);
+                    Arc::new(figure::draw(&spec, &gpu, &mut |done, what| watch.progress(done, what))?)
+                }
             };
-            post.send(Done::Sheet(job, work()));
-        });
-        self.drawing.push(thread);
+            let written = match &to {
+                Some(((folder, name), formats)) => {
+                    ensure!(watch.wanted(), measure::STOPPED);
+                    figure::write(&sheet, folder, name, formats)?
+                }
+                None => Vec::new(),
+            };
+            let preview = preview(&sheet)?;
+            Ok(Box::new((sheet, preview, written)))
+        };
+        self.alone(job, work, Done::Sheet);
     }
 
     /// Lets a measurement that runs end early.
@@ -689,11 +695,16 @@ fn export(figures: &Figures, path: &Path) -> Result<()> {
     }
 }
 
-/// A renderer on a device of its own, which gives a frame up where it is `unwanted`.
-fn renderer(adapter: &str, scene: Arc<Scene>, unwanted: impl Fn() -> bool + Send + Sync + 'static) -> Result<Renderer> {
+/// A device of its own, which gives a frame up where it is `unwanted`.
+fn device(adapter: &str, unwanted: impl Fn() -> bool + Send + Sync + 'static) -> Result<Gpu> {
     let gpu = Gpu::new(Some(adapter)).context("no second device could be opened")?;
     gpu.give_up_when(unwanted);
-    Renderer::new(Arc::new(gpu), scene)
+    Ok(gpu)
+}
+
+/// A renderer on one.
+fn renderer(adapter: &str, scene: Arc<Scene>, unwanted: impl Fn() -> bool + Send + Sync + 'static) -> Result<Renderer> {
+    Renderer::new(Arc::new(device(adapter, unwanted)?), scene)
 }
 
 #[cfg(test)]
