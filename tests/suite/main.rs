@@ -1,5 +1,6 @@
 //! All tests but that of the real window, in one program: it is linked once, and they share a device.
 
+mod adapters;
 mod adaptive;
 mod area;
 mod around;
