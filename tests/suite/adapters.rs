@@ -11,7 +11,7 @@ use std::sync::Arc;
 
 /// What an adapter makes of a set-up: the classes of its pixels, where they lie, their visibility and the picture.
 struct Seen {
-    mask: Vec<u8>,
+    mask: Vec<u32>,
     position: Vec<[f32; 4]>,
     visibility: Vec<f32>,
     picture: Vec<u8>,
@@ -56,7 +56,7 @@ fn adapters_agree() {
             }
         });
         let (a, b) = (seen.next().unwrap(), seen.next().unwrap());
-        let (mut other, mut facing, mut differ, mut sum, mut greatest) = (0, 0, 0, 0.0, 0.0_f32);
+        let ([mut other, mut facing, mut differ], mut sum, mut greatest) = ([0_usize; 3], 0.0, 0.0_f32);
         for i in 0..a.mask.len() {
             let [p, q] = [&a, &b].map(|x| Vec3::from_slice(&x.position[i]));
             if a.mask[i] != b.mask[i] || (a.mask[i] == FACING && p.distance(q) > 1e-3) {
@@ -64,22 +64,22 @@ fn adapters_agree() {
             } else if a.mask[i] == FACING {
                 let d = (a.visibility[i] - b.visibility[i]).abs();
                 facing += 1;
-                differ += (d > 1.0 / 255.0) as u32;
+                differ += usize::from(d > 1.0 / 255.0);
                 sum += f64::from(d);
                 greatest = greatest.max(d);
             }
         }
         let pixels = a.mask.len();
         let pictures = a.picture.chunks(4).zip(b.picture.chunks(4)).filter(|(p, q)| p != q).count();
-        let percent = |n: u32, of: usize| 100.0 * f64::from(n) / of as f64;
-        let mean = sum / f64::from(facing);
+        let percent = |n: usize, of: usize| 100.0 * n as f64 / of as f64;
+        let mean = sum / facing as f64;
         println!(
             "| `{}` | {} | {:.3} | {:.3} | {mean:.6} | {greatest:.4} | {:.3} |",
             info.id,
             light.kind(),
             percent(other, pixels),
-            percent(differ, facing as usize),
-            percent(pictures as u32, pixels),
+            percent(differ, facing),
+            percent(pictures, pixels),
         );
         assert!(percent(other, pixels) < 0.5, "{}: the G-buffers differ", info.id);
         assert!(facing > 3000 && mean < 0.01, "{}: shadows differ by {mean} on average", info.id);
