@@ -7,6 +7,7 @@ use crate::scene::builtin;
 use crate::scene::builtin::cases::CASES;
 use crate::{techniques, view};
 use anyhow::Result;
+use rayon::prelude::*;
 
 pub fn list(what: Listed, json: bool) -> Result<()> {
     let pairs = |rows: Vec<(String, String)>| {
@@ -15,7 +16,7 @@ pub fn list(what: Listed, json: bool) -> Result<()> {
     };
     let (value, text) = match what {
         Listed::Scenes => {
-            let rows: Vec<_> = builtin::SCENES.iter().filter_map(|b| Some((b, builtin::build(b.name)?))).collect();
+            let rows: Vec<_> = builtin::SCENES.par_iter().filter_map(|b| Some((b, builtin::build(b.name)?))).collect();
             let value = rows.iter().map(|(b, s)| {
                 serde_json::json!({
                     "name": b.name, "description": b.description, "triangles": s.triangles(),

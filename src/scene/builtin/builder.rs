@@ -11,6 +11,7 @@ pub use random::{Rng, fbm, noise};
 use crate::light::Light;
 use crate::scene::{Camera, Local, Material, Mesh, NamedCamera, NamedLight, Node, Scene, Texture, Wrap};
 use glam::{DMat4, Mat4, Quat, Vec2, Vec3, Vec4, vec2};
+use rayon::prelude::*;
 
 /// How a shape's normals come about.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -124,13 +125,10 @@ impl Builder {
     }
 
     /// Adds a repeating texture; `texel` gives sRGB colour and alpha, 0 to 1, for a column and row.
-    pub fn texture(&mut self, width: u32, height: u32, mut texel: impl FnMut(u32, u32) -> [f32; 4]) -> u32 {
-        let mut rgba = Vec::with_capacity((width * height * 4) as usize);
-        for y in 0..height {
-            for x in 0..width {
-                rgba.extend(texel(x, y).map(|c| (c.clamp(0.0, 1.0) * 255.0).round() as u8));
-            }
-        }
+    pub fn texture(&mut self, width: u32, height: u32, texel: impl Fn(u32, u32) -> [f32; 4] + Sync) -> u32 {
+        let texel = &texel;
+        let bytes = |y| (0..width).flat_map(move |x| texel(x, y).map(|c| (c.clamp(0.0, 1.0) * 255.0).round() as u8));
+        let rgba = (0..height).into_par_iter().flat_map_iter(bytes).collect();
         self.scene.textures.push(Texture { width, height, rgba, wrap: [Wrap::Repeat; 2], ..Texture::default() });
         self.scene.textures.len() as u32 - 1
     }
@@ -170,21 +168,21 @@ impl Builder {
         let normals = corner_normals(&positions, &triangles, &areas, shading);
         // A vertex is shared by the corners that agree on its normal.
         let mesh = &mut self.scene.meshes[material as usize];
-        let mut shared: Vec<Vec<(Vec3, u32)>> = vec![Vec::new(); positions.len()];
+        let start = mesh.positions.len();
+        // Of each position the last vertex made of it, and of each vertex the one before.
+        let mut last: Vec<Option<u32>> = vec![None; positions.len()];
+        let mut before: Vec<Option<u32>> = Vec::with_capacity(positions.len());
         for (triangle, normals) in triangles.iter().zip(&normals) {
             for (&k, &normal) in triangle.iter().zip(normals) {
-                let known = &mut shared[k as usize];
-                let index = match known.iter().find(|(n, _)| *n == normal) {
-                    Some(&(_, index)) => index,
-                    None => {
-                        mesh.positions.push(positions[k as usize]);
-                        mesh.normals.push(normal);
-                        mesh.uvs.push(patch.uvs[k as usize] + self.uv_offset);
-                        let index = mesh.positions.len() as u32 - 1;
-                        known.push((normal, index));
-                        index
-                    }
-                };
+                let known = std::iter::successors(last[k as usize], |&i| before[i as usize - start]);
+                let index = { known }.find(|&i| mesh.normals[i as usize] == normal).unwrap_or_else(|| {
+                    mesh.positions.push(positions[k as usize]);
+                    mesh.normals.push(normal);
+                    mesh.uvs.push(patch.uvs[k as usize] + self.uv_offset);
+                    let made = mesh.positions.len() as u32 - 1;
+                    before.push(last[k as usize].replace(made));
+                    made
+                });
                 mesh.indices.push(index);
             }
         }
