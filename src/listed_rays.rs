@@ -22,7 +22,7 @@ impl ListedRays {
         let pass = |name, entry| Pass::compute(gpu, name, "listed_rays.wgsl", entry, &[]);
         Ok(ListedRays {
             count: gpu.buffer("listed pixels", &[0; 4], Use::STORAGE | Use::COPY_DST),
-            dispatch: gpu.buffer("dispatch of listed rays", &[0; 16], Use::STORAGE | Use::INDIRECT),
+            dispatch: gpu.buffer("dispatch of listed rays", &[0; 16], Use::STORAGE | Use::INDIRECT | Use::COPY_SRC),
             list: None,
             begin: pass("list of rays", "count")?,
             resolve: pass("shadow rays", "resolve")?,

@@ -1,6 +1,6 @@
 //! `measure`: techniques side by side at one set-up.
 
-use super::{More, Wanted, check_target, chosen, failures, print, progress, renderer};
+use super::{More, Wanted, check_target, failures, print, progress, renderer, to_measure};
 use crate::measure::{self, Step, table};
 use anyhow::{Result, ensure};
 use std::path::PathBuf;
@@ -22,15 +22,7 @@ pub fn run(wanted: Wanted, ids: Vec<String>, output: Output, adapter: Option<&st
     let both = [&output.json, &output.csv].map(|p| p.as_ref().is_some_and(|p| p.as_os_str() == "-"));
     ensure!(both != [true, true], "standard output takes either --json or --csv; give one of them a file");
     [&output.json, &output.csv].into_iter().flatten().try_for_each(|path| check_target(path))?;
-    let (mut setup, scene) = wanted.open(&ids)?;
-    // A capture may show a map that only its own technique has.
-    setup.view = "shaded".into();
-    let named = super::named(&ids);
-    for id in &named {
-        setup.select(id)?;
-    }
-    wanted.apply(&mut setup, &scene, &named)?;
-    let (ids, mut failed) = chosen(&ids, &setup)?;
+    let (mut setup, scene, ids, mut failed) = to_measure(wanted, &ids)?;
     let mut work = Vec::new();
     for (i, id) in ids.iter().enumerate() {
         setup.select(id)?;

@@ -11,6 +11,7 @@ mod lessons;
 mod list;
 mod measure;
 mod parameters;
+mod profile;
 mod stability;
 mod sweep;
 mod tables;
@@ -80,6 +81,16 @@ enum Command {
         techniques: Vec<String>,
         #[command(flatten)]
         output: measure::Output,
+    },
+    /// Time every pass beside the bytes that it moves at least, and what a memory of known bandwidth needs for these.
+    Profile {
+        #[command(flatten)]
+        wanted: Wanted,
+        /// Techniques, separated by commas, or all.
+        #[arg(long, value_delimiter = ',', default_value = "all")]
+        techniques: Vec<String>,
+        #[command(flatten)]
+        output: profile::Output,
     },
     /// Measure many configurations into one file. --set takes lists and ranges: kernel=3,5,7, resolution=256..4096*2
     /// (each twice the last), slope_bias=0..2+0.5 (each 0.5 more).
@@ -470,6 +481,7 @@ fn run() -> Result<ExitCode> {
         Some(Command::Animate(wanted)) => return animate::run(wanted, adapter),
         Some(Command::Inspect { wanted, pixel }) => inspect::run(&wanted, pixel, adapter),
         Some(Command::Measure { wanted, techniques, output }) => measure::run(wanted, techniques, output, adapter),
+        Some(Command::Profile { wanted, techniques, output }) => profile::run(wanted, &techniques, &output, adapter),
         Some(Command::Sweep { wanted, techniques, output }) => sweep::run(wanted, techniques, output, adapter),
         Some(Command::Chart(wanted)) => chart::run(&wanted),
         Some(Command::Table(wanted)) => tables::table(&wanted, adapter),
@@ -579,6 +591,20 @@ fn named(ids: &[String]) -> Vec<String> {
         }
     });
     out
+}
+
+/// Opens what is to be measured, with all that was asked for on top: the techniques that serve its light, and why others do not.
+fn to_measure(wanted: Wanted, ids: &[String]) -> Result<(Setup, Scene, Vec<String>, Vec<String>)> {
+    let (mut setup, scene) = wanted.open(ids)?;
+    // A capture may show a map that only its own technique has.
+    setup.view = "shaded".into();
+    let named = named(ids);
+    for id in &named {
+        setup.select(id)?;
+    }
+    wanted.apply(&mut setup, &scene, &named)?;
+    let (ids, refused) = chosen(ids, &setup)?;
+    Ok((setup, scene, ids, refused))
 }
 
 /// As [`named`], but only those that serve the set-up's light; of `all` those left out are said. The rest was asked for: why each does

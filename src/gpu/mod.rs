@@ -5,6 +5,7 @@ mod pass;
 mod shader;
 mod table;
 mod timer;
+mod traffic;
 
 pub use memory::{Account, Buffer, Counted, Texture};
 pub use pass::{Pass, Raster, Recorder, Resource, Run, Watch};
@@ -12,6 +13,7 @@ use shader::Loaded;
 pub use shader::{Fault, Shaders, names as shader_files, read_from, write_files};
 pub use table::Table;
 pub use timer::{DrawCount, Draws, LayerCount, Timer, TimerMode};
+pub use traffic::Traffic;
 
 use anyhow::{Context, Result, anyhow};
 use std::sync::atomic::AtomicU64;

@@ -2,7 +2,7 @@
 
 use super::shader::{Binding, Key, Loaded};
 use super::timer::{DrawCount, MAX_DRAWS, Pending, Sent, Timer, TimerMode};
-use super::{GivenUp, Gpu};
+use super::{GivenUp, Gpu, Traffic};
 use crate::params::Group;
 use anyhow::{Context, Result};
 use std::cell::RefCell;
@@ -57,6 +57,8 @@ struct Made {
     pipeline: Pipeline,
     layout: wgpu::BindGroupLayout,
     bindings: Arc<[Binding]>,
+    /// Threads of a workgroup.
+    group: u64,
 }
 
 /// Pipelines made so far, for passes that come again: another light's, another side's, those of a technique gone back to.
@@ -271,7 +273,8 @@ fn made(
         bind_group_layouts: &[Some(&layout)],
         immediate_size: 0,
     });
-    let made = Made { pipeline: make(&shader, &pipeline_layout), layout, bindings: bindings.into() };
+    let group = shader.program.group(entries[0]);
+    let made = Made { pipeline: make(&shader, &pipeline_layout), layout, bindings: bindings.into(), group };
     let mut held = gpu.pipelines.lock().unwrap_or_else(PoisonError::into_inner);
     if held.made.len() >= MOST_PIPELINES {
         let oldest = held.made.iter().min_by_key(|(_, (asked, _))| *asked).map(|(key, _)| key.clone());
@@ -401,6 +404,7 @@ impl<'a> Recorder<'a> {
             layer: None,
             of_picture: pass.looks_up,
             stencil: None,
+            traffic: Traffic::default(),
         }
     }
 
@@ -556,6 +560,8 @@ pub struct Run<'r, 'a> {
     of_picture: bool,
     /// What the stencil starts with, where it is kept.
     stencil: Option<wgpu::LoadOp<u32>>,
+    /// What is known of what it moves before it binds anything: its threads, and what a draw clears.
+    traffic: Traffic,
 }
 
 impl Run<'_, '_> {
@@ -621,12 +627,24 @@ impl Run<'_, '_> {
     }
 
     /// Runs a compute pass of that many workgroups.
-    pub fn dispatch(self, x: u32, y: u32, z: u32) {
+    pub fn dispatch(mut self, x: u32, y: u32, z: u32) {
+        self.traffic.threads = [x, y, z].map(u64::from).iter().product::<u64>() * self.pass.made.group;
         self.compute(|p| p.dispatch_workgroups(x, y, z));
     }
 
     /// Runs a compute pass of as many workgroups as the buffer says from the byte `at` on: x, y and z.
-    pub fn dispatch_indirect(self, arguments: &wgpu::Buffer, at: u64) {
+    pub fn dispatch_indirect(mut self, arguments: &wgpu::Buffer, at: u64) {
+        if self.recorder.timer.traffic.is_some() && self.recorder.waits() {
+            // What is recorded so far may write them.
+            self.recorder.submit();
+            match self.recorder.gpu.read_range(arguments, at, 12) {
+                Ok(groups) => {
+                    let groups = bytemuck::cast_slice::<u8, u32>(&groups).iter().map(|n| u64::from(*n));
+                    self.traffic.threads = groups.product::<u64>() * self.pass.made.group;
+                }
+                Err(e) => self.recorder.error = self.recorder.error.take().or(Some(e)),
+            }
+        }
         self.compute(|p| p.dispatch_workgroups_indirect(arguments, at));
     }
 
@@ -650,7 +668,7 @@ impl Run<'_, '_> {
     /// Runs a render pass onto the colour views (cleared to zero) and the depth view (cleared to the
     /// given value, or kept). `draw` issues the draws.
     pub fn draw(
-        self,
+        mut self,
         colors: &[&wgpu::TextureView],
         depth: Option<(&wgpu::TextureView, f32)>,
         clear: bool,
@@ -670,6 +688,9 @@ impl Run<'_, '_> {
             let draws = counting.draws.len() as u32;
             (draws <= MAX_DRAWS).then(|| (counting.queries.clone(), draws - 1))
         });
+        if clear {
+            self.traffic = Traffic::cleared(colors.iter().copied().chain(depth.map(|d| d.0)));
+        }
         let load = |value| if clear { wgpu::LoadOp::Clear(value) } else { wgpu::LoadOp::Load };
         let wrote = colors.first().copied().or(depth.map(|d| d.0)).cloned();
         self.record(wrote, |encoder, pass, group, first| {
@@ -726,7 +747,7 @@ impl Run<'_, '_> {
         wrote: Option<wgpu::TextureView>,
         write: impl FnOnce(&mut wgpu::CommandEncoder, &Pass, &wgpu::BindGroup, Option<(&wgpu::QuerySet, u32)>),
     ) {
-        let Run { recorder, pass, name, extra, of_picture, .. } = self;
+        let Run { recorder, pass, name, extra, of_picture, traffic, .. } = self;
         if recorder.error.is_none() && recorder.gpu.unwanted() {
             recorder.error = Some(GivenUp.into());
         }
@@ -744,6 +765,11 @@ impl Run<'_, '_> {
         let stored = pass.made.bindings.iter().rfind(stores).filter(|_| recorder.watched.is_some()).and_then(find);
         let wrote = wrote.or(stored.and_then(|r| if let Resource::Texture(t) = r { Some(t) } else { None }));
         let wrote = wrote.map(|view| view.texture().clone());
+        if recorder.timed && recorder.timer.traffic.is_some() {
+            let bound: Vec<_> = pass.made.bindings.iter().filter_map(|b| Some((b, find(b)?))).collect();
+            let moved = Traffic::of(traffic.threads, bound.iter().map(|(b, r)| (*b, r))).and(Traffic { threads: 0, ..traffic });
+            recorder.timer.traffic.get_or_insert_default().push((name, moved));
+        }
         let group = match pass.bind(recorder.gpu, recorder.frame, find) {
             Ok(group) => group,
             Err(e) => {

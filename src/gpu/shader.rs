@@ -80,6 +80,8 @@ pub struct Binding {
     pub name: String,
     /// The declared type's name; a parameter group is bound by it.
     pub type_name: String,
+    /// Bytes of an element of a buffer: of an array's, where it is or ends in one.
+    pub element: u64,
     pub entry: wgpu::BindGroupLayoutEntry,
 }
 
@@ -253,6 +255,12 @@ fn is_resource(line: &str) -> bool {
 }
 
 impl Program {
+    /// Threads of a workgroup of an entry point; 0 where that is no compute shader.
+    pub fn group(&self, entry: &str) -> u64 {
+        let found = self.module.entry_points.iter().find(|e| e.name == entry);
+        found.map_or(0, |e| e.workgroup_size.iter().map(|n| u64::from(*n)).product())
+    }
+
     /// What the named entry points bind, in the order of the bindings' numbers.
     pub fn bindings(&self, entry_points: &[&str]) -> Result<Vec<Binding>> {
         let mut found: Vec<Binding> = Vec::new();
@@ -283,6 +291,7 @@ impl Program {
                 found.push(Binding {
                     name: global.name.clone().unwrap_or_default(),
                     type_name: ty.name.clone().unwrap_or_default(),
+                    element: element(&self.module, &ty.inner),
                     entry: wgpu::BindGroupLayoutEntry {
                         binding: at.binding,
                         visibility: stage,
@@ -294,6 +303,18 @@ impl Program {
         }
         found.sort_by_key(|b| b.entry.binding);
         Ok(found)
+    }
+}
+
+/// Bytes of what a thread takes of a buffer of this type.
+fn element(module: &naga::Module, ty: &naga::TypeInner) -> u64 {
+    match ty {
+        naga::TypeInner::Array { stride, .. } => u64::from(*stride),
+        naga::TypeInner::Struct { members, span } => match members.last().map(|m| &module.types[m.ty].inner) {
+            Some(last @ naga::TypeInner::Array { .. }) => element(module, last),
+            _ => u64::from(*span),
+        },
+        other => u64::from(other.size(module.to_ctx())),
     }
 }
 

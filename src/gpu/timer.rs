@@ -1,6 +1,6 @@
 //! What a frame took: times of its passes, triangles and fragments of its draws.
 
-use super::Gpu;
+use super::{Gpu, Traffic};
 use anyhow::{Result, anyhow};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -30,6 +30,8 @@ pub struct Timer {
     pub latest: Vec<(&'static str, f64)>,
     /// As many, behind what is noted.
     pub(super) latest_lights: Vec<Option<usize>>,
+    /// What the passes of a frame that waits for each of them move, by name, where somebody asks ([`Timer::tell_traffic`]).
+    pub(super) traffic: Option<Vec<(&'static str, Traffic)>>,
 }
 
 /// Timestamps on their way back.
@@ -64,7 +66,25 @@ impl Timer {
             pending: Vec::new(),
             latest: Vec::new(),
             latest_lights: Vec::new(),
+            traffic: None,
         }
+    }
+
+    /// Has the passes of frames from here on add up what they move, where each of them is waited for.
+    pub fn tell_traffic(&mut self) {
+        self.traffic = Some(Vec::new());
+    }
+
+    /// What passes moved since it was asked for, those of equal names added up, in order of first appearance.
+    pub fn traffic(&self) -> Vec<(&'static str, Traffic)> {
+        let mut sums: Vec<(&'static str, Traffic)> = Vec::new();
+        for (name, moved) in self.traffic.iter().flatten() {
+            match sums.iter_mut().find(|s| s.0 == *name) {
+                Some(sum) => sum.1 = sum.1.and(*moved),
+                None => sums.push((name, *moved)),
+            }
+        }
+        sums
     }
 
     /// Where the pass that is recorded next puts its timestamps: a set, and the first of two places in it.

@@ -21,7 +21,7 @@ pub mod story;
 mod sweep;
 pub mod table;
 mod temporal;
-mod timing;
+pub mod timing;
 
 pub use accuracy::{accuracy, asked, errors, figures};
 pub use columns::Column;

@@ -1,7 +1,7 @@
 //! Times of configurations: many frames, warm-up left out, taking turns so that drift hits all alike.
 
 use crate::frame::{Ask, History, Made, Renderer, Truth, technique_ms};
-use crate::gpu::TimerMode;
+use crate::gpu::{Gpu, Timer, TimerMode, Traffic};
 use crate::setup::Setup;
 use anyhow::{Result, ensure};
 use std::sync::LazyLock;
@@ -136,6 +136,44 @@ pub fn briefly(renderer: &mut Renderer, setups: &[Setup], rounds: usize) -> Resu
     }
     let wall_clock = renderer.timer.mode() == TimerMode::Wall;
     Ok(lanes.into_iter().map(|lane| lane.times(wall_clock)).collect())
+}
+
+/// What the passes of a frame of the set-up move, by name.
+///
+/// # Errors
+/// What the device reports.
+pub fn traffic(renderer: &mut Renderer, setup: &Setup) -> Result<Vec<(&'static str, Traffic)>> {
+    let setup = setup.measured();
+    let mut lane = Lane::new(&setup);
+    // What the first frame alone does is no part of it.
+    lane.frame(renderer, false)?;
+    let timer = std::mem::replace(&mut renderer.timer, Timer::with(TimerMode::Wall));
+    renderer.timer.tell_traffic();
+    let drawn = lane.frame(renderer, false);
+    let told = std::mem::replace(&mut renderer.timer, timer).traffic();
+    drawn.map(|()| told)
+}
+
+/// Bytes that the adapter moves in a second when it copies one buffer to another: read and written, the best of a few.
+///
+/// # Errors
+/// What the device reports.
+pub fn bandwidth(gpu: &Gpu) -> Result<f64> {
+    const BYTES: u64 = 1 << 27;
+    let usage = wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST;
+    let [from, to] = ["copied", "copy"].map(|label| gpu.room(label, BYTES, usage));
+    let mut best = f64::INFINITY;
+    for _ in 0..6 {
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        (0..4).for_each(|_| encoder.copy_buffer_to_buffer(&from, 0, &to, 0, BYTES));
+        gpu.wait()?;
+        let start = Instant::now();
+        gpu.queue.submit([encoder.finish()]);
+        gpu.wait()?;
+        best = best.min(start.elapsed().as_secs_f64());
+    }
+    gpu.check()?;
+    Ok(8.0 * BYTES as f64 / best)
 }
 
 /// What is said where work was told to stop.

@@ -200,7 +200,7 @@ impl Samples {
         Samples {
             levels: of_level.collect(),
             cells: gpu.buffer("corners of cells", bytemuck::cast_slice(&cells), Use::UNIFORM),
-            draws: room("samples' draws", count * ARGUMENTS as usize, Use::INDIRECT),
+            draws: room("samples' draws", count * ARGUMENTS as usize, Use::INDIRECT | Use::COPY_SRC),
             whole: room("samples' whole views", count * VIEW as usize, Use::empty()),
             extents: room("samples' receivers", count * 24, Use::empty()),
             fitted: room("samples' views", count * VIEW as usize, Use::COPY_SRC),

@@ -153,7 +153,7 @@ impl Held {
         };
         Ok(Held {
             levels: (0..=last).map(level).collect(),
-            dispatch: gpu.room("dispatch of a level", 12, Use::STORAGE | Use::INDIRECT),
+            dispatch: gpu.room("dispatch of a level", 12, Use::STORAGE | Use::INDIRECT | Use::COPY_SRC),
             work: storage(gpu, "pieces to split", if linear { PIECE } else { 2 * most as u64 * PIECE }),
             pieces: storage(gpu, "pieces", most_drawn as u64 * PIECE),
             rays: storage(gpu, "texels' rays", rays),
