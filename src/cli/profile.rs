@@ -1,10 +1,12 @@
 //! `profile`: every pass of techniques, and the bytes that it moves.
 
 use super::{Wanted, failures, print, progress, renderer, to_measure};
-use crate::frame::SHARED_PASSES;
+use crate::frame::{Renderer, SHARED_PASSES};
+use crate::gpu::{Gpu, Traffic};
 use crate::measure::timing;
 use anyhow::{Result, ensure};
 use std::fmt::Write;
+use std::sync::Arc;
 
 #[derive(clap::Args)]
 pub struct Output {
@@ -23,24 +25,24 @@ struct Row {
     pass: String,
     /// Median, milliseconds.
     ms: f64,
-    /// Of a compute pass; 0 of draws.
-    threads: u64,
-    /// Bytes, at the least.
-    read: u64,
-    written: u64,
-    /// What these take at the bandwidth, milliseconds.
+    #[serde(flatten)]
+    moved: Traffic,
+    /// What it moves at the least takes so long at the bandwidth, milliseconds.
     bound_ms: f64,
 }
 
 /// Columns: what a thread reads and writes is a pixel's or a texel's, as the pass goes through one or the other.
-const HEAD: &str = "| technique | pass | ms | threads | bytes read a thread | written a thread | MB | bound, ms | time / bound |\n\
-                    |---|---|---|---|---|---|---|---|---|\n";
+const HEAD: &str = "| technique | pass | ms | threads | bytes read a thread | written a thread | MB moved | MB at the least | bound, ms | time / bound |\n\
+                    |---|---|---|---|---|---|---|---|---|---|\n";
 
 pub fn run(wanted: Wanted, ids: &[String], output: &Output, adapter: Option<&str>) -> Result<()> {
     let sound = output.bandwidth.is_none_or(|b| b.is_finite() && b > 0.0);
     ensure!(sound, "--bandwidth takes a number above 0: the GB that memory moves in a second");
     let (mut setup, scene, ids, mut failed) = to_measure(wanted, ids)?;
     let mut renderer = renderer(adapter, scene)?;
+    // Counting shaders are slow, and so on a device of their own.
+    let counting = Gpu::new(adapter)?.count_traffic()?;
+    let mut counting = Renderer::new(Arc::new(counting), renderer.scene().clone())?;
     let bandwidth = match output.bandwidth {
         Some(said) => said * 1e9,
         None => timing::bandwidth(&renderer.gpu)?,
@@ -51,7 +53,7 @@ pub fn run(wanted: Wanted, ids: &[String], output: &Output, adapter: Option<&str
         setup.select(id)?;
         super::show(&bar, i as f32 / ids.len() as f32, id.clone());
         let measured = timing::time(&mut renderer, std::slice::from_ref(&setup), &mut |_| true)
-            .and_then(|times| Ok((times, timing::traffic(&mut renderer, &setup)?)));
+            .and_then(|times| Ok((times, timing::traffic(&mut counting, &setup)?)));
         let (times, traffic) = match measured {
             Ok(measured) => measured,
             Err(e) => {
@@ -61,10 +63,8 @@ pub fn run(wanted: Wanted, ids: &[String], output: &Output, adapter: Option<&str
         };
         for (pass, ms) in times.iter().flat_map(|t| &t.passes).filter(|p| !SHARED_PASSES.contains(&p.0.as_str())) {
             let Some((_, moved)) = traffic.iter().find(|(name, _)| name == pass) else { continue };
-            let bound_ms = moved.bytes() as f64 / bandwidth * 1e3;
-            let (technique, pass) = (id.clone(), pass.clone());
-            let (threads, read, written) = (moved.threads, moved.read, moved.written);
-            rows.push(Row { technique, pass, ms: ms.median, threads, read, written, bound_ms });
+            let bound_ms = moved.least as f64 / bandwidth * 1e3;
+            rows.push(Row { technique: id.clone(), pass: pass.clone(), ms: ms.median, moved: *moved, bound_ms });
         }
     }
     bar.finish_and_clear();
@@ -74,17 +74,17 @@ pub fn run(wanted: Wanted, ids: &[String], output: &Output, adapter: Option<&str
         let info = &renderer.gpu.info;
         let mut text = format!("{}, bounds at {:.1} GB/s.\n\n{HEAD}", info.name, bandwidth / 1e9);
         for r in &rows {
-            let a_thread = |bytes: u64| match r.threads {
+            let a_thread = |bytes: u64| match r.moved.threads {
                 0 => String::new(),
                 n => format!("{:.1}", bytes as f64 / n as f64),
             };
-            let (read, written) = (a_thread(r.read), a_thread(r.written));
-            let threads = if r.threads == 0 { "draw".into() } else { r.threads.to_string() };
+            let (read, written) = (a_thread(r.moved.read), a_thread(r.moved.written));
+            let threads = if r.moved.threads == 0 { "draw".into() } else { r.moved.threads.to_string() };
             let ratio = if r.bound_ms > 0.0 { format!("{:.0}", r.ms / r.bound_ms) } else { String::new() };
-            let megabytes = (r.read + r.written) as f64 / 1e6;
+            let [moved, least] = [r.moved.read + r.moved.written, r.moved.least].map(|bytes| bytes as f64 / 1e6);
             writeln!(
                 text,
-                "| `{}` | {} | {:.3} | {threads} | {read} | {written} | {megabytes:.1} | {:.3} | {ratio} |",
+                "| `{}` | {} | {:.3} | {threads} | {read} | {written} | {moved:.1} | {least:.1} | {:.3} | {ratio} |",
                 r.technique, r.pass, r.ms, r.bound_ms
             )?;
         }

@@ -50,6 +50,8 @@ pub struct Gpu {
     error: Arc<Mutex<Option<String>>>,
     /// Frames recorded so far.
     frames: AtomicU64,
+    /// Where shaders count what they read and write ([`Gpu::count_traffic`]).
+    traffic: Option<Buffer>,
     /// Whether the frame that is being rendered is no longer wanted.
     unwanted: Mutex<Option<Box<dyn Fn() -> bool + Send + Sync>>>,
 }
@@ -74,6 +76,7 @@ const WANTED: wgpu::Features = wgpu::Features::TIMESTAMP_QUERY
     .union(wgpu::Features::FLOAT32_FILTERABLE)
     .union(wgpu::Features::FLOAT32_BLENDABLE)
     .union(wgpu::Features::TEXTURE_FORMAT_16BIT_NORM)
+    .union(wgpu::Features::VERTEX_WRITABLE_STORAGE)
     .union(wgpu::Features::TEXTURE_ADAPTER_SPECIFIC_FORMAT_FEATURES);
 
 const OUT_OF_MEMORY: &str =
@@ -164,8 +167,21 @@ impl Gpu {
             pipelines: Mutex::default(),
             error,
             frames: AtomicU64::new(0),
+            traffic: None,
             unwanted: Mutex::new(None),
         })
+    }
+
+    /// Has the shaders of all passes made from here on count what they read and write: for [`Timer::tell_traffic`], and slow.
+    ///
+    /// # Errors
+    /// An adapter on which vertex shaders cannot count.
+    pub fn count_traffic(mut self) -> Result<Gpu> {
+        let can = self.features.contains(wgpu::Features::VERTEX_WRITABLE_STORAGE);
+        anyhow::ensure!(can, "{} cannot count what passes move: its vertex shaders write no buffers", self.info.name);
+        let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST;
+        self.traffic = Some(self.room("traffic", traffic::BYTES, usage));
+        Ok(self)
     }
 
     /// From here on frames ask `unwanted` between their passes, and fail with [`GivenUp`] where it says yes. Where passes

@@ -2,7 +2,7 @@
 
 use super::shader::{Binding, Key, Loaded};
 use super::timer::{DrawCount, MAX_DRAWS, Pending, Sent, Timer, TimerMode};
-use super::{GivenUp, Gpu, Traffic};
+use super::{GivenUp, Gpu, Traffic, traffic};
 use crate::params::Group;
 use anyhow::{Context, Result};
 use std::cell::RefCell;
@@ -326,7 +326,8 @@ impl<'a> Recorder<'a> {
         timer.noted.clear();
         let encoder = gpu.device.create_command_encoder(&Default::default());
         let frame = gpu.frames.fetch_add(1, Ordering::Relaxed) + 1;
-        let (resources, frozen) = (HashMap::new(), Vec::new());
+        let resources = gpu.traffic.iter().map(|counts| (traffic::NAME, counts.into())).collect();
+        let frozen = Vec::new();
         let (watched, written) = (None, None);
         let (draws, recorded, error) = (None, 0, None);
         Recorder {
@@ -765,11 +766,9 @@ impl Run<'_, '_> {
         let stored = pass.made.bindings.iter().rfind(stores).filter(|_| recorder.watched.is_some()).and_then(find);
         let wrote = wrote.or(stored.and_then(|r| if let Resource::Texture(t) = r { Some(t) } else { None }));
         let wrote = wrote.map(|view| view.texture().clone());
-        if recorder.timed && recorder.timer.traffic.is_some() {
-            let bound: Vec<_> = pass.made.bindings.iter().filter_map(|b| Some((b, find(b)?))).collect();
-            let moved = Traffic::of(traffic.threads, bound.iter().map(|(b, r)| (*b, r))).and(Traffic { threads: 0, ..traffic });
-            recorder.timer.traffic.get_or_insert_default().push((name, moved));
-        }
+        let counting = recorder.timer.traffic.is_some() && recorder.waits();
+        let counts = recorder.gpu.traffic.as_ref().filter(|_| counting);
+        let bound = counts.map(|_| pass.made.bindings.iter().filter_map(|b| Some((b, find(b)?))).collect::<Vec<_>>());
         let group = match pass.bind(recorder.gpu, recorder.frame, find) {
             Ok(group) => group,
             Err(e) => {
@@ -786,6 +785,9 @@ impl Run<'_, '_> {
             }
         }
         recorder.recorded += 1;
+        if let Some(counts) = counts {
+            recorder.encoder.clear_buffer(counts, 0, None);
+        }
         let timer = &mut *recorder.timer;
         let stamped = recorder.timed && timer.mode == TimerMode::Stamps;
         let first = stamped.then(|| timer.stamps(recorder.gpu));
@@ -801,6 +803,15 @@ impl Run<'_, '_> {
                 recorder.error = Some(e);
             }
             recorder.timer.wall.push(start.elapsed().as_secs_f64() * 1e3);
+            if let Some((counts, bound)) = counts.zip(bound) {
+                match recorder.gpu.read_buffer(counts) {
+                    Ok(read) => {
+                        let moved = traffic.with(bytemuck::cast_slice(&read), bound.iter().map(|(b, r)| (*b, r)));
+                        recorder.timer.traffic.get_or_insert_default().push((name, moved));
+                    }
+                    Err(e) => recorder.error = Some(e),
+                }
+            }
         }
     }
 }

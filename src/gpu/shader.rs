@@ -1,12 +1,13 @@
 //! WGSL: found, put together from includes, checked by naga, and reflected.
 
-use super::Gpu;
+use super::{Gpu, traffic};
 use crate::files;
 use crate::palette;
 use crate::params::Group;
 use crate::techniques;
 use anyhow::{Context, Result, anyhow, bail, ensure};
 use include_dir::{Dir, include_dir};
+use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock, PoisonError};
 use std::time::SystemTime;
@@ -80,8 +81,6 @@ pub struct Binding {
     pub name: String,
     /// The declared type's name; a parameter group is bound by it.
     pub type_name: String,
-    /// Bytes of an element of a buffer: of an array's, where it is or ends in one.
-    pub element: u64,
     pub entry: wgpu::BindGroupLayoutEntry,
 }
 
@@ -111,10 +110,13 @@ impl Gpu {
         if let Some(held) = last.as_ref().filter(|held| held.key == key) {
             return Ok(held.clone());
         }
-        let program = self.shaders.load(file, groups)?;
+        let mut program = self.shaders.load(file, groups)?;
+        if self.traffic.is_some() {
+            program = traffic::counted(&program, CAPABILITIES).with_context(|| file.to_string())?;
+        }
         let on_device = self.device.create_shader_module(wgpu::ShaderModuleDescriptor {
             label: Some(file),
-            source: wgpu::ShaderSource::Wgsl(program.source.as_str().into()),
+            source: wgpu::ShaderSource::Naga(Cow::Owned(program.module.clone())),
         });
         Ok(last.insert(Arc::new(Loaded { key, program, on_device })).clone())
     }
@@ -291,7 +293,6 @@ impl Program {
                 found.push(Binding {
                     name: global.name.clone().unwrap_or_default(),
                     type_name: ty.name.clone().unwrap_or_default(),
-                    element: element(&self.module, &ty.inner),
                     entry: wgpu::BindGroupLayoutEntry {
                         binding: at.binding,
                         visibility: stage,
@@ -303,18 +304,6 @@ impl Program {
         }
         found.sort_by_key(|b| b.entry.binding);
         Ok(found)
-    }
-}
-
-/// Bytes of what a thread takes of a buffer of this type.
-fn element(module: &naga::Module, ty: &naga::TypeInner) -> u64 {
-    match ty {
-        naga::TypeInner::Array { stride, .. } => u64::from(*stride),
-        naga::TypeInner::Struct { members, span } => match members.last().map(|m| &module.types[m.ty].inner) {
-            Some(last @ naga::TypeInner::Array { .. }) => element(module, last),
-            _ => u64::from(*span),
-        },
-        other => u64::from(other.size(module.to_ctx())),
     }
 }
 

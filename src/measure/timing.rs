@@ -138,7 +138,7 @@ pub fn briefly(renderer: &mut Renderer, setups: &[Setup], rounds: usize) -> Resu
     Ok(lanes.into_iter().map(|lane| lane.times(wall_clock)).collect())
 }
 
-/// What the passes of a frame of the set-up move, by name.
+/// What the passes of a frame of the set-up move, by name; the renderer's device must count it ([`Gpu::count_traffic`]).
 ///
 /// # Errors
 /// What the device reports.
