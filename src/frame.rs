@@ -25,7 +25,7 @@ pub use shot::{Shot, ShotUniform};
 pub use story::{Looked, Shown, ShownValue, TAPS};
 
 use crate::contact::{self, Contact};
-use crate::gpu::{Account, Buffer, Gpu, Pass, Raster, Recorder, Slot, Timer};
+use crate::gpu::{Account, Buffer, Failure, Gpu, Pass, Raster, Recorder, Slot, Timer, Unfit};
 use crate::light::{Light, LightView};
 use crate::measure::causes::Causes;
 use crate::params::{Group, Values};
@@ -622,12 +622,12 @@ impl Made {
             btree_map::Entry::Vacant(free) => {
                 let account = Account::default();
                 let technique = account.charge(|| (info.make)(f.gpu, info));
-                let technique = technique.with_context(|| format!("{} cannot be made", info.title))?;
+                let technique = technique.with_context(|| cannot_be_made(info))?;
                 free.insert(Instance { technique, contact: None, account })
             }
         };
         let Instance { technique, contact, account } = held;
-        account.charge(|| {
+        let rendered = account.charge(|| {
             if !contact::wanted(f.values) {
                 *contact = None;
                 return technique.render(f);
@@ -637,7 +637,10 @@ impl Made {
                 None => contact.insert(Contact::new(f.gpu)?),
             };
             contact.over(f, |f| technique.render(f))
-        })
+        });
+        // Which technique's shader that is the driver does not know.
+        let name = |e: anyhow::Error| if e.is::<Unfit>() { e.context(cannot_be_made(info)) } else { e };
+        rendered.map_err(name)
     }
 
     /// What it holds for each light.
@@ -646,6 +649,10 @@ impl Made {
             |(light, held): (&usize, &Instance)| ToldLight { light: *light, gpu_bytes: held.account.bytes(), ms: 0.0 };
         self.own.iter().map(one).collect()
     }
+}
+
+fn cannot_be_made(info: &Info) -> String {
+    format!("{} cannot be made", info.title)
 }
 
 /// Renders set-ups of one scene on one device.
@@ -812,6 +819,32 @@ impl Renderer {
     /// # Errors
     /// A picture larger than the adapter takes, or what the device reports.
     pub fn render(&mut self, setup: &Setup, ask: Ask) -> Result<Told> {
+        let rendered = self.record(setup, ask);
+        if rendered.as_ref().is_err_and(Failure::is_out_of_memory) {
+            self.let_go()?;
+        }
+        rendered
+    }
+
+    /// Lets go of all that frames have made: what there was no memory for must not be taken for whole.
+    fn let_go(&mut self) -> Result<()> {
+        (self.made, self.offered, self.shading.indirect) = (None, None, None);
+        (self.splits, self.faces, self.read_map, self.read_warp) = (None, None, None, None);
+        (self.tell, self.show, self.shots) = (None, None, None);
+        self.counted_notes.clear();
+        self.targets = Targets::default();
+        self.analysis = Analysis::default();
+        self.figure = figure::Figure::default();
+        self.lights = lights::Lights::default();
+        self.frozen = freeze::Frozen::default();
+        self.lines = lines::Lines::default();
+        self.truth = Tracing::new(&self.gpu)?;
+        self.shading.passes.values().chain([&self.gbuffer, &self.unshadowed, &self.classify]).for_each(Pass::forget);
+        self.draw_counts.forget();
+        Ok(())
+    }
+
+    fn record(&mut self, setup: &Setup, ask: Ask) -> Result<Told> {
         let mut moved;
         let setup = if setup.origin == self.scene.origin {
             setup

@@ -2,13 +2,13 @@
 
 use super::shader::{Binding, Key, Loaded};
 use super::timer::{DrawCount, MAX_DRAWS, Pending, Sent, Timer, TimerMode};
-use super::{GivenUp, Gpu};
+use super::{GivenUp, Gpu, locked};
 use crate::params::Group;
 use anyhow::{Context, Result};
 use std::cell::RefCell;
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, PoisonError};
+use std::sync::Arc;
 use std::time::Instant;
 
 /// Anything a shader can bind.
@@ -252,8 +252,7 @@ fn made(
 ) -> Result<Made> {
     let key = (gpu.shader_key(file, groups), what);
     {
-        // What it holds is whole, whoever panicked.
-        let mut held = gpu.pipelines.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut held = locked(&gpu.pipelines);
         held.asked += 1;
         let now = held.asked;
         if let Some((asked, made)) = held.made.get_mut(&key) {
@@ -261,18 +260,29 @@ fn made(
             return Ok(made.clone());
         }
     }
-    let shader = gpu.shader(file, groups)?;
-    let bindings = shader.program.bindings(entries).with_context(|| file.to_string())?;
-    let all: Vec<_> = bindings.iter().map(|b| b.entry).collect();
-    let descriptor = wgpu::BindGroupLayoutDescriptor { label: Some(file), entries: &all };
-    let layout = gpu.device.create_bind_group_layout(&descriptor);
-    let pipeline_layout = gpu.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-        label: Some(file),
-        bind_group_layouts: &[Some(&layout)],
-        immediate_size: 0,
+    // What the driver makes of a shader is the pass's own trouble, and nobody else's.
+    let validation = gpu.device.push_error_scope(wgpu::ErrorFilter::Validation);
+    let internal = gpu.device.push_error_scope(wgpu::ErrorFilter::Internal);
+    let tried = gpu.shader(file, groups).and_then(|shader| {
+        let bindings = shader.program.bindings(entries).with_context(|| file.to_string())?;
+        let all: Vec<_> = bindings.iter().map(|b| b.entry).collect();
+        let descriptor = wgpu::BindGroupLayoutDescriptor { label: Some(file), entries: &all };
+        let layout = gpu.device.create_bind_group_layout(&descriptor);
+        let pipeline_layout = gpu.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: Some(file),
+            bind_group_layouts: &[Some(&layout)],
+            immediate_size: 0,
+        });
+        Ok(Made { pipeline: make(&shader, &pipeline_layout), layout, bindings: bindings.into() })
     });
-    let made = Made { pipeline: make(&shader, &pipeline_layout), layout, bindings: bindings.into() };
-    let mut held = gpu.pipelines.lock().unwrap_or_else(PoisonError::into_inner);
+    let [internal, validation] = [internal, validation].map(|scope| pollster::block_on(scope.pop()));
+    let made = tried?;
+    if let Some(error) = internal.or(validation) {
+        *locked(&gpu.loaded) = None;
+        let (file, entry) = (file.into(), entries.join(" and "));
+        return Err(Unfit { file, entry, adapter: gpu.info.name.clone(), why: error.to_string() }.into());
+    }
+    let mut held = locked(&gpu.pipelines);
     if held.made.len() >= MOST_PIPELINES {
         let oldest = held.made.iter().min_by_key(|(_, (asked, _))| *asked).map(|(key, _)| key.clone());
         oldest.and_then(|key| held.made.remove(&key));
@@ -281,6 +291,24 @@ fn made(
     held.made.insert(key, (now, made.clone()));
     Ok(made)
 }
+
+/// A shader that is right, but of which the driver makes no pipeline.
+#[derive(Debug)]
+pub struct Unfit {
+    file: String,
+    entry: String,
+    adapter: String,
+    why: String,
+}
+
+impl std::fmt::Display for Unfit {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        let Unfit { file, entry, adapter, why } = self;
+        write!(f, "{adapter} cannot run {entry} of {file}: {}", why.split_whitespace().collect::<Vec<_>>().join(" "))
+    }
+}
+
+impl std::error::Error for Unfit {}
 
 /// Clears of buffers are timed under this name.
 const CLEARS: &str = "clears";

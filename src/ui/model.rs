@@ -7,6 +7,7 @@ use super::flatland::Lab;
 use super::history::History;
 use super::inspect::Inspect;
 use super::lesson::Running;
+use super::lost::Lost;
 use super::maps::Maps;
 use super::picker::Picker;
 use super::pictures::{Picture, Pictures, Subject};
@@ -18,7 +19,7 @@ use crate::capture;
 use crate::figure::{Format, Spec};
 use crate::flatland::Flatland;
 use crate::frame::{Told, ToldLight, technique_ms};
-use crate::gpu::Fault;
+use crate::gpu::{Failure, Fault};
 use crate::legend::Known;
 use crate::map::fit::lixel::Plane;
 use crate::measure::Record;
@@ -93,6 +94,8 @@ pub enum Action {
     Read([f32; 2]),
     /// Show what the pass of this name wrote for a side, from 0.
     Shot(usize, &'static str),
+    /// Draw the scene on the adapter of this name from here on.
+    Adapter(String),
     Quit,
 }
 
@@ -348,6 +351,8 @@ pub struct Model {
     pub folder: Option<PathBuf>,
     /// Asked to close all the same, and waiting for an answer.
     pub closing: bool,
+    /// The scene's device is lost; which adapter goes on is being asked.
+    pub lost: Option<Lost>,
 }
 
 impl Model {
@@ -411,6 +416,7 @@ impl Model {
             flying: Vec::new(),
             folder: None,
             closing: false,
+            lost: None,
             setup,
         }
     }
@@ -708,6 +714,13 @@ impl Model {
             None => message::sentence(error),
         };
         self.warn(Note { text, code, error: true, until: None, opening: false });
+    }
+
+    /// Says that the driver had dropped a device, and that all goes on.
+    pub fn reopened(&mut self, why: &anyhow::Error) {
+        let why = if let Some(Failure::Lost(why)) = why.downcast_ref() { why.clone() } else { message::sentence(why) };
+        let text = format!("The graphics driver had dropped its device ({why}). It was opened anew, and all goes on.");
+        self.warn(Note { text, code: None, error: true, until: Some(Instant::now() + FAILED), opening: false });
     }
 
     fn warn(&mut self, note: Note) {

@@ -7,7 +7,7 @@
 use super::model::{Facts, Traced};
 use super::work::{Done, Loaded, Post};
 use crate::frame::{Ask, History, Renderer, Truth, panes, pixel_at};
-use crate::gpu::{GivenUp, Gpu, TimerMode};
+use crate::gpu::{self, Failure, GivenUp, Gpu, TimerMode};
 use crate::legend::Known;
 use crate::measure::story::{self, Seen};
 use crate::measure::{Record, metrics, params_text};
@@ -40,6 +40,8 @@ const SETTLE: Duration = Duration::from_millis(180);
 const PATIENCE: Duration = Duration::from_millis(150);
 /// Frames kept for the chart.
 const RECENT: usize = 200;
+/// A device that is lost twice within this time is not opened a third time unasked.
+pub const AGAIN: Duration = Duration::from_secs(20);
 /// How often changed shaders are looked for.
 const RELOAD: Duration = Duration::from_millis(500);
 
@@ -138,6 +140,10 @@ pub enum Request {
     Plane([f32; 2]),
     /// Show what the pass of this name wrote for a side.
     Shot(usize, &'static str),
+    /// Go on with the adapter of this name.
+    Adapter(String),
+    /// Lose the device, as drivers do.
+    Lose,
 }
 
 /// A picture, sRGB-encoded, rows from the top.
@@ -311,7 +317,12 @@ impl Costs {
 struct Painter<'a> {
     inbox: Arc<Inbox>,
     post: &'a Post,
+    adapter: String,
     gpu: Arc<Gpu>,
+    /// When the device was lost last.
+    lost: Option<Instant>,
+    /// It is not opened anew before an adapter is chosen.
+    given_up: bool,
     renderer: Option<Renderer>,
     /// Of the scene that is about to be shown.
     loaded: Option<Renderer>,
@@ -360,8 +371,11 @@ impl Painter<'_> {
         Ok(Painter {
             inbox,
             post,
+            adapter: adapter.into(),
             shaders: gpu.shaders.changed(),
             gpu: Arc::new(gpu),
+            lost: None,
+            given_up: false,
             renderer: None,
             loaded: None,
             before: None,
@@ -397,6 +411,7 @@ impl Painter<'_> {
             if mail.closed {
                 return Ok(());
             }
+            self.look_after_the_device();
             mail.requests.into_iter().for_each(|r| self.answer(r));
             order = mail.order.or(order);
             let Some(order) = &order else { continue };
@@ -405,6 +420,10 @@ impl Painter<'_> {
                 Ok(Next::Now) => Some(Instant::now()),
                 Ok(Next::At(at)) => Some(at),
                 Ok(Next::Rest) => None,
+                Err(e) if Failure::is_loss(&e) => {
+                    self.look_after_the_device();
+                    Some(Instant::now())
+                }
                 Err(e) => {
                     self.failed = true;
                     self.drawn = None;
@@ -416,6 +435,38 @@ impl Painter<'_> {
                 }
             };
         }
+    }
+
+    /// Opens the device anew if it is lost, once; after that the user is asked.
+    fn look_after_the_device(&mut self) {
+        if self.given_up {
+            return;
+        }
+        // What else there may be to tell is told with the frame.
+        let Err(why) = self.gpu.look() else { return };
+        let again = self.lost.replace(Instant::now()).is_some_and(|at| at.elapsed() < AGAIN);
+        let opened = if again { Err(why) } else { self.reopen().map(|()| why) };
+        match opened {
+            Ok(why) => self.post.send(Done::Reopened(why)),
+            Err(why) => self.give_up(why),
+        }
+    }
+
+    fn give_up(&mut self, why: anyhow::Error) {
+        self.given_up = true;
+        let all = gpu::adapters(&gpu::instance());
+        self.post.send(Done::Lost(why, all.iter().map(|a| a.get_info().name).collect()));
+    }
+
+    /// Opens the device anew. What was on it is made again when it is needed.
+    fn reopen(&mut self) -> Result<()> {
+        // What the lost one held first.
+        (self.renderer, self.loaded, self.drawn) = (None, None, None);
+        let gpu = Gpu::new(Some(&self.adapter))?;
+        (self.facts.adapter, self.facts.software) = (gpu.info.name.clone(), gpu.software());
+        self.gpu = Arc::new(gpu);
+        (self.failed, self.given_up) = (false, false);
+        Ok(())
     }
 
     fn answer(&mut self, request: Request) {
@@ -454,6 +505,13 @@ impl Painter<'_> {
                 };
                 self.post.send(Done::Shot(side, pass, shot));
             }
+            Request::Adapter(name) => {
+                self.adapter = name;
+                if let Err(why) = self.reopen() {
+                    self.give_up(why);
+                }
+            }
+            Request::Lose => self.gpu.device.destroy(),
         }
     }
 
@@ -498,8 +556,15 @@ impl Painter<'_> {
             self.failed = false;
         }
         let here = self.renderer.as_ref().is_some_and(|r| Arc::ptr_eq(r.scene(), &order.scene));
-        if order.paused || order.full.contains(&0) || !here || self.failed {
+        if order.paused || order.full.contains(&0) || self.failed || self.given_up || !here && self.lost.is_none() {
             return Ok(Next::Rest);
+        }
+        if !here {
+            // The device that held it is gone.
+            self.renderer = None;
+            self.renderer = Some(Renderer::new(self.gpu.clone(), order.scene.clone())?);
+            self.drawn = None;
+            self.costs = Costs(Default::default());
         }
         let rest = !order.moving || self.changed.elapsed() >= SETTLE;
         let served = techniques::TRUTH.refuses(&order.setup.light).is_none();

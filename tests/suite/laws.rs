@@ -340,7 +340,7 @@ fn every_view_shows_something(those: impl Fn(usize) -> bool) {
 /// picture is nearly right. Under a lamp, where it serves that, and in turn under one of the other lights.
 #[test]
 fn no_technique_needs_more_than_is_guaranteed() {
-    let weak = Gpu::within(&gpu::instance(), None, None, |_| wgpu::Limits::default()).unwrap();
+    let weak = Gpu::within(&gpu::instance(), None, None, |features, _| (features, wgpu::Limits::default())).unwrap();
     let view = camera(Vec3::new(4.0, 6.0, 7.0), Vec3::ZERO);
     let lights = [
         sun(Vec3::new(0.4, 0.8, 0.3).normalize()),
