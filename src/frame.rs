@@ -35,7 +35,7 @@ use crate::setup::{Base, Setup};
 use crate::techniques::{self, Info, Technique};
 use crate::truth::{Progress, Tracing};
 use crate::view::{self, Drawn, Legend, Source, View};
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result, bail, ensure};
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec3, Mat3, Mat4, Vec2, Vec3, Vec4};
 use judged::Judged;
@@ -617,6 +617,9 @@ impl Made {
     /// Renders a light's shadow, by an instance that is made if there is none.
     fn render(&mut self, f: &mut Frame, light: usize) -> Result<()> {
         let info = self.info;
+        if let Some(why) = info.lacks(f.values, &f.gpu.abilities()) {
+            bail!("{}: {why}", info.title);
+        }
         let held = match self.own.entry(light) {
             btree_map::Entry::Occupied(held) => held.into_mut(),
             btree_map::Entry::Vacant(free) => {

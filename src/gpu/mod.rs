@@ -1,11 +1,13 @@
 //! The device, and passes made from WGSL whose resources are bound by name.
 
+mod abilities;
 mod memory;
 mod pass;
 mod shader;
 mod table;
 mod timer;
 
+pub use abilities::{Abilities, Need};
 pub use memory::{Account, Buffer, Counted, Texture};
 pub use pass::{Pass, Raster, Recorder, Resource, Run, Unfit, Watch};
 use shader::Loaded;

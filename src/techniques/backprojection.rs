@@ -98,6 +98,7 @@ pub static INFO: Info = Info {
             ),
         ],
     ],
+    needs: |_| &[],
     make: |gpu, _| Ok(Box::new(Backprojection::new(gpu)?)),
 };
 

@@ -3,7 +3,7 @@
 use super::shadow_map::GROUPS;
 use super::{Info, MAPS, NEAREST, Technique};
 use crate::frame::{Frame, Indirect, SAMPLED, STORED};
-use crate::gpu::{self, Buffer, Gpu, Pass, Resource, Slot, Texture, hold};
+use crate::gpu::{self, Buffer, Gpu, Need, Pass, Resource, Slot, Texture, hold};
 use crate::light::Light;
 use crate::map::faces::FaceParams;
 use crate::map::filter::{Reach, alone};
@@ -111,6 +111,7 @@ pub static INFO: Info = Info {
             ),
         ],
     ],
+    needs: |_| &[Need::UniformBytes(VPL * MOST_VPLS)],
     make: |gpu, _| Ok(Box::new(ImperfectSm::new(gpu)?)),
 };
 

@@ -64,5 +64,6 @@ pub static INFO: Info = Info {
     params: crate::groups!(&[PcssParams::GROUP, NoiseParams::GROUP], GROUPS),
     main: &[("resolution", "256..4096*2"), ("filter_taps", "16,49"), ("search_taps", "16,25")],
     maps: &[MAPS],
+    needs: |_| &[],
     make: single,
 };

@@ -69,5 +69,6 @@ pub static INFO: Info = Info {
     params: crate::groups!(&[PrefilteredSoftParams::GROUP], GROUPS),
     main: &[("resolution", "256..4096*2"), ("soft_kind", "vssm,mssm")],
     maps: &[MAPS],
+    needs: |_| &[],
     make: single,
 };

@@ -51,6 +51,7 @@ pub static INFO: Info = Info {
             view::ramp("links on the stack", "", [0.0, 64.0]),
         ),
     ]],
+    needs: |_| &[],
     make: |gpu, _| {
         Ok(Box::new(Psv {
             resolve: Pass::compute(gpu, "walk", FILE, "resolve", INFO.params)?,

@@ -40,6 +40,7 @@ pub static INFO: Info = Info {
         "How many nodes of the BVH each pixel's ray visits: where ray tracing is slow.",
         view::counts("nodes visited", 300.0),
     )]],
+    needs: |_| &[],
     make: |gpu, _| {
         Ok(Box::new(RtHard {
             resolve: Pass::compute(gpu, "shadow rays", FILE, "resolve", INFO.params)?,

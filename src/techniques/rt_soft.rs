@@ -44,6 +44,7 @@ pub static INFO: Info = Info {
         ),
         LIGHT_SAMPLES,
     ]],
+    needs: |_| &[],
     make: |gpu, _| Ok(Box::new(RtSoft::new(gpu)?)),
 };
 

@@ -2,7 +2,7 @@
 
 use super::{Info, Technique};
 use crate::frame::{DRAWN, Frame, STORED};
-use crate::gpu::{Buffer, Gpu, Pass, Raster, Slot, hold};
+use crate::gpu::{Buffer, Gpu, Need, Pass, Raster, Slot, hold};
 use crate::light::Light;
 use crate::map::silhouettes::{self, Kind, Silhouettes, groups};
 use crate::params::{Group, Params};
@@ -73,6 +73,7 @@ pub static INFO: Info = Info {
     params: &[VolumeParams::GROUP, TopologyParams::GROUP],
     main: &[("method", "zfail,auto")],
     maps: &[&[COUNT, OVERDRAW, silhouettes::EDGES, LINES]],
+    needs: |_| &[Need::StorageBuffers(5)],
     make: |gpu, info| Ok(Box::new(Volumes::new(gpu, info, "techniques/shadow_volume.wgsl")?)),
 };
 
@@ -90,6 +91,7 @@ pub static TRIANGLES: Info = Info {
     params: &[VolumeParams::GROUP],
     main: &[("method", "zfail,auto")],
     maps: &[&[COUNT, OVERDRAW, LINES]],
+    needs: |_| &[],
     make: |gpu, info| Ok(Box::new(Volumes::new(gpu, info, "techniques/shadow_volume_tri.wgsl")?)),
 };
 

@@ -20,7 +20,8 @@ pub fn show(ctx: &Context, m: &Model, out: &mut Vec<Action>) {
         ui.label("Set-up, history and all that was measured are still there.");
         ui.add_space(6.0);
         for name in &lost.adapters {
-            let again = if *name == m.facts.adapter { format!("Try {name} again") } else { format!("Go on with {name}") };
+            let again =
+                if *name == m.facts.adapter { format!("Try {name} again") } else { format!("Go on with {name}") };
             if ui.button(again).clicked() {
                 out.push(Action::Adapter(name.clone()));
             }

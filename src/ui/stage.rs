@@ -367,7 +367,8 @@ impl Painter<'_> {
         let gpu = Gpu::new(Some(adapter)).context("no second device could be opened")?;
         // Before anything is timed: half a GPU's worth of caution for software.
         let truth_cost = if gpu.software() { 500.0 } else { 4.0 };
-        let facts = Facts { adapter: gpu.info.name.clone(), software: gpu.software(), ..Facts::default() };
+        let mut facts = Facts::default();
+        facts.know(&gpu);
         Ok(Painter {
             inbox,
             post,
@@ -463,7 +464,7 @@ impl Painter<'_> {
         // What the lost one held first.
         (self.renderer, self.loaded, self.drawn) = (None, None, None);
         let gpu = Gpu::new(Some(&self.adapter))?;
-        (self.facts.adapter, self.facts.software) = (gpu.info.name.clone(), gpu.software());
+        self.facts.know(&gpu);
         self.gpu = Arc::new(gpu);
         (self.failed, self.given_up) = (false, false);
         Ok(())
