@@ -892,6 +892,7 @@ impl Renderer {
         }
 
         let mut recorder = Recorder::new(gpu, &mut self.timer, ask.timed, ask.size);
+        recorder.rows_at = Some(std::mem::offset_of!(FrameUniform, band) as u64);
         if let Some(ms) = animated_ms {
             recorder.note(ANIMATION, ms);
         }

@@ -45,6 +45,9 @@ pub struct Gpu {
     pub info: wgpu::AdapterInfo,
     pub features: wgpu::Features,
     pub shaders: Shaders,
+    /// Most work that is submitted at once: pixels, times how often as long as a plain full-screen pass each takes. A weak GPU does this
+    /// in some 0.2 s, and Windows resets one that has not answered for 2. Software has no watchdog.
+    pub longest: u64,
     /// The shader that the last pass was made of.
     loaded: Mutex<Option<Arc<Loaded>>>,
     pipelines: Mutex<pass::Pipelines>,
@@ -119,17 +122,23 @@ pub const WANTED: wgpu::Features = wgpu::Features::TIMESTAMP_QUERY
     .union(wgpu::Features::TEXTURE_FORMAT_16BIT_NORM)
     .union(wgpu::Features::TEXTURE_ADAPTER_SPECIFIC_FORMAT_FEATURES);
 
+/// [`Gpu::longest`] of GPUs.
+const LONGEST: u64 = 1 << 24;
+
 const NO_ADAPTER: &str = "no graphics adapter was found; install a driver for it (for Vulkan on Debian or Ubuntu: apt install \
                           mesa-vulkan-drivers, which can also do without a GPU)";
 
 /// The instance that windows and the command line share.
 pub fn instance() -> wgpu::Instance {
-    wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle())
+    wgpu::Instance::new(wgpu::InstanceDescriptor {
+        backends: wgpu::Backends::PRIMARY,
+        ..wgpu::InstanceDescriptor::new_without_display_handle()
+    })
 }
 
-/// Every adapter of the system, the best first.
+/// Every adapter of the system by Vulkan, Metal or Direct3D 12, the best first: what OpenGL can do is not enough.
 pub fn adapters(instance: &wgpu::Instance) -> Vec<wgpu::Adapter> {
-    let mut all = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::all()));
+    let mut all = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::PRIMARY));
     all.sort_by_key(|a| match a.get_info().device_type {
         wgpu::DeviceType::DiscreteGpu => 0,
         wgpu::DeviceType::IntegratedGpu => 1,
@@ -214,6 +223,7 @@ impl Gpu {
             device,
             queue,
             adapter: adapter.clone(),
+            longest: if info.device_type == wgpu::DeviceType::Cpu { u64::MAX } else { LONGEST },
             info,
             features,
             shaders,

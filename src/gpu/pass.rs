@@ -340,6 +340,10 @@ pub struct Recorder<'a> {
     draws: Option<Counting>,
     /// Passes recorded so far.
     recorded: u32,
+    /// Work recorded since the last submission, as [`Gpu::longest`] has it.
+    work: u64,
+    /// Where the uniform `frame` says which rows a pass covers, bytes from its start: the first, and how many.
+    pub rows_at: Option<u64>,
     error: Option<anyhow::Error>,
 }
 
@@ -368,6 +372,8 @@ impl<'a> Recorder<'a> {
             pixels,
             draws,
             recorded,
+            work: 0,
+            rows_at: None,
             error,
         }
     }
@@ -429,11 +435,13 @@ impl<'a> Recorder<'a> {
             layer: None,
             of_picture: pass.looks_up,
             stencil: None,
+            cost: None,
         }
     }
 
     /// Submits what is recorded so far: what is written into buffers from here on holds for what follows.
     pub fn submit(&mut self) {
+        self.work = 0;
         let encoder = self.gpu.device.create_command_encoder(&Default::default());
         let recorded = std::mem::replace(&mut self.encoder, encoder);
         self.gpu.queue.submit([recorded.finish()]);
@@ -584,6 +592,8 @@ pub struct Run<'r, 'a> {
     of_picture: bool,
     /// What the stencil starts with, where it is kept.
     stencil: Option<wgpu::LoadOp<u32>>,
+    /// How long it takes for a pixel, in full-screen passes, where it may be cut into bands of rows.
+    cost: Option<u32>,
 }
 
 impl Run<'_, '_> {
@@ -624,6 +634,23 @@ impl Run<'_, '_> {
         self
     }
 
+    /// Submits it in bands of rows where it may take too long for a GPU's watchdog ([`Gpu::longest`]); `cost`: how often as long as a
+    /// plain full-screen pass it may take. Of [`Run::per_pixel`] the shader takes its pixel from `banded`.
+    pub fn in_bands(mut self, cost: u32) -> Self {
+        self.cost = Some(cost);
+        self
+    }
+
+    /// The picture's rows that each submission covers: the first, and how many, whole workgroups.
+    fn bands(&self) -> Vec<[u32; 2]> {
+        let [width, height] = self.recorder.pixels;
+        let cost = u64::from(self.cost.unwrap_or_default()) * u64::from(width);
+        // What is counted is drawn at once.
+        let most = if cost == 0 || self.recorder.draws.is_some() { u64::MAX } else { self.recorder.gpu.longest / cost };
+        let most = (most / 8 * 8).clamp(8, height.next_multiple_of(8).max(8).into()) as u32;
+        (0..height.max(1)).step_by(most as usize).map(|first| [first, most.min(height - first)]).collect()
+    }
+
     /// Times it under another name than the pass's own.
     pub fn named(mut self, name: &'static str) -> Self {
         self.name = name;
@@ -643,22 +670,33 @@ impl Run<'_, '_> {
     }
 
     /// Runs a compute pass with a thread per pixel, in workgroups of 8 × 8.
-    pub fn per_pixel(self) {
+    pub fn per_pixel(mut self) {
         let [w, h] = self.recorder.pixel_groups();
-        self.dispatch(w, h, 1);
+        let bands = self.bands();
+        let (Some(at), 2..) = (self.recorder.rows_at, bands.len()) else { return self.dispatch(w, h, 1) };
+        let frame = self.pass.made.bindings.iter().find(|b| b.name == "frame").and_then(|b| self.find(b));
+        let Some(Resource::Buffer(frame)) = frame else { return self.dispatch(w, h, 1) };
+        let gpu = self.recorder.gpu;
+        for [first, rows] in bands {
+            self.recorder.submit();
+            gpu.queue.write_buffer(&frame, at, bytemuck::bytes_of(&[first, rows]));
+            self.compute(|p| p.dispatch_workgroups(w, rows.div_ceil(8), 1));
+        }
+        self.recorder.submit();
+        gpu.queue.write_buffer(&frame, at, bytemuck::bytes_of(&[0, self.recorder.pixels[1]]));
     }
 
     /// Runs a compute pass of that many workgroups.
-    pub fn dispatch(self, x: u32, y: u32, z: u32) {
+    pub fn dispatch(mut self, x: u32, y: u32, z: u32) {
         self.compute(|p| p.dispatch_workgroups(x, y, z));
     }
 
     /// Runs a compute pass of as many workgroups as the buffer says from the byte `at` on: x, y and z.
-    pub fn dispatch_indirect(self, arguments: &wgpu::Buffer, at: u64) {
+    pub fn dispatch_indirect(mut self, arguments: &wgpu::Buffer, at: u64) {
         self.compute(|p| p.dispatch_workgroups_indirect(arguments, at));
     }
 
-    fn compute(self, dispatch: impl FnOnce(&mut wgpu::ComputePass)) {
+    fn compute(&mut self, dispatch: impl FnOnce(&mut wgpu::ComputePass)) {
         self.record(None, |encoder, pass, group, first| {
             let Pipeline::Compute(pipeline) = &pass.made.pipeline else { return };
             let mut p = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
@@ -678,7 +716,32 @@ impl Run<'_, '_> {
     /// Runs a render pass onto the colour views (cleared to zero) and the depth view (cleared to the
     /// given value, or kept). `draw` issues the draws.
     pub fn draw(
-        self,
+        mut self,
+        colors: &[&wgpu::TextureView],
+        depth: Option<(&wgpu::TextureView, f32)>,
+        clear: bool,
+        draw: impl Fn(&mut wgpu::RenderPass),
+    ) {
+        let bands = if self.cost.is_some() { self.bands() } else { Vec::new() };
+        if bands.len() < 2 {
+            return self.draw_band(colors, depth, clear, draw);
+        }
+        let width = self.recorder.pixels[0];
+        for (i, [first, rows]) in bands.into_iter().enumerate() {
+            self.recorder.submit();
+            if i > 0 {
+                self.stencil = self.stencil.map(|_| wgpu::LoadOp::Load);
+            }
+            self.draw_band(colors, depth, clear && i == 0, |p| {
+                p.set_scissor_rect(0, first, width, rows);
+                draw(p);
+            });
+        }
+        self.recorder.submit();
+    }
+
+    fn draw_band(
+        &mut self,
         colors: &[&wgpu::TextureView],
         depth: Option<(&wgpu::TextureView, f32)>,
         clear: bool,
@@ -748,31 +811,38 @@ impl Run<'_, '_> {
         });
     }
 
+    /// What a binding is bound to.
+    fn find(&self, b: &Binding) -> Option<Resource> {
+        let recorder = &self.recorder;
+        let own = self.extra.iter().rev().find(|(n, _)| *n == b.name).map(|(_, r)| r);
+        // A parameter group is known by its type, whatever the shader calls it.
+        let group = recorder.resources.get(b.type_name.as_str());
+        let frozen = recorder.frozen.iter().find(|(n, _)| *n == b.name && !self.of_picture).map(|(_, r)| r);
+        own.or(frozen).or(group).or_else(|| recorder.resources.get(b.name.as_str())).cloned()
+    }
+
     /// `wrote`: the texture that it writes, where that is no storage texture.
     fn record(
-        self,
+        &mut self,
         wrote: Option<wgpu::TextureView>,
         write: impl FnOnce(&mut wgpu::CommandEncoder, &Pass, &wgpu::BindGroup, Option<(&wgpu::QuerySet, u32)>),
     ) {
-        let Run { recorder, pass, name, extra, of_picture, .. } = self;
-        if recorder.error.is_none() && recorder.gpu.unwanted() {
-            recorder.error = Some(GivenUp.into());
+        let (pass, name) = (self.pass, self.name);
+        if self.recorder.error.is_none() && self.recorder.gpu.unwanted() {
+            self.recorder.error = Some(GivenUp.into());
         }
-        if recorder.error.is_some() {
+        if self.recorder.error.is_some() {
             return;
         }
-        let find = |b: &Binding| {
-            let own = extra.iter().rev().find(|(n, _)| *n == b.name).map(|(_, r)| r);
-            // A parameter group is known by its type, whatever the shader calls it.
-            let group = recorder.resources.get(b.type_name.as_str());
-            let frozen = recorder.frozen.iter().find(|(n, _)| *n == b.name && !of_picture).map(|(_, r)| r);
-            own.or(frozen).or(group).or_else(|| recorder.resources.get(b.name.as_str())).cloned()
-        };
+        let find = |b: &Binding| self.find(b);
         let stores = |b: &&Binding| matches!(b.entry.ty, wgpu::BindingType::StorageTexture { .. });
-        let stored = pass.made.bindings.iter().rfind(stores).filter(|_| recorder.watched.is_some()).and_then(find);
+        let watched = self.recorder.watched.is_some();
+        let stored = pass.made.bindings.iter().rfind(stores).filter(|_| watched).and_then(find);
         let wrote = wrote.or(stored.and_then(|r| if let Resource::Texture(t) = r { Some(t) } else { None }));
         let wrote = wrote.map(|view| view.texture().clone());
-        let group = match pass.bind(recorder.gpu, recorder.frame, find) {
+        let bound = pass.bind(self.recorder.gpu, self.recorder.frame, find);
+        let recorder = &mut *self.recorder;
+        let group = match bound {
             Ok(group) => group,
             Err(e) => {
                 recorder.error = Some(e);
@@ -803,6 +873,12 @@ impl Run<'_, '_> {
                 recorder.error = Some(e);
             }
             recorder.timer.wall.push(start.elapsed().as_secs_f64() * 1e3);
+            return;
+        }
+        // Passes that are short one by one may be long together.
+        recorder.work += recorder.pixels.iter().map(|side| u64::from(*side)).product::<u64>();
+        if recorder.work >= recorder.gpu.longest {
+            recorder.submit();
         }
     }
 }

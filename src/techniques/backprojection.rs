@@ -45,6 +45,7 @@ static FILTER: Filter = Filter {
         _ => Reach::default(),
     },
     smooth: |_| false,
+    cost: 512,
     ..Filter::PLAIN
 };
 

@@ -31,6 +31,7 @@ pub static FILTER: Filter = Filter {
     turns: Some(|_| true),
     sized: |_| true,
     views: &[BLOCKER_DEPTH, PENUMBRA_WIDTH],
+    cost: 16,
     ..Filter::PLAIN
 };
 

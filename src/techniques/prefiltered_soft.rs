@@ -51,6 +51,7 @@ pub static FILTER: Filter = Filter {
     }),
     sized: |values| PrefilteredSoftParams::read(values).soft_kind != "savsm",
     views: &[BLOCKER_DEPTH, PENUMBRA_WIDTH],
+    cost: 24,
     ..Filter::PLAIN
 };
 

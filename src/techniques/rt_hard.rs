@@ -50,6 +50,8 @@ pub static INFO: Info = Info {
 };
 
 const FILE: &str = "techniques/rt_hard.wgsl";
+/// How long a ray from each pixel takes, in full-screen passes ([`crate::gpu::Run::in_bands`]).
+pub(super) const RAY_COST: u32 = 12;
 
 struct RtHard {
     resolve: Pass,
@@ -58,7 +60,7 @@ struct RtHard {
 
 impl Technique for RtHard {
     fn render(&mut self, f: &mut Frame) -> Result<()> {
-        f.run(&self.resolve).per_pixel();
+        f.run(&self.resolve).in_bands(RAY_COST).per_pixel();
         if f.wants_any_map() {
             f.run(&self.inspect).per_pixel();
         }

@@ -875,6 +875,7 @@ impl Painter<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::geometry::Geometry;
 
     /// Before anything is known all pixels are drawn. Then fewer, as long as that helps, and more again after a while.
     #[test]
@@ -934,5 +935,63 @@ mod tests {
         assert!(like(&|o| o.setup.camera.fov = 20.0) == Change::Scene);
         assert!(like(&|o| o.full = [64, 47]) == Change::Scene);
         assert!(order(|_| ()).change(&base) == Change::Scene, "loaded again");
+    }
+
+    /// A device that the driver drops is opened anew, and the picture comes back as it was. If it is dropped again at once, the window is
+    /// told which adapters there are, and the one that it names goes on.
+    #[test]
+    fn a_lost_device_comes_back() {
+        let (post, done) = Post::new(|| ());
+        let adapter = Gpu::new(None).unwrap().info.name.clone();
+        let mut stage = Stage::start(post, adapter.clone(), false);
+        let (setup, scene) = Setup::open("cubes").unwrap();
+        let (scene, geometry) = (Arc::new(scene.clone()), Geometry::new(&scene, 0, 0.0).unwrap());
+        stage.ask(Request::Load(
+            1,
+            Box::new(Loaded { setup: setup.clone(), scene: scene.clone(), geometry, bare: true }),
+        ));
+        let next = || done.recv_timeout(Duration::from_secs(60)).expect("the scene's thread answers");
+        assert!(matches!(next(), Done::Opened(1, Ok(_))));
+        let show = |stage: &mut Stage, view: &str| {
+            let setup = Setup { view: view.into(), ..setup.clone() };
+            stage.order(order(|o| (o.setup, o.scene) = (setup, scene.clone())))
+        };
+        // What comes before the picture of an order, but for figures.
+        let picture = |number: u64| {
+            let mut before = Vec::new();
+            loop {
+                match next() {
+                    Done::Drawn(facts, Some(picture)) if facts.of == number => return (picture.rgba, before),
+                    Done::Drawn(..) => {}
+                    other => before.push(other),
+                }
+            }
+        };
+        let number = show(&mut stage, "shaded");
+        let (right, before) = picture(number);
+        assert!(before.is_empty() && right.chunks(4).any(|p| p != &right[..4]));
+        stage.ask(Request::Lose);
+        let number = show(&mut stage, "albedo");
+        let (_, before) = picture(number);
+        assert!(matches!(&before[..], [Done::Reopened(e)] if Failure::is_loss(e)));
+        let number = show(&mut stage, "shaded");
+        assert!(picture(number).0 == right);
+
+        stage.ask(Request::Lose);
+        let number = show(&mut stage, "albedo");
+        let adapters = loop {
+            match next() {
+                Done::Lost(e, adapters) if Failure::is_loss(&e) => break adapters,
+                Done::Drawn(_, None) => {}
+                Done::Drawn(facts, _) => assert!(facts.of < number),
+                _ => panic!("only that the device is lost is to be told"),
+            }
+        };
+        assert!(adapters.contains(&adapter), "{adapters:?}");
+        stage.ask(Request::Adapter(adapter));
+        assert!(picture(number).1.is_empty());
+        let number = show(&mut stage, "shaded");
+        assert!(picture(number).0 == right);
+        stage.close();
     }
 }
