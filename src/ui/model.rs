@@ -7,7 +7,7 @@ use super::flatland::Lab;
 use super::history::History;
 use super::inspect::Inspect;
 use super::lesson::Running;
-use super::lost::Lost;
+use super::lost::{self, Lost};
 use super::maps::Maps;
 use super::picker::Picker;
 use super::pictures::{Picture, Pictures, Subject};
@@ -19,7 +19,7 @@ use crate::capture;
 use crate::figure::{Format, Spec};
 use crate::flatland::Flatland;
 use crate::frame::{Told, ToldLight, technique_ms};
-use crate::gpu::{Abilities, Failure, Fault, Gpu};
+use crate::gpu::{Abilities, Fault, Gpu};
 use crate::legend::Known;
 use crate::map::fit::lixel::Plane;
 use crate::measure::Record;
@@ -736,8 +736,7 @@ impl Model {
 
     /// Says that the driver had dropped a device, and that all goes on.
     pub fn reopened(&mut self, why: &anyhow::Error) {
-        let why = if let Some(Failure::Lost(why)) = why.downcast_ref() { why.clone() } else { message::sentence(why) };
-        let text = format!("The graphics driver had dropped its device ({why}). It was opened anew, and all goes on.");
+        let text = format!("All goes on: {}, and it was opened anew.", lost::why(why));
         self.warn(Note { text, code: None, error: true, until: Some(Instant::now() + FAILED), opening: false });
     }
 

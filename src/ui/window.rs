@@ -1,12 +1,13 @@
 //! The event loop's side: window, input, one pass after the other, and what actions do.
 
 use super::canvas::Canvas;
+use super::lost::{self, Lost};
 use super::model::{Action, Job, Model, Tab};
 use super::picker::Picker;
 use super::pictures::Picture;
 use super::stage::{AGAIN, Order, Request, Stage};
 use super::work::{Desk, Done, Figures, Opened};
-use super::{Ended, lesson, lost, recent, shell, style, timeline};
+use super::{Ended, lesson, recent, shell, style, timeline};
 use crate::chart::{COSTS, ERRORS};
 use crate::figure::Spec;
 use crate::files;
@@ -381,7 +382,7 @@ impl Open {
                     m.stop(&e);
                 }
                 Done::Reopened(e) => m.reopened(&e),
-                Done::Lost(e, adapters) => m.lost = Some(lost::Lost { why: message::sentence(&e), adapters }),
+                Done::Lost(e, adapters) => m.lost = Some(Lost { why: lost::why(&e), adapters }),
                 Done::Failed(e) => m.stop(&e),
                 Done::Broken(e) => {
                     m.loading = None;
