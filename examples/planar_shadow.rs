@@ -48,6 +48,7 @@ static INFO: Info = Info {
         "Which pixels lie on the plane: the others have no shadow.",
         Drawn::Labels(Legend::Classes(&[Class::label(2, "on the plane"), Class::label(7, "beside it")])),
     )]],
+    needs: |_| &[],
     make: |gpu, info| {
         let raster = Raster {
             vertex: "squash",

@@ -25,7 +25,7 @@ pub use shot::{Shot, ShotUniform};
 pub use story::{Looked, Shown, ShownValue, TAPS};
 
 use crate::contact::{self, Contact};
-use crate::gpu::{Account, Buffer, Gpu, Pass, Raster, Recorder, Slot, Timer};
+use crate::gpu::{Account, Buffer, Failure, Gpu, Pass, Raster, Recorder, Slot, Timer, Unfit};
 use crate::light::{Light, LightView};
 use crate::measure::causes::Causes;
 use crate::params::{Group, Values};
@@ -35,7 +35,7 @@ use crate::setup::{Base, Setup};
 use crate::techniques::{self, Info, Technique};
 use crate::truth::{Progress, Tracing};
 use crate::view::{self, Drawn, Legend, Source, View};
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result, bail, ensure};
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec3, Mat3, Mat4, Vec2, Vec3, Vec4};
 use judged::Judged;
@@ -617,17 +617,20 @@ impl Made {
     /// Renders a light's shadow, by an instance that is made if there is none.
     fn render(&mut self, f: &mut Frame, light: usize) -> Result<()> {
         let info = self.info;
+        if let Some(why) = info.lacks(f.values, &f.gpu.abilities()) {
+            bail!("{}: {why}", info.title);
+        }
         let held = match self.own.entry(light) {
             btree_map::Entry::Occupied(held) => held.into_mut(),
             btree_map::Entry::Vacant(free) => {
                 let account = Account::default();
                 let technique = account.charge(|| (info.make)(f.gpu, info));
-                let technique = technique.with_context(|| format!("{} cannot be made", info.title))?;
+                let technique = technique.with_context(|| cannot_be_made(info))?;
                 free.insert(Instance { technique, contact: None, account })
             }
         };
         let Instance { technique, contact, account } = held;
-        account.charge(|| {
+        let rendered = account.charge(|| {
             if !contact::wanted(f.values) {
                 *contact = None;
                 return technique.render(f);
@@ -637,7 +640,10 @@ impl Made {
                 None => contact.insert(Contact::new(f.gpu)?),
             };
             contact.over(f, |f| technique.render(f))
-        })
+        });
+        // Which technique's shader that is the driver does not know.
+        let name = |e: anyhow::Error| if e.is::<Unfit>() { e.context(cannot_be_made(info)) } else { e };
+        rendered.map_err(name)
     }
 
     /// What it holds for each light.
@@ -646,6 +652,10 @@ impl Made {
             |(light, held): (&usize, &Instance)| ToldLight { light: *light, gpu_bytes: held.account.bytes(), ms: 0.0 };
         self.own.iter().map(one).collect()
     }
+}
+
+fn cannot_be_made(info: &Info) -> String {
+    format!("{} cannot be made", info.title)
 }
 
 /// Renders set-ups of one scene on one device.
@@ -812,6 +822,32 @@ impl Renderer {
     /// # Errors
     /// A picture larger than the adapter takes, or what the device reports.
     pub fn render(&mut self, setup: &Setup, ask: Ask) -> Result<Told> {
+        let rendered = self.record(setup, ask);
+        if rendered.as_ref().is_err_and(Failure::is_out_of_memory) {
+            self.let_go()?;
+        }
+        rendered
+    }
+
+    /// Lets go of all that frames have made: what there was no memory for must not be taken for whole.
+    fn let_go(&mut self) -> Result<()> {
+        (self.made, self.offered, self.shading.indirect) = (None, None, None);
+        (self.splits, self.faces, self.read_map, self.read_warp) = (None, None, None, None);
+        (self.tell, self.show, self.shots) = (None, None, None);
+        self.counted_notes.clear();
+        self.targets = Targets::default();
+        self.analysis = Analysis::default();
+        self.figure = figure::Figure::default();
+        self.lights = lights::Lights::default();
+        self.frozen = freeze::Frozen::default();
+        self.lines = lines::Lines::default();
+        self.truth = Tracing::new(&self.gpu)?;
+        self.shading.passes.values().chain([&self.gbuffer, &self.unshadowed, &self.classify]).for_each(Pass::forget);
+        self.draw_counts.forget();
+        Ok(())
+    }
+
+    fn record(&mut self, setup: &Setup, ask: Ask) -> Result<Told> {
         let mut moved;
         let setup = if setup.origin == self.scene.origin {
             setup
@@ -856,6 +892,7 @@ impl Renderer {
         }
 
         let mut recorder = Recorder::new(gpu, &mut self.timer, ask.timed, ask.size);
+        recorder.rows_at = Some(std::mem::offset_of!(FrameUniform, band) as u64);
         if let Some(ms) = animated_ms {
             recorder.note(ANIMATION, ms);
         }

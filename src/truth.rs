@@ -179,7 +179,7 @@ impl Sized {
 
 /// Sizes whose truth is kept: the window's, one that it had before (without its drawer, say), and a draft's.
 const SIZES: usize = 3;
-/// Pixels that are traced at once where a frame may be given up between two passes.
+/// Pixels that are traced at once: a frame may be given up between two passes, and a GPU's watchdog must not fire.
 const SLICE: u32 = 1 << 18;
 
 /// The truth as far as it is traced.
@@ -263,7 +263,7 @@ impl Tracing {
         let gpu = recorder.gpu;
         let band = std::mem::offset_of!(FrameUniform, band) as u64;
         let mut left = (pixels / width).max(8);
-        let most = if recorder.waits() { (SLICE / width).max(8) } else { height };
+        let most = (SLICE / width).max(8);
         let Some(hard) = now.hard.view().cloned() else { return };
         while left > 0 && now.rows < height && !recorder.failed() {
             let rows = left.min(most).min(height - now.rows);

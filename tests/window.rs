@@ -312,6 +312,57 @@ fn what_cannot_be_opened_is_an_error() {
     assert!(message.contains("broken.glb"), "{message}");
 }
 
+/// Without a driver the window says what to install; who has started it without a terminal gets a dialog.
+#[test]
+fn without_a_driver_a_dialog_says_so() {
+    let desktop = Desktop::start("cubes", &[("zenity", "#!/bin/sh\necho \"$@\" > told\n")]);
+    let dialog = desktop.folder.path().join("zenity");
+    let mut allowed = std::fs::metadata(&dialog).unwrap().permissions();
+    std::os::unix::fs::PermissionsExt::set_mode(&mut allowed, 0o755);
+    std::fs::set_permissions(&dialog, allowed).unwrap();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_shadowscope"));
+    let path = format!("{}:{}", desktop.folder.path().display(), std::env::var("PATH").unwrap());
+    command.arg("cubes").env("DISPLAY", &desktop.display).env("PATH", path).env("VK_DRIVER_FILES", "/nonexistent");
+    command.env_remove("WAYLAND_DISPLAY").current_dir(&desktop.folder);
+    let out = command.stdin(Stdio::null()).output().unwrap();
+    let told = std::fs::read_to_string(desktop.folder.path().join("told")).unwrap_or_default();
+    for text in [&*String::from_utf8_lossy(&out.stderr), &told] {
+        assert!(!out.status.success() && text.contains("no graphics adapter was found; install a driver"), "{text}");
+    }
+    assert!(told.contains("--error"), "{told}");
+}
+
+/// The driver drops the devices of the window and of the scene; the window is made small, and hidden. What it showed comes back, the
+/// set-up stays, and clicks are followed.
+#[test]
+fn a_lost_device_and_a_lost_surface_lose_nothing() {
+    let mut desktop = Desktop::open("cubes", &[]);
+    let layout = layout("cubes", |_| ());
+    let middle = placed(layout.state().1).shrink2(egui::vec2(150.0, 150.0));
+    let folder = desktop.folder.path().to_path_buf();
+    let plain = settled(&folder, middle, |p| colours(p) > 50, "the picture");
+    desktop.key("ctrl+shift+alt+F12");
+    desktop.click(button(&layout, "Percentage-closer filtering"));
+    // No tooltip is to lie over the picture.
+    desktop.xdotool(&["mousemove", "640", "790"]);
+    let differing = |p: &[u32]| p.iter().zip(&plain).filter(|(a, b)| a != b).count();
+    let edges = |p: &[u32]| (21..p.len() / 5).contains(&differing(p));
+    let filtered = settled(&folder, middle, edges, "the picture, on another device");
+    let window = ["search", "--name", "^Shadowscope$"];
+    for change in [&["windowsize", "301", "201"][..], &["windowunmap"], &["windowmap"], &["windowsize", "1280", "800"]]
+    {
+        assert!(desktop.xdotool(&[&window, change].concat()));
+        std::thread::sleep(Duration::from_millis(300));
+    }
+    settled(&folder, middle, |p| p == filtered, "the same picture");
+    desktop.key("ctrl+s");
+    let saved = desktop.folder.path().join("setup.toml");
+    let text = wait_for("the saved set-up", || std::fs::read_to_string(&saved).ok().filter(|t| t.contains("[params")));
+    assert!(text.contains("technique = \"pcf\""), "{text}");
+    desktop.key("ctrl+q");
+    assert!(wait_for_exit(&mut desktop.window).success());
+}
+
 /// The colour of a full pixel.
 fn rgb(color: egui::Color32) -> u32 {
     u32::from_be_bytes([0, color.r(), color.g(), color.b()])

@@ -64,6 +64,11 @@ const rect_area = 4u;
 
 var<uniform> frame: Frame;
 
+// The pixel of a thread, where the pass may be cut into bands of rows (`Run::in_bands` in Rust).
+fn banded(id: vec2u) -> vec2u {
+    return vec2u(id.x, frame.band.x + id.y);
+}
+
 // The pixel that charts are of.
 fn probed_pixel() -> vec2u {
     return vec2u(frame.probe & 0xffffu, frame.probe >> 16u);

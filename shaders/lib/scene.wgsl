@@ -1,3 +1,4 @@
+//!include table.wgsl
 // The scene's geometry and materials, shared by raster and rays.
 
 struct Vertex {
@@ -38,7 +39,7 @@ var texture_sampler: sampler;
 
 // Where a record lies in a table (src/gpu/table.rs).
 fn table_texel(i: u32) -> vec2u {
-    return vec2u(i & 4095u, i >> 12u);
+    return vec2u(i & ((1u << table_bits) - 1u), i >> table_bits);
 }
 
 fn triangle_at(i: u32) -> vec4u {

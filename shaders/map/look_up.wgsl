@@ -241,10 +241,11 @@ var map_out: texture_storage_2d<r32float, write>;
 
 @compute @workgroup_size(8, 8)
 fn resolve(@builtin(global_invocation_id) id: vec3u) {
-    if id.x >= frame.size.x || id.y >= frame.size.y {
+    let pixel = banded(id.xy);
+    if any(pixel >= frame.size) {
         return;
     }
-    let s = load_surface(id.xy);
+    let s = load_surface(pixel);
     var v = 1.0;
     if s.valid {
         v = 0.0;
@@ -253,7 +254,7 @@ fn resolve(@builtin(global_invocation_id) id: vec3u) {
             v = visibility(s);
         }
     }
-    textureStore(visibility_out, id.xy, vec4f(v));
+    textureStore(visibility_out, pixel, vec4f(v));
 }
 
 // Draws the technique's own map; -1 where there is nothing to show.

@@ -128,10 +128,11 @@ fn walk(s: Surface, ray: Ray) -> Walk {
 
 @compute @workgroup_size(8, 8)
 fn resolve(@builtin(global_invocation_id) id: vec3u) {
-    if any(id.xy >= frame.size) {
+    let pixel = banded(id.xy);
+    if any(pixel >= frame.size) {
         return;
     }
-    let s = load_surface(id.xy);
+    let s = load_surface(pixel);
     let light = light_at(s.position);
     var lit = 1.0;
     if s.valid {
@@ -148,7 +149,7 @@ fn resolve(@builtin(global_invocation_id) id: vec3u) {
             lit = select(1.0, 0.0, blocked);
         }
     }
-    textureStore(visibility_out, id.xy, vec4f(lit));
+    textureStore(visibility_out, pixel, vec4f(lit));
 }
 
 @compute @workgroup_size(8, 8)

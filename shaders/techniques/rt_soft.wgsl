@@ -43,23 +43,24 @@ fn ray_place(pixel: vec2u, i: u32) -> vec2f {
 
 @compute @workgroup_size(8, 8)
 fn resolve(@builtin(global_invocation_id) id: vec3u) {
-    if id.x >= frame.size.x || id.y >= frame.size.y {
+    let pixel = banded(id.xy);
+    if any(pixel >= frame.size) {
         return;
     }
-    let s = load_surface(id.xy);
+    let s = load_surface(pixel);
     let light = light_at(s.position);
     var v = select(1.0, 0.0, s.valid);
     if may_be_shadowed(s, light) {
-        let at = id.y * frame.size.x + id.x;
+        let at = pixel.y * frame.size.x + pixel.x;
         var count = counts[at];
         let first = count >> 16u;
         for (var i = first; i < min(first + at_once, wanted()); i++) {
-            count += 0x10000u + select(0u, 1u, sees(s, light, ray_place(id.xy, i)));
+            count += 0x10000u + select(0u, 1u, sees(s, light, ray_place(pixel, i)));
         }
         counts[at] = count;
         v = f32(count & 0xffffu) / f32(count >> 16u);
     }
-    textureStore(visibility_out, id.xy, vec4f(v));
+    textureStore(visibility_out, pixel, vec4f(v));
 }
 
 fn dot_count() -> u32 {

@@ -96,7 +96,7 @@ pub fn list(what: Listed, json: bool) -> Result<()> {
             (value.collect(), pairs(text.collect()))
         }
         Listed::Adapters => {
-            let all: Vec<_> = gpu::adapters(&gpu::instance()).iter().map(|a| a.get_info()).collect();
+            let all: Vec<_> = gpu::found(&gpu::instance())?.iter().map(|a| a.get_info()).collect();
             let value = all.iter().map(|i| {
                 serde_json::json!({"name": i.name, "backend": i.backend.to_str(), "driver": i.driver_info,
                     "software": i.device_type == wgpu::DeviceType::Cpu})

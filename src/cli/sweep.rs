@@ -103,7 +103,9 @@ pub fn run(mut wanted: Wanted, ids: Vec<String>, output: Output, adapter: Option
         });
         bar.finish_and_clear();
         failed.map_or(Ok(()), Err).with_context(|| cannot_write(&partial))?;
-        measured?;
+        measured.with_context(|| {
+            format!("{} rows are kept in {}; the same command goes on from there", rows.len(), partial.display())
+        })?;
     }
     let rows: Vec<Record> = rows.into_values().collect();
     if finished != rows && !rows.is_empty() {

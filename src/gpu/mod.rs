@@ -1,5 +1,6 @@
 //! The device, and passes made from WGSL whose resources are bound by name.
 
+mod abilities;
 mod memory;
 mod pass;
 mod shader;
@@ -7,17 +8,19 @@ mod table;
 mod timer;
 mod traffic;
 
+pub use abilities::{Abilities, Need};
 pub use memory::{Account, Buffer, Counted, Texture};
-pub use pass::{Pass, Raster, Recorder, Resource, Run, Watch};
+pub use pass::{Pass, Raster, Recorder, Resource, Run, Unfit, Watch};
 use shader::Loaded;
 pub use shader::{Fault, Shaders, names as shader_files, read_from, write_files};
 pub use table::Table;
 pub use timer::{DrawCount, Draws, LayerCount, Timer, TimerMode};
 pub use traffic::Traffic;
 
-use anyhow::{Context, Result, anyhow};
+use anyhow::{Context, Result, anyhow, ensure};
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::AtomicU64;
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// What a slot holds for this key, made anew if it holds something for another one, which goes first.
 ///
@@ -44,10 +47,14 @@ pub struct Gpu {
     pub info: wgpu::AdapterInfo,
     pub features: wgpu::Features,
     pub shaders: Shaders,
+    /// Most work that is submitted at once: pixels, times how often as long as a plain full-screen pass each takes. A weak GPU does this
+    /// in some 0.2 s, and Windows resets one that has not answered for 2. Software has no watchdog.
+    pub longest: u64,
     /// The shader that the last pass was made of.
     loaded: Mutex<Option<Arc<Loaded>>>,
     pipelines: Mutex<pass::Pipelines>,
-    error: Arc<Mutex<Option<String>>>,
+    /// The first failure that was not told yet, or that it is lost.
+    failure: Arc<Mutex<Option<Failure>>>,
     /// Frames recorded so far.
     frames: AtomicU64,
     /// Where shaders count what they read and write ([`Gpu::count_traffic`]).
@@ -68,8 +75,49 @@ impl std::fmt::Display for GivenUp {
 
 impl std::error::Error for GivenUp {}
 
+/// What a device fails with.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Failure {
+    /// The driver has dropped it, and why: nothing that was made on it can be used any more.
+    Lost(String),
+    OutOfMemory,
+    /// What it found wrong.
+    Refused(String),
+}
+
+impl Failure {
+    /// Whether an error is that a device is lost.
+    pub fn is_loss(error: &anyhow::Error) -> bool {
+        matches!(error.downcast_ref(), Some(Failure::Lost(_)))
+    }
+
+    /// Whether an error is that a device's memory is used up.
+    pub fn is_out_of_memory(error: &anyhow::Error) -> bool {
+        matches!(error.downcast_ref(), Some(Failure::OutOfMemory))
+    }
+}
+
+impl std::fmt::Display for Failure {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        match self {
+            Failure::Lost(why) => write!(
+                f,
+                "the graphics driver has dropped its device ({why}); if it does so again, update the driver, or choose another \
+                 adapter with --adapter"
+            ),
+            Failure::OutOfMemory => f.write_str(
+                "the graphics device reports: its memory is used up; close other programs, or take a smaller picture, a lower \
+                 resolution or fewer triangles",
+            ),
+            Failure::Refused(what) => write!(f, "the graphics device reports: {}", what.replace('\n', " ")),
+        }
+    }
+}
+
+impl std::error::Error for Failure {}
+
 /// What we use where an adapter has it; nothing of it is required.
-const WANTED: wgpu::Features = wgpu::Features::TIMESTAMP_QUERY
+pub const WANTED: wgpu::Features = wgpu::Features::TIMESTAMP_QUERY
     .union(wgpu::Features::DEPTH_CLIP_CONTROL)
     .union(wgpu::Features::DEPTH32FLOAT_STENCIL8)
     .union(wgpu::Features::PIPELINE_STATISTICS_QUERY)
@@ -79,17 +127,23 @@ const WANTED: wgpu::Features = wgpu::Features::TIMESTAMP_QUERY
     .union(wgpu::Features::VERTEX_WRITABLE_STORAGE)
     .union(wgpu::Features::TEXTURE_ADAPTER_SPECIFIC_FORMAT_FEATURES);
 
-const OUT_OF_MEMORY: &str =
-    "its memory is used up; close other programs, or take a smaller picture, a lower resolution or fewer triangles";
+/// [`Gpu::longest`] of GPUs.
+const LONGEST: u64 = 1 << 24;
+
+const NO_ADAPTER: &str = "no graphics adapter was found; install a driver for it (for Vulkan on Debian or Ubuntu: apt install \
+                          mesa-vulkan-drivers, which can also do without a GPU)";
 
 /// The instance that windows and the command line share.
 pub fn instance() -> wgpu::Instance {
-    wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle())
+    wgpu::Instance::new(wgpu::InstanceDescriptor {
+        backends: wgpu::Backends::PRIMARY,
+        ..wgpu::InstanceDescriptor::new_without_display_handle()
+    })
 }
 
-/// Every adapter of the system, the best first.
+/// Every adapter of the system by Vulkan, Metal or Direct3D 12, the best first: what OpenGL can do is not enough.
 pub fn adapters(instance: &wgpu::Instance) -> Vec<wgpu::Adapter> {
-    let mut all = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::all()));
+    let mut all = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::PRIMARY));
     all.sort_by_key(|a| match a.get_info().device_type {
         wgpu::DeviceType::DiscreteGpu => 0,
         wgpu::DeviceType::IntegratedGpu => 1,
@@ -98,6 +152,16 @@ pub fn adapters(instance: &wgpu::Instance) -> Vec<wgpu::Adapter> {
         wgpu::DeviceType::Cpu => 4,
     });
     all
+}
+
+/// As [`adapters`], where there must be one.
+///
+/// # Errors
+/// There is none.
+pub fn found(instance: &wgpu::Instance) -> Result<Vec<wgpu::Adapter>> {
+    let all = adapters(instance);
+    ensure!(!all.is_empty(), NO_ADAPTER);
+    Ok(all)
 }
 
 impl Gpu {
@@ -111,23 +175,18 @@ impl Gpu {
 
     /// Opens an adapter that can draw on `surface`.
     pub fn on(instance: &wgpu::Instance, surface: Option<&wgpu::Surface>, name: Option<&str>) -> Result<Gpu> {
-        Gpu::within(instance, surface, name, |limits| limits)
+        Gpu::within(instance, surface, name, |features, limits| (features, limits))
     }
 
-    /// As [`Gpu::on`], with the limits that `lower` makes of the adapter's own: what a weaker one would do.
+    /// As [`Gpu::on`], with the features and limits that `lower` makes of the adapter's own: what a weaker one would do.
     pub fn within(
         instance: &wgpu::Instance,
         surface: Option<&wgpu::Surface>,
         name: Option<&str>,
-        lower: impl FnOnce(wgpu::Limits) -> wgpu::Limits,
+        lower: impl FnOnce(wgpu::Features, wgpu::Limits) -> (wgpu::Features, wgpu::Limits),
     ) -> Result<Gpu> {
-        let all = adapters(instance);
+        let all = found(instance)?;
         let names = || all.iter().map(|a| a.get_info().name).collect::<Vec<_>>().join(", ");
-        if all.is_empty() {
-            return Err(anyhow!(
-                "no graphics adapter was found; install a Vulkan driver (on Debian or Ubuntu: ./setup.sh)"
-            ));
-        }
         let fits = |a: &&wgpu::Adapter| {
             name.is_none_or(|n| a.get_info().name.to_lowercase().contains(&n.to_lowercase()))
                 && surface.is_none_or(|s| a.is_surface_supported(s))
@@ -137,35 +196,45 @@ impl Gpu {
             None => format!("none of the adapters can draw in this window: {}", names()),
         })?;
         let info = adapter.get_info();
-        let features = adapter.features() & WANTED;
-        let error = Arc::new(Mutex::new(None));
+        let (features, required_limits) = lower(adapter.features() & WANTED, adapter.limits());
         let (device, queue) = pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor {
             label: Some("shadowscope"),
             required_features: features,
-            required_limits: lower(adapter.limits()),
+            required_limits,
             ..Default::default()
         }))
         .with_context(|| format!("{} refused to open", info.name))?;
-        let slot = error.clone();
+        let mut shaders = Shaders::default();
+        shaders.table_bits = Table::bits(&device.limits());
+        let failure = Arc::new(Mutex::new(None));
+        let slot = failure.clone();
         device.on_uncaptured_error(Arc::new(move |e: wgpu::Error| {
             let told = match e {
-                wgpu::Error::OutOfMemory { .. } => OUT_OF_MEMORY.into(),
-                e => e.to_string(),
+                wgpu::Error::OutOfMemory { .. } => Failure::OutOfMemory,
+                e => Failure::Refused(e.to_string()),
             };
-            if let Ok(mut slot) = slot.lock() {
-                slot.get_or_insert(told);
-            }
+            locked(&slot).get_or_insert(told);
         }));
+        let slot = failure.clone();
+        device.set_device_lost_callback(move |reason, message| {
+            let why = match reason {
+                wgpu::DeviceLostReason::Destroyed => "it was destroyed".into(),
+                _ if message.is_empty() => "it does not say why".into(),
+                _ => message.trim_end_matches('.').to_lowercase(),
+            };
+            *locked(&slot) = Some(Failure::Lost(why));
+        });
         Ok(Gpu {
             device,
             queue,
             adapter: adapter.clone(),
+            longest: if info.device_type == wgpu::DeviceType::Cpu { u64::MAX } else { LONGEST },
             info,
             features,
-            shaders: Shaders::default(),
+            shaders,
             loaded: Mutex::new(None),
             pipelines: Mutex::default(),
-            error,
+            failure,
             frames: AtomicU64::new(0),
             traffic: None,
             unwanted: Mutex::new(None),
@@ -224,18 +293,41 @@ impl Gpu {
         self.info.device_type == wgpu::DeviceType::Cpu
     }
 
-    /// Fails with the first error that the device reported since the last call.
+    /// Fails with the first error that the device reported since the last call, and whenever it is lost.
+    ///
+    /// # Errors
+    /// A [`Failure`].
     pub fn check(&self) -> Result<()> {
-        match self.error.lock().ok().and_then(|mut e| e.take()) {
-            Some(message) => Err(anyhow!("the graphics device reports: {}", message.replace('\n', " "))),
-            None => Ok(()),
-        }
+        self.look()?;
+        locked(&self.failure).take().map_or(Ok(()), |failure| Err(failure.into()))
+    }
+
+    /// Fails if the device is lost. All else that it reports is left to [`Gpu::check`].
+    ///
+    /// # Errors
+    /// [`Failure::Lost`].
+    pub fn look(&self) -> Result<()> {
+        self.poll(wgpu::PollType::Poll)
     }
 
     /// Waits until the device has done all that was submitted.
+    ///
+    /// # Errors
+    /// [`Failure::Lost`].
     pub fn wait(&self) -> Result<()> {
-        self.device.poll(wgpu::PollType::wait_indefinitely()).context("the graphics device stopped answering")?;
-        Ok(())
+        self.poll(wgpu::PollType::wait_indefinitely())
+    }
+
+    fn poll(&self, how: wgpu::PollType) -> Result<()> {
+        // wgpu 30 panics where the driver answers that the device is lost.
+        match catch_unwind(AssertUnwindSafe(|| self.device.poll(how))) {
+            Ok(polled) => _ = polled.context("the graphics device stopped answering")?,
+            Err(_) => _ = locked(&self.failure).insert(Failure::Lost("it no longer answers".into())),
+        }
+        match &*locked(&self.failure) {
+            Some(lost @ Failure::Lost(_)) => Err(lost.clone().into()),
+            _ => Ok(()),
+        }
     }
 
     /// A buffer with the given contents.
@@ -328,6 +420,11 @@ impl Gpu {
         let bytes = staging.get_mapped_range(..).map_err(|e| anyhow!("reading back from the device failed: {e}"))?;
         Ok(bytes.to_vec())
     }
+}
+
+/// What a slot holds is whole, whoever panicked.
+fn locked<T>(slot: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
+    slot.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// A texture with a view of all of it, remade when its description changes.

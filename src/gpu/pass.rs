@@ -2,13 +2,13 @@
 
 use super::shader::{Binding, Key, Loaded};
 use super::timer::{DrawCount, MAX_DRAWS, Pending, Sent, Timer, TimerMode};
-use super::{GivenUp, Gpu, Traffic, traffic};
+use super::{GivenUp, Gpu, Traffic, locked, traffic};
 use crate::params::Group;
 use anyhow::{Context, Result};
 use std::cell::RefCell;
 use std::collections::HashMap;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, PoisonError};
 use std::time::Instant;
 
 /// Anything a shader can bind.
@@ -254,8 +254,7 @@ fn made(
 ) -> Result<Made> {
     let key = (gpu.shader_key(file, groups), what);
     {
-        // What it holds is whole, whoever panicked.
-        let mut held = gpu.pipelines.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut held = locked(&gpu.pipelines);
         held.asked += 1;
         let now = held.asked;
         if let Some((asked, made)) = held.made.get_mut(&key) {
@@ -263,19 +262,30 @@ fn made(
             return Ok(made.clone());
         }
     }
-    let shader = gpu.shader(file, groups)?;
-    let bindings = shader.program.bindings(entries).with_context(|| file.to_string())?;
-    let all: Vec<_> = bindings.iter().map(|b| b.entry).collect();
-    let descriptor = wgpu::BindGroupLayoutDescriptor { label: Some(file), entries: &all };
-    let layout = gpu.device.create_bind_group_layout(&descriptor);
-    let pipeline_layout = gpu.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-        label: Some(file),
-        bind_group_layouts: &[Some(&layout)],
-        immediate_size: 0,
+    // What the driver makes of a shader is the pass's own trouble, and nobody else's.
+    let validation = gpu.device.push_error_scope(wgpu::ErrorFilter::Validation);
+    let internal = gpu.device.push_error_scope(wgpu::ErrorFilter::Internal);
+    let tried = gpu.shader(file, groups).and_then(|shader| {
+        let bindings = shader.program.bindings(entries).with_context(|| file.to_string())?;
+        let all: Vec<_> = bindings.iter().map(|b| b.entry).collect();
+        let descriptor = wgpu::BindGroupLayoutDescriptor { label: Some(file), entries: &all };
+        let layout = gpu.device.create_bind_group_layout(&descriptor);
+        let pipeline_layout = gpu.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: Some(file),
+            bind_group_layouts: &[Some(&layout)],
+            immediate_size: 0,
+        });
+        let group = shader.program.group(entries[0]);
+        Ok(Made { pipeline: make(&shader, &pipeline_layout), layout, bindings: bindings.into(), group })
     });
-    let group = shader.program.group(entries[0]);
-    let made = Made { pipeline: make(&shader, &pipeline_layout), layout, bindings: bindings.into(), group };
-    let mut held = gpu.pipelines.lock().unwrap_or_else(PoisonError::into_inner);
+    let [internal, validation] = [internal, validation].map(|scope| pollster::block_on(scope.pop()));
+    let made = tried?;
+    if let Some(error) = internal.or(validation) {
+        *locked(&gpu.loaded) = None;
+        let (file, entry) = (file.into(), entries.join(" and "));
+        return Err(Unfit { file, entry, adapter: gpu.info.name.clone(), why: error.to_string() }.into());
+    }
+    let mut held = locked(&gpu.pipelines);
     if held.made.len() >= MOST_PIPELINES {
         let oldest = held.made.iter().min_by_key(|(_, (asked, _))| *asked).map(|(key, _)| key.clone());
         oldest.and_then(|key| held.made.remove(&key));
@@ -284,6 +294,24 @@ fn made(
     held.made.insert(key, (now, made.clone()));
     Ok(made)
 }
+
+/// A shader that is right, but of which the driver makes no pipeline.
+#[derive(Debug)]
+pub struct Unfit {
+    file: String,
+    entry: String,
+    adapter: String,
+    why: String,
+}
+
+impl std::fmt::Display for Unfit {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        let Unfit { file, entry, adapter, why } = self;
+        write!(f, "{adapter} cannot run {entry} of {file}: {}", why.split_whitespace().collect::<Vec<_>>().join(" "))
+    }
+}
+
+impl std::error::Error for Unfit {}
 
 /// Clears of buffers are timed under this name.
 const CLEARS: &str = "clears";
@@ -315,6 +343,10 @@ pub struct Recorder<'a> {
     draws: Option<Counting>,
     /// Passes recorded so far.
     recorded: u32,
+    /// Work recorded since the last submission, as [`Gpu::longest`] has it.
+    work: u64,
+    /// Where the uniform `frame` says which rows a pass covers, bytes from its start: the first, and how many.
+    pub rows_at: Option<u64>,
     error: Option<anyhow::Error>,
 }
 
@@ -344,6 +376,8 @@ impl<'a> Recorder<'a> {
             pixels,
             draws,
             recorded,
+            work: 0,
+            rows_at: None,
             error,
         }
     }
@@ -406,11 +440,13 @@ impl<'a> Recorder<'a> {
             of_picture: pass.looks_up,
             stencil: None,
             traffic: Traffic::default(),
+            cost: None,
         }
     }
 
     /// Submits what is recorded so far: what is written into buffers from here on holds for what follows.
     pub fn submit(&mut self) {
+        self.work = 0;
         let encoder = self.gpu.device.create_command_encoder(&Default::default());
         let recorded = std::mem::replace(&mut self.encoder, encoder);
         self.gpu.queue.submit([recorded.finish()]);
@@ -563,6 +599,8 @@ pub struct Run<'r, 'a> {
     stencil: Option<wgpu::LoadOp<u32>>,
     /// What is known of what it moves before it binds anything: its threads, and what a draw clears.
     traffic: Traffic,
+    /// How long it takes for a pixel, in full-screen passes, where it may be cut into bands of rows.
+    cost: Option<u32>,
 }
 
 impl Run<'_, '_> {
@@ -603,6 +641,23 @@ impl Run<'_, '_> {
         self
     }
 
+    /// Submits it in bands of rows where it may take too long for a GPU's watchdog ([`Gpu::longest`]); `cost`: how often as long as a
+    /// plain full-screen pass it may take. Of [`Run::per_pixel`] the shader takes its pixel from `banded`.
+    pub fn in_bands(mut self, cost: u32) -> Self {
+        self.cost = Some(cost);
+        self
+    }
+
+    /// The picture's rows that each submission covers: the first, and how many, whole workgroups.
+    fn bands(&self) -> Vec<[u32; 2]> {
+        let [width, height] = self.recorder.pixels;
+        let cost = u64::from(self.cost.unwrap_or_default()) * u64::from(width);
+        // What is counted is drawn at once.
+        let most = if cost == 0 || self.recorder.draws.is_some() { u64::MAX } else { self.recorder.gpu.longest / cost };
+        let most = (most / 8 * 8).clamp(8, height.next_multiple_of(8).max(8).into()) as u32;
+        (0..height.max(1)).step_by(most as usize).map(|first| [first, most.min(height - first)]).collect()
+    }
+
     /// Times it under another name than the pass's own.
     pub fn named(mut self, name: &'static str) -> Self {
         self.name = name;
@@ -622,9 +677,21 @@ impl Run<'_, '_> {
     }
 
     /// Runs a compute pass with a thread per pixel, in workgroups of 8 × 8.
-    pub fn per_pixel(self) {
+    pub fn per_pixel(mut self) {
         let [w, h] = self.recorder.pixel_groups();
-        self.dispatch(w, h, 1);
+        let bands = self.bands();
+        let (Some(at), 2..) = (self.recorder.rows_at, bands.len()) else { return self.dispatch(w, h, 1) };
+        let frame = self.pass.made.bindings.iter().find(|b| b.name == "frame").and_then(|b| self.find(b));
+        let Some(Resource::Buffer(frame)) = frame else { return self.dispatch(w, h, 1) };
+        let gpu = self.recorder.gpu;
+        for [first, rows] in bands {
+            self.recorder.submit();
+            gpu.queue.write_buffer(&frame, at, bytemuck::bytes_of(&[first, rows]));
+            self.traffic.threads = u64::from(w) * u64::from(rows.div_ceil(8)) * self.pass.made.group;
+            self.compute(|p| p.dispatch_workgroups(w, rows.div_ceil(8), 1));
+        }
+        self.recorder.submit();
+        gpu.queue.write_buffer(&frame, at, bytemuck::bytes_of(&[0, self.recorder.pixels[1]]));
     }
 
     /// Runs a compute pass of that many workgroups.
@@ -649,7 +716,7 @@ impl Run<'_, '_> {
         self.compute(|p| p.dispatch_workgroups_indirect(arguments, at));
     }
 
-    fn compute(self, dispatch: impl FnOnce(&mut wgpu::ComputePass)) {
+    fn compute(&mut self, dispatch: impl FnOnce(&mut wgpu::ComputePass)) {
         self.record(None, |encoder, pass, group, first| {
             let Pipeline::Compute(pipeline) = &pass.made.pipeline else { return };
             let mut p = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
@@ -673,6 +740,31 @@ impl Run<'_, '_> {
         colors: &[&wgpu::TextureView],
         depth: Option<(&wgpu::TextureView, f32)>,
         clear: bool,
+        draw: impl Fn(&mut wgpu::RenderPass),
+    ) {
+        let bands = if self.cost.is_some() { self.bands() } else { Vec::new() };
+        if bands.len() < 2 {
+            return self.draw_band(colors, depth, clear, draw);
+        }
+        let width = self.recorder.pixels[0];
+        for (i, [first, rows]) in bands.into_iter().enumerate() {
+            self.recorder.submit();
+            if i > 0 {
+                self.stencil = self.stencil.map(|_| wgpu::LoadOp::Load);
+            }
+            self.draw_band(colors, depth, clear && i == 0, |p| {
+                p.set_scissor_rect(0, first, width, rows);
+                draw(p);
+            });
+        }
+        self.recorder.submit();
+    }
+
+    fn draw_band(
+        &mut self,
+        colors: &[&wgpu::TextureView],
+        depth: Option<(&wgpu::TextureView, f32)>,
+        clear: bool,
         draw: impl FnOnce(&mut wgpu::RenderPass),
     ) {
         let layer = self.layer.as_ref().or(depth.map(|d| d.0).filter(|_| !self.of_picture));
@@ -689,6 +781,7 @@ impl Run<'_, '_> {
             let draws = counting.draws.len() as u32;
             (draws <= MAX_DRAWS).then(|| (counting.queries.clone(), draws - 1))
         });
+        self.traffic = Traffic::default();
         if clear {
             self.traffic = Traffic::cleared(colors.iter().copied().chain(depth.map(|d| d.0)));
         }
@@ -742,34 +835,41 @@ impl Run<'_, '_> {
         });
     }
 
+    /// What a binding is bound to.
+    fn find(&self, b: &Binding) -> Option<Resource> {
+        let recorder = &self.recorder;
+        let own = self.extra.iter().rev().find(|(n, _)| *n == b.name).map(|(_, r)| r);
+        // A parameter group is known by its type, whatever the shader calls it.
+        let group = recorder.resources.get(b.type_name.as_str());
+        let frozen = recorder.frozen.iter().find(|(n, _)| *n == b.name && !self.of_picture).map(|(_, r)| r);
+        own.or(frozen).or(group).or_else(|| recorder.resources.get(b.name.as_str())).cloned()
+    }
+
     /// `wrote`: the texture that it writes, where that is no storage texture.
     fn record(
-        self,
+        &mut self,
         wrote: Option<wgpu::TextureView>,
         write: impl FnOnce(&mut wgpu::CommandEncoder, &Pass, &wgpu::BindGroup, Option<(&wgpu::QuerySet, u32)>),
     ) {
-        let Run { recorder, pass, name, extra, of_picture, traffic, .. } = self;
-        if recorder.error.is_none() && recorder.gpu.unwanted() {
-            recorder.error = Some(GivenUp.into());
+        let (pass, name, traffic) = (self.pass, self.name, self.traffic);
+        if self.recorder.error.is_none() && self.recorder.gpu.unwanted() {
+            self.recorder.error = Some(GivenUp.into());
         }
-        if recorder.error.is_some() {
+        if self.recorder.error.is_some() {
             return;
         }
-        let find = |b: &Binding| {
-            let own = extra.iter().rev().find(|(n, _)| *n == b.name).map(|(_, r)| r);
-            // A parameter group is known by its type, whatever the shader calls it.
-            let group = recorder.resources.get(b.type_name.as_str());
-            let frozen = recorder.frozen.iter().find(|(n, _)| *n == b.name && !of_picture).map(|(_, r)| r);
-            own.or(frozen).or(group).or_else(|| recorder.resources.get(b.name.as_str())).cloned()
-        };
+        let find = |b: &Binding| self.find(b);
         let stores = |b: &&Binding| matches!(b.entry.ty, wgpu::BindingType::StorageTexture { .. });
-        let stored = pass.made.bindings.iter().rfind(stores).filter(|_| recorder.watched.is_some()).and_then(find);
+        let watched = self.recorder.watched.is_some();
+        let stored = pass.made.bindings.iter().rfind(stores).filter(|_| watched).and_then(find);
         let wrote = wrote.or(stored.and_then(|r| if let Resource::Texture(t) = r { Some(t) } else { None }));
         let wrote = wrote.map(|view| view.texture().clone());
-        let counting = recorder.timer.traffic.is_some() && recorder.waits();
-        let counts = recorder.gpu.traffic.as_ref().filter(|_| counting);
-        let bound = counts.map(|_| pass.made.bindings.iter().filter_map(|b| Some((b, find(b)?))).collect::<Vec<_>>());
-        let group = match pass.bind(recorder.gpu, recorder.frame, find) {
+        let counting = self.recorder.timer.traffic.is_some() && self.recorder.waits();
+        let counts = self.recorder.gpu.traffic.as_ref().filter(|_| counting);
+        let moved = counts.map(|_| pass.made.bindings.iter().filter_map(|b| Some((b, find(b)?))).collect::<Vec<_>>());
+        let bound = pass.bind(self.recorder.gpu, self.recorder.frame, find);
+        let recorder = &mut *self.recorder;
+        let group = match bound {
             Ok(group) => group,
             Err(e) => {
                 recorder.error = Some(e);
@@ -803,7 +903,7 @@ impl Run<'_, '_> {
                 recorder.error = Some(e);
             }
             recorder.timer.wall.push(start.elapsed().as_secs_f64() * 1e3);
-            if let Some((counts, bound)) = counts.zip(bound) {
+            if let Some((counts, bound)) = counts.zip(moved) {
                 match recorder.gpu.read_buffer(counts) {
                     Ok(read) => {
                         let moved = traffic.with(bytemuck::cast_slice(&read), bound.iter().map(|(b, r)| (*b, r)));
@@ -812,6 +912,12 @@ impl Run<'_, '_> {
                     Err(e) => recorder.error = Some(e),
                 }
             }
+            return;
+        }
+        // Passes that are short one by one may be long together.
+        recorder.work += recorder.pixels.iter().map(|side| u64::from(*side)).product::<u64>();
+        if recorder.work >= recorder.gpu.longest {
+            recorder.submit();
         }
     }
 }

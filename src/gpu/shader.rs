@@ -1,6 +1,6 @@
 //! WGSL: found, put together from includes, checked by naga, and reflected.
 
-use super::{Gpu, traffic};
+use super::{Gpu, Table, locked, traffic};
 use crate::files;
 use crate::palette;
 use crate::params::Group;
@@ -9,7 +9,7 @@ use anyhow::{Context, Result, anyhow, bail, ensure};
 use include_dir::{Dir, include_dir};
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, OnceLock, PoisonError};
+use std::sync::{Arc, OnceLock};
 use std::time::SystemTime;
 use wgpu::naga;
 
@@ -21,6 +21,8 @@ static EMBEDDED: Dir = include_dir!("$CARGO_MANIFEST_DIR/shaders");
 /// Where shader text comes from: the binary, and before it a folder, whose files take the place of those of the same name.
 pub struct Shaders {
     folder: Option<PathBuf>,
+    /// Of the texels in a row of a [`Table`] the logarithm, base 2.
+    pub(super) table_bits: u32,
 }
 
 static FOLDER: OnceLock<PathBuf> = OnceLock::new();
@@ -42,7 +44,8 @@ pub fn read_from(folder: &Path) -> Result<()> {
 
 impl Default for Shaders {
     fn default() -> Self {
-        Shaders { folder: FOLDER.get().cloned().or_else(|| std::env::var_os("SHADOWSCOPE_SHADERS").map(PathBuf::from)) }
+        let folder = FOLDER.get().cloned().or_else(|| std::env::var_os("SHADOWSCOPE_SHADERS").map(PathBuf::from));
+        Shaders { folder, table_bits: Table::bits(&wgpu::Limits::default()) }
     }
 }
 
@@ -105,8 +108,7 @@ impl Gpu {
     /// As [`Shaders::load`].
     pub fn shader(&self, file: &str, groups: &[Group]) -> Result<Arc<Loaded>> {
         let key = self.shader_key(file, groups);
-        // What it holds is whole, whoever panicked.
-        let mut last = self.loaded.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut last = locked(&self.loaded);
         if let Some(held) = last.as_ref().filter(|held| held.key == key) {
             return Ok(held.clone());
         }
@@ -156,7 +158,7 @@ pub fn write_files(folder: &Path) -> Result<Vec<String>> {
 impl Shaders {
     /// Shaders of which a folder holds some or all.
     pub fn from_folder(folder: &Path) -> Shaders {
-        Shaders { folder: Some(folder.into()) }
+        Shaders { folder: Some(folder.into()), ..Shaders::default() }
     }
 
     /// The newest change of any file in the folder, where there is one.
@@ -170,6 +172,7 @@ impl Shaders {
         match file {
             "palettes.wgsl" => return Ok(palette::wgsl()),
             "constants.wgsl" => return Ok(techniques::wgsl()),
+            "table.wgsl" => return Ok(format!("const table_bits = {}u;\n", self.table_bits)),
             _ if file.starts_with("store/") => {
                 let format = file.trim_start_matches("store/").trim_end_matches(".wgsl");
                 return Ok(format!("var moments_out: texture_storage_2d<{format}, write>;\n"));

@@ -2,7 +2,7 @@
 
 use super::{Gpu, Texture, texture};
 
-/// Texels in a row, as `texel` in `shaders/lib/trace.wgsl` has it.
+/// Most texels in a row: a power of two, as `table_texel` in `shaders/lib/scene.wgsl` wants it.
 const WIDTH: usize = 4096;
 /// Bytes of a texel: four words.
 const TEXEL: usize = 16;
@@ -18,10 +18,11 @@ pub struct Table {
 impl Table {
     /// A table of the given contents, whole texels.
     pub fn new(gpu: &Gpu, label: &'static str, contents: &[u8]) -> Table {
+        let width = Table::width(gpu);
         // Drivers round the height up: what is told is what is held.
-        let height = contents.len().div_ceil(WIDTH * TEXEL).max(1).next_multiple_of(4) as u32;
+        let height = contents.len().div_ceil(width * TEXEL).max(1).next_multiple_of(4) as u32;
         let usage = wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST;
-        let texture = texture(gpu, label, [WIDTH as u32, height, 1], 1, wgpu::TextureFormat::Rgba32Uint, usage);
+        let texture = texture(gpu, label, [width as u32, height, 1], 1, wgpu::TextureFormat::Rgba32Uint, usage);
         let view = texture.create_view(&Default::default());
         let mut table = Table { label, texture, view };
         table.write(gpu, contents);
@@ -30,7 +31,7 @@ impl Table {
 
     /// Replaces the contents; the texture is made anew if it is too small.
     pub fn write(&mut self, gpu: &Gpu, contents: &[u8]) {
-        let row = WIDTH * TEXEL;
+        let row = self.texture.width() as usize * TEXEL;
         if contents.len() > self.texture.height() as usize * row {
             *self = Table::new(gpu, self.label, contents);
             return;
@@ -61,8 +62,18 @@ impl Table {
         &self.view
     }
 
+    /// Texels in a row on this adapter.
+    fn width(gpu: &Gpu) -> usize {
+        1 << gpu.shaders.table_bits
+    }
+
+    /// The logarithm of that, base 2, on an adapter whose textures are so wide at most.
+    pub(super) fn bits(limits: &wgpu::Limits) -> u32 {
+        WIDTH.min(limits.max_texture_dimension_2d as usize).ilog2()
+    }
+
     /// Bytes that a table can hold on this adapter.
     pub fn most(gpu: &Gpu) -> u64 {
-        gpu.device.limits().max_texture_dimension_2d as u64 * (WIDTH * TEXEL) as u64
+        gpu.device.limits().max_texture_dimension_2d as u64 * (Table::width(gpu) * TEXEL) as u64
     }
 }

@@ -44,6 +44,8 @@ pub struct Filter {
     pub sized: fn(&Values) -> bool,
     /// Whether it aims at the mean visibility over a pixel, and not at that of one sample.
     pub smooth: fn(&Values) -> bool,
+    /// How long a look-up takes at most, in full-screen passes ([`crate::gpu::Run::in_bands`]).
+    pub cost: u32,
     /// What it shows of itself.
     pub views: &'static [View],
 }
@@ -58,6 +60,7 @@ impl Filter {
         turns: None,
         sized: |_| false,
         smooth: |_| true,
+        cost: 8,
         views: &[],
     };
 }
@@ -159,7 +162,7 @@ impl LookUp {
             let analyse = hold(&mut passes.analyse, (), |()| pass(ANALYSIS, "analyse"))?;
             f.analyse(analyse, MapSizes::of(&maps.sides), &all);
         }
-        let resolve = |f: &mut Frame| f.run(&passes.resolve).bind_all(&all).per_pixel();
+        let resolve = |f: &mut Frame| f.run(&passes.resolve).in_bands(filter.cost).bind_all(&all).per_pixel();
         match (&mut passes.noise, filter.turns) {
             (Some(noise), Some(turns)) => noise.accumulate(f, turns(f.values), resolve)?,
             _ => resolve(f),

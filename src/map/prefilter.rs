@@ -140,13 +140,12 @@ impl Prefilter {
     /// Filters maps; what the look-up binds, by name.
     ///
     /// # Errors
-    /// Textures that the adapter cannot hold or filter.
+    /// Textures that the adapter cannot hold.
     pub fn run(&mut self, f: &mut Frame, maps: &Maps, of: Moments) -> Result<Vec<(&'static str, Resource)>> {
         let p = PrefilterParams::read(f.values);
         let (side, layers) = (maps.layers.texture.width(), maps.sides.len() as u32 * of.planes);
         let limit = f.gpu.device.limits().max_texture_array_layers;
         ensure!(layers <= limit, "{layers} layers of moments are more than {} takes", f.gpu.info.name);
-        check(f.gpu, of.format)?;
         let levels = if p.mipmaps { side.ilog2() + 1 } else { 1 };
         let gpu = f.gpu;
         let passes = [&self.make, &self.blur, &self.halve];
@@ -208,25 +207,6 @@ impl Prefilter {
             ("prefiltered", (&looked_up).into()),
         ])
     }
-}
-
-/// Refuses formats that the adapter cannot write or average.
-fn check(gpu: &Gpu, format: Format) -> Result<()> {
-    let features = match format {
-        Format::R32Float | Format::Rg32Float | Format::Rgba32Float => wgpu::Features::FLOAT32_FILTERABLE,
-        Format::Rgba16Unorm => wgpu::Features::TEXTURE_FORMAT_16BIT_NORM,
-        // WebGPU alone does not let these be written.
-        Format::R16Float | Format::Rg16Float => wgpu::Features::TEXTURE_ADAPTER_SPECIFIC_FORMAT_FEATURES,
-        _ => wgpu::Features::empty(),
-    };
-    let sixteen = matches!(format, Format::Rgba16Unorm | Format::R16Float | Format::Rg16Float);
-    let other = if sixteen { "32" } else { "16" };
-    ensure!(
-        gpu.features.contains(features),
-        "{} cannot average textures of {format:?}; choose precision = {other}",
-        gpu.info.name
-    );
-    Ok(())
 }
 
 impl Textures {

@@ -7,7 +7,7 @@ use super::timing::{self, Times};
 use super::{accuracy, accuracy::over_seeds, stability};
 use crate::contact;
 use crate::frame::Renderer;
-use crate::gpu::GivenUp;
+use crate::gpu::{Failure, GivenUp};
 use crate::params::Value;
 use crate::setup::Setup;
 use crate::techniques;
@@ -25,9 +25,9 @@ pub enum Step {
 }
 
 /// Why a configuration could not be measured, with its name; the error itself where it is no fault of the configuration: frames are
-/// no longer wanted.
+/// no longer wanted, or the device is lost.
 pub(super) fn failure(setup: &Setup, error: Error) -> Result<Error> {
-    if error.is::<GivenUp>() {
+    if error.is::<GivenUp>() || Failure::is_loss(&error) {
         return Err(error);
     }
     let name = format!("{} {}", setup.technique, brief(setup));

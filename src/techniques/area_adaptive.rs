@@ -94,6 +94,7 @@ pub static INFO: Info = Info {
         ],
         MAPS,
     ],
+    needs: |_| &[],
     make: |gpu, _| Ok(Box::new(AreaAdaptive::new(gpu)?)),
 };
 

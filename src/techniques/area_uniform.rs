@@ -51,6 +51,7 @@ pub static INFO: Info = Info {
     ],
     main: &[("resolution", "256..1024*2"), ("side", "3,6,9"), ("kernel", "1,3")],
     maps: &[&[LIGHT_SAMPLES, PENUMBRA], MAPS],
+    needs: |_| &[],
     make: |gpu, _| Ok(Box::new(AreaUniform::new(gpu)?)),
 };
 

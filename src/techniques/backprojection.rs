@@ -45,6 +45,7 @@ static FILTER: Filter = Filter {
         _ => Reach::default(),
     },
     smooth: |_| false,
+    cost: 512,
     ..Filter::PLAIN
 };
 
@@ -98,6 +99,7 @@ pub static INFO: Info = Info {
             ),
         ],
     ],
+    needs: |_| &[],
     make: |gpu, _| Ok(Box::new(Backprojection::new(gpu)?)),
 };
 

@@ -2,7 +2,7 @@
 
 use super::{Info, MAPS, Technique};
 use crate::frame::{ANALYSIS, Frame, MapSizes};
-use crate::gpu::{Pass, Resource, hold};
+use crate::gpu::{Need, Pass, Resource, hold};
 use crate::listed_rays::ListedRays;
 use crate::map::MapParams;
 use crate::map::conservative::{Conservative, ConservativeParams, LAYERS};
@@ -39,6 +39,7 @@ pub static INFO: Info = Info {
     params: &[FitParams::GROUP, MapParams::GROUP, ConservativeParams::GROUP, DecidingParams::GROUP],
     main: &[("resolution", "256..8192*2"), ("mode", "none,adjacency,fan")],
     maps: &[&OWN, &[MAPS[1], MAPS[3], MAPS[4], MAPS[5], MAPS[6]]],
+    needs: |_| &[Need::StorageBuffers(7)],
     make: |gpu, _| {
         Ok(Box::new(CsmConservative {
             maps: Conservative::new(gpu)?,

@@ -60,5 +60,6 @@ pub static INFO: Info = Info {
     params: crate::groups!(&[PrefilterParams::GROUP, CsmConvolutionParams::GROUP], GROUPS),
     main: &[("resolution", "256..2048*2"), ("terms", "4,8,16")],
     maps: &[MAPS],
+    needs: |_| &[],
     make: single,
 };

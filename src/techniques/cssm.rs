@@ -82,6 +82,7 @@ pub static INFO: Info = Info {
     ],
     main: &[("resolution", "256..2048*2"), ("placement", "corners,centers,nested"), ("ask", "all,bounds")],
     maps: &[&[LIGHT_SAMPLES, PENUMBRA, ASKED, cascades::MAPS[0], cascades::MAPS[2], cascades::MAPS[3]], MAPS],
+    needs: |_| &[],
     make: |gpu, _| Ok(Box::new(Cssm::new(gpu)?)),
 };
 

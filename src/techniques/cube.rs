@@ -40,6 +40,7 @@ pub static INFO: Info = Info {
     ),
     main: &[("resolution", "128..2048*2"), ("culling", "none,samples")],
     maps: &[&faces::MAPS, ANALYSED],
+    needs: |_| &[],
     make: |gpu, info| {
         let side = |f: &Frame| CubeParams::read(f.values).resolution;
         Ok(Box::new(Solid { faces: Faces::new(gpu)?, look_up: look_up(gpu, info), side, views: |a, _| a.cube() }))

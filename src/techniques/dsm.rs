@@ -2,7 +2,7 @@
 
 use super::{Info, MAPS, NEAREST, Technique};
 use crate::frame::Frame;
-use crate::gpu::{Gpu, Pass};
+use crate::gpu::{Gpu, Need, Pass};
 use crate::map::Layers;
 use crate::map::casters::{Casters, Target, Triangles};
 use crate::map::filter::alone;
@@ -57,6 +57,7 @@ pub static INFO: Info = Info {
         )],
         &node_grid::MAPS,
     ],
+    needs: |_| &[Need::StorageBuffers(5)],
     make: |gpu, _| Ok(Box::new(Dsm::new(gpu)?)),
 };
 

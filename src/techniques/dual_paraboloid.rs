@@ -43,6 +43,7 @@ pub static INFO: Info = Info {
     ),
     main: &[("resolution", "128..4096*2"), ("raster", "linear,subdivide,exact"), ("culling", "none,samples")],
     maps: &[&faces::MAPS, ANALYSED],
+    needs: |_| &[],
     make: |gpu, info| {
         let side = |f: &Frame| SideParams::read(f.values).resolution;
         Ok(Box::new(Solid { faces: Faces::new(gpu)?, look_up: look_up(gpu, info), side, views: sides }))

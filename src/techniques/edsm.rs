@@ -3,7 +3,7 @@
 use super::shadow_map::GROUPS;
 use super::{Info, MAPS, Technique};
 use crate::frame::Frame;
-use crate::gpu::{Pass, hold};
+use crate::gpu::{Need, Pass, hold};
 use crate::map::edge_quads::{self, EdgeQuads, Kept, QuadParams};
 use crate::map::faces::FaceParams;
 use crate::map::filter::{Filter, Reach};
@@ -91,6 +91,7 @@ pub static INFO: Info = Info {
             edge_quads::USE,
         ],
     ],
+    needs: |_| &[Need::StorageBuffers(5)],
     make: |gpu, info| {
         Ok(Box::new(Edsm {
             quads: EdgeQuads::new(gpu, FILES, &FILTER, info.params)?,

@@ -61,5 +61,6 @@ pub static INFO: Info = Info {
     params: crate::groups!(&[PrefilterParams::GROUP, EvsmParams::GROUP, ChebyshevParams::GROUP], GROUPS),
     main: &[("resolution", "256..4096*2"), ("blur_radius", "1,3,7")],
     maps: &[MAPS],
+    needs: |_| &[],
     make: single,
 };

@@ -3,7 +3,7 @@
 
 use super::{Info, MAPS, NEAREST, Technique};
 use crate::frame::Frame;
-use crate::gpu::{Buffer, Gpu, Pass};
+use crate::gpu::{Buffer, Gpu, Need, Pass};
 use crate::map::filter::alone;
 use crate::map::warp::node_grid::{self, NodeGrid};
 use crate::map::warp::{self, RasterParams, Warped, storage};
@@ -66,6 +66,7 @@ pub static INFO: Info = Info {
         )],
         &node_grid::MAPS,
     ],
+    needs: |_| &[Need::StorageBuffers(5)],
     make: |gpu, _| Ok(Box::new(FemGrid::new(gpu)?)),
 };
 

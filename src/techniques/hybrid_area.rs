@@ -71,6 +71,7 @@ pub static INFO: Info = Info {
         ],
         MAPS,
     ],
+    needs: |_| &[],
     make: |gpu, _| Ok(Box::new(HybridArea::new(gpu)?)),
 };
 

@@ -49,6 +49,7 @@ pub static INFO: Info = Info {
     ],
     main: &[("resolution", "256..8192*2"), ("window", "2..4"), ("receiver_plane", "false,true")],
     maps: &[&OWN, MAPS],
+    needs: |_| &[],
     make: |gpu, _| {
         let maps = PlainMaps::new([FILE, AROUND], INFO.params);
         Ok(Box::new(HybridPcf { rays: ListedRays::new(gpu)?, maps, passes: None }))

@@ -1,9 +1,10 @@
 //! Instant radiosity (Keller 1997) with imperfect shadow maps (Ritschel et al. 2008).
 
+use super::rt_hard::RAY_COST;
 use super::shadow_map::GROUPS;
 use super::{Info, MAPS, NEAREST, Technique};
 use crate::frame::{Frame, Indirect, SAMPLED, STORED};
-use crate::gpu::{self, Buffer, Gpu, Pass, Resource, Slot, Texture, hold};
+use crate::gpu::{self, Buffer, Gpu, Need, Pass, Resource, Slot, Texture, hold};
 use crate::light::Light;
 use crate::map::faces::FaceParams;
 use crate::map::filter::{Reach, alone};
@@ -111,6 +112,7 @@ pub static INFO: Info = Info {
             ),
         ],
     ],
+    needs: |_| &[Need::UniformBytes(VPL * MOST_VPLS)],
     make: |gpu, _| Ok(Box::new(ImperfectSm::new(gpu)?)),
 };
 
@@ -406,7 +408,9 @@ impl ImperfectSm {
         })?;
         let none = self.no_tiles.get(gpu, "no maps", [1, 1], Format::R32Float, SAMPLED);
         let tiles = self.tiles.as_ref().map_or(&none, |(_, t)| &t.levels[0]);
-        let run = f.run(gather).bind("vpls", &self.vpls).bind("tiles", tiles);
+        // A look-up of a tile for each light, or a ray.
+        let cost = if p.vpl_shadows == "traced" { p.vpls * RAY_COST } else { p.vpls.div_ceil(4) };
+        let run = f.run(gather).in_bands(cost).bind("vpls", &self.vpls).bind("tiles", tiles);
         run.bind("indirect_out", &indirect).per_pixel();
         self.gathered_of = Some(key);
         Ok(())

@@ -52,6 +52,7 @@ pub static INFO: Info = Info {
     ),
     main: &[("resolution", "128..4096*2"), ("depths", "scene,samples"), ("raster", "linear,exact")],
     maps: &[&faces::MAPS, ANALYSED],
+    needs: |_| &[],
     make: |gpu, info| Ok(Box::new(Ipsm::new(gpu, info)?)),
 };
 

@@ -3,7 +3,7 @@
 
 use super::{Info, Technique};
 use crate::frame::Frame;
-use crate::gpu::{Buffer, Gpu, Pass, Raster, Resource, Slot, hold};
+use crate::gpu::{Buffer, Gpu, Need, Pass, Raster, Resource, Slot, hold};
 use crate::light::{Light, LightView};
 use crate::map::fit::Scope;
 use crate::map::fit::faces::Around;
@@ -65,6 +65,7 @@ pub static INFO: Info = Info {
             view::counts("triangles", 1000.0),
         ),
     ]],
+    needs: |_| &[Need::StorageBuffers(6)],
     make: |gpu, _| Ok(Box::new(Izb::new(gpu)?)),
 };
 

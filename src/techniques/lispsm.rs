@@ -54,6 +54,7 @@ pub static INFO: Info = Info {
              spot light at 1 m from it) and γ in degrees.",
         )],
     ],
+    needs: |_| &[],
     make: |gpu, info| {
         Ok(Box::new(LightSpacePerspective {
             map: ShadowMap::new(gpu)?,

@@ -85,6 +85,7 @@ pub static INFO: Info = Info {
         MAPS.split_at(1).1.split_at(2).0,
         ANALYSED,
     ],
+    needs: |_| &[],
     make: |gpu, info| {
         Ok(Box::new(LixelPerPixel {
             fit: Fit::of(gpu, "techniques/lixel_per_pixel/fit.wgsl", info.params)?,

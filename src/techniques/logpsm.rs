@@ -2,7 +2,7 @@
 
 use super::{Info, MAPS, NEAREST, Technique};
 use crate::frame::Frame;
-use crate::gpu::{Buffer, Gpu, Pass, Resource, hold};
+use crate::gpu::{Buffer, Gpu, Need, Pass, Resource, hold};
 use crate::light::{Light, LightView};
 use crate::map::filter::{Reach, alone};
 use crate::map::fit::diagram::{self, Diagram, Drawing};
@@ -93,6 +93,10 @@ pub static INFO: Info = Info {
             ),
         ],
     ],
+    needs: |values| match RasterParams::read(values).raster.as_str() {
+        "exact" => &[Need::StorageBuffers(6)],
+        _ => &[],
+    },
     make: |_, _| Ok(Box::new(Logarithmic::default())),
 };
 

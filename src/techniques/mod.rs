@@ -46,14 +46,14 @@ mod vsm;
 
 use crate::contact;
 use crate::frame::Frame;
-use crate::gpu::Gpu;
+use crate::gpu::{Abilities, Gpu, Need};
 use crate::light::Light;
 use crate::map::MOST;
 use crate::map::faces;
 use crate::map::filter::Filter;
 use crate::map::noise::NoiseParams;
 use crate::map::prefilter::PrefilterParams;
-use crate::params::{Condition, Group, Kind, Params, Spec, Values};
+use crate::params::{Condition, Group, Kind, Params, Spec, Value, Values};
 use crate::view::View;
 use anyhow::{Context, Result, anyhow, ensure};
 use std::sync::{LazyLock, OnceLock};
@@ -84,6 +84,8 @@ pub struct Info {
     pub main: &'static [(&'static str, &'static str)],
     /// Views of its own, on top of [`crate::view::VIEWS`] and its filter's, list after list; see [`Info::views`].
     pub maps: &'static [&'static [View]],
+    /// What it needs with these values of the adapter, beyond what all others do with.
+    pub needs: fn(&Values) -> &'static [Need],
     pub make: fn(&Gpu, &'static Info) -> Result<Box<dyn Technique>>,
 }
 
@@ -330,6 +332,43 @@ impl Info {
     pub fn all_views(&self) -> impl Iterator<Item = &'static View> + use<> {
         let filters = self.filter.into_iter().chain(self.choosable());
         self.maps.iter().copied().flatten().chain(filters.flat_map(|f| f.views)).chain(contact::VIEWS)
+    }
+
+    /// Why an adapter cannot run it with these values, or None if it can.
+    pub fn lacks(&self, values: &Values, on: &Abilities) -> Option<String> {
+        let own = (self.needs)(values).iter().find_map(|need| on.lacks(*need));
+        let moments = || self.filter(values)?.moments.and_then(|of| on.cannot_average(of(values).format));
+        own.or_else(moments)
+    }
+
+    /// Why an adapter cannot run it, whatever one of its choices is set to; else None.
+    pub fn cannot_run(&self, on: &Abilities) -> Option<String> {
+        let mut values = Values::new();
+        self.fill(&mut values, 1.0);
+        self.lacks_all_the_same(&values, on, |_| true)
+    }
+
+    /// Why one of its choices cannot take an option beside these values, or None if it can. Choices that come with the option are
+    /// left to be made.
+    pub fn cannot_take(&self, values: &Values, name: &str, option: &str, on: &Abilities) -> Option<String> {
+        let mut with = values.clone();
+        with.insert(name.into(), Value::Text(option.into()));
+        self.lacks_all_the_same(&with, on, |spec| !self.applies(spec, values) && self.applies(spec, &with))
+    }
+
+    /// As [`Info::lacks`], where no option of the choices that `may` change helps.
+    fn lacks_all_the_same(&self, values: &Values, on: &Abilities, may: impl Fn(&Spec) -> bool) -> Option<String> {
+        let why = self.lacks(values, on)?;
+        let helps = |name: &str, option: &str| {
+            let mut other = values.clone();
+            other.insert(name.into(), Value::Text(option.into()));
+            self.lacks(&other, on).is_none()
+        };
+        let helped = self.specs().filter(|spec| may(spec)).any(|spec| match spec.kind {
+            Kind::Choice { options, .. } => options.iter().any(|option| helps(spec.name, option)),
+            _ => false,
+        });
+        (!helped).then_some(why)
     }
 
     /// Fails with the reason if it cannot serve a light.

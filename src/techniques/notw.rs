@@ -4,7 +4,7 @@ use super::cube::CubeParams;
 use super::dual_paraboloid::{self, SideParams};
 use super::{Info, MAPS, NEAREST, Technique};
 use crate::frame::Frame;
-use crate::gpu::{Buffer, Gpu, Pass, Resource, hold};
+use crate::gpu::{Buffer, Gpu, Need, Pass, Resource, hold};
 use crate::light::LightView;
 use crate::map::busy::Dispatches;
 use crate::map::cascades::ANALYSED;
@@ -83,6 +83,7 @@ pub static INFO: Info = Info {
     ],
     main: &[("resolution", "256..4096*2"), ("window", "0.01,0.03125,0.125"), ("crop", "none,dv")],
     maps: &[MAPS, &warp::MAPS, &OWN],
+    needs: |_| &[Need::StorageBuffers(5)],
     make: |gpu, info| Ok(Box::new(Notw::new(gpu, info, "techniques/notw.wgsl", None)?)),
 };
 
@@ -108,6 +109,7 @@ pub static CUBE: Info = Info {
     ],
     main: &[("resolution", "128..2048*2"), ("window", "0.01,0.03125,0.125"), ("crop", "none,dv")],
     maps: &[&faces::MAPS, ANALYSED, &warp::MAPS, &OWN],
+    needs: |_| &[Need::StorageBuffers(5)],
     make: |gpu, info| Ok(Box::new(Notw::new(gpu, info, AROUND, Some(cropped_cube()))?)),
 };
 
@@ -133,6 +135,7 @@ pub static PARABOLOID: Info = Info {
     ],
     main: &[("resolution", "128..4096*2"), ("window", "0.01,0.03125,0.125"), ("crop", "none,dv")],
     maps: &[&faces::MAPS, ANALYSED, &warp::MAPS, &OWN],
+    needs: |_| &[Need::StorageBuffers(5)],
     make: |gpu, info| Ok(Box::new(Notw::new(gpu, info, AROUND, Some(cropped_sides()))?)),
 };
 

@@ -74,6 +74,7 @@ pub static INFO: Info = Info {
     ),
     main: &[("resolution", "128..2048*2"), ("solid", "cube,octahedron,tetrahedron"), ("culling", "none,samples")],
     maps: &[&faces::MAPS, &SLOTS, ANALYSED],
+    needs: |_| &[],
     make: |gpu, info| {
         let slots = gpu.buffer("slots", &[0; size_of::<Slots>()], wgpu::BufferUsages::UNIFORM);
         let look_up = LookUp::new(gpu, "techniques/omni_atlas.wgsl", info.params);

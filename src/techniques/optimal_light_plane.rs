@@ -103,6 +103,7 @@ pub static INFO: Info = Info {
              texels. The cross is the middle of what is seen. Of several maps, that of all together.",
         )],
     ],
+    needs: |_| &[],
     make: |gpu, info| Ok(Box::new(LightPlane::new(gpu, info)?)),
 };
 

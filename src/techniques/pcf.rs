@@ -77,5 +77,6 @@ pub static INFO: Info = Info {
     params: crate::groups!(&[PcfParams::GROUP, NoiseParams::GROUP], GROUPS),
     main: &[("resolution", "256..8192*2"), ("mode", "grid,tent"), ("kernel", "3,5,7")],
     maps: &[MAPS],
+    needs: |_| &[],
     make: single,
 };

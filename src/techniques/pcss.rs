@@ -31,6 +31,7 @@ pub static FILTER: Filter = Filter {
     turns: Some(|_| true),
     sized: |_| true,
     views: &[BLOCKER_DEPTH, PENUMBRA_WIDTH],
+    cost: 16,
     ..Filter::PLAIN
 };
 
@@ -64,5 +65,6 @@ pub static INFO: Info = Info {
     params: crate::groups!(&[PcssParams::GROUP, NoiseParams::GROUP], GROUPS),
     main: &[("resolution", "256..4096*2"), ("filter_taps", "16,49"), ("search_taps", "16,25")],
     maps: &[MAPS],
+    needs: |_| &[],
     make: single,
 };

@@ -51,6 +51,7 @@ pub static FILTER: Filter = Filter {
     }),
     sized: |values| PrefilteredSoftParams::read(values).soft_kind != "savsm",
     views: &[BLOCKER_DEPTH, PENUMBRA_WIDTH],
+    cost: 24,
     ..Filter::PLAIN
 };
 
@@ -69,5 +70,6 @@ pub static INFO: Info = Info {
     params: crate::groups!(&[PrefilteredSoftParams::GROUP], GROUPS),
     main: &[("resolution", "256..4096*2"), ("soft_kind", "vssm,mssm")],
     maps: &[MAPS],
+    needs: |_| &[],
     make: single,
 };

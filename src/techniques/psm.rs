@@ -67,6 +67,7 @@ pub static INFO: Info = Info {
             ),
         ],
     ],
+    needs: |_| &[],
     make: |gpu, info| {
         Ok(Box::new(Perspective {
             map: ShadowMap::new(gpu)?,

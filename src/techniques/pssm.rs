@@ -73,6 +73,7 @@ pub static INFO: Info = Info {
     ),
     main: &[("resolution", "256..4096*2"), ("cascades", "2,4"), ("lambda", "0.5,0.9")],
     maps: &[&MAPS, ANALYSED],
+    needs: |_| &[],
     make: |gpu, info| Ok(Box::new(Pssm::new(gpu, info)?)),
 };
 

@@ -51,6 +51,7 @@ pub static INFO: Info = Info {
             view::ramp("links on the stack", "", [0.0, 64.0]),
         ),
     ]],
+    needs: |_| &[],
     make: |gpu, _| {
         Ok(Box::new(Psv {
             resolve: Pass::compute(gpu, "walk", FILE, "resolve", INFO.params)?,
@@ -62,6 +63,8 @@ pub static INFO: Info = Info {
 };
 
 const FILE: &str = "techniques/psv.wgsl";
+/// How long the tree is walked, in full-screen passes ([`crate::gpu::Run::in_bands`]).
+const COST: u32 = 128;
 
 /// What the tree depends on.
 type Key = (u64, Light, Order);
@@ -111,7 +114,7 @@ impl Technique for Psv {
             f.note("shadow planes (CPU)", start.elapsed().as_secs_f64() * 1e3);
             Ok(records)
         })?;
-        f.run(&self.resolve).bind("tree", &self.uniform).bind("records", records.view()).per_pixel();
+        f.run(&self.resolve).in_bands(COST).bind("tree", &self.uniform).bind("records", records.view()).per_pixel();
         if f.wants_any_map() {
             f.run(&self.inspect).bind("tree", &self.uniform).bind("records", records.view()).per_pixel();
         }

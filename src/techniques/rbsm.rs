@@ -94,5 +94,6 @@ pub static INFO: Info = Info {
     params: crate::groups!(&[RbsmParams::GROUP], GROUPS),
     main: &[("resolution", "256..8192*2"), ("walk", "4,16,64")],
     maps: &[MAPS],
+    needs: |_| &[],
     make: single,
 };

@@ -105,6 +105,7 @@ pub static INFO: Info = Info {
             ])),
         ),
     ]],
+    needs: |_| &[],
     make: |gpu, _| Ok(Box::new(RtDenoise::new(gpu)?)),
 };
 

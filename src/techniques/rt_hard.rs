@@ -40,6 +40,7 @@ pub static INFO: Info = Info {
         "How many nodes of the BVH each pixel's ray visits: where ray tracing is slow.",
         view::counts("nodes visited", 300.0),
     )]],
+    needs: |_| &[],
     make: |gpu, _| {
         Ok(Box::new(RtHard {
             resolve: Pass::compute(gpu, "shadow rays", FILE, "resolve", INFO.params)?,
@@ -49,6 +50,8 @@ pub static INFO: Info = Info {
 };
 
 const FILE: &str = "techniques/rt_hard.wgsl";
+/// How long a ray from each pixel takes, in full-screen passes ([`crate::gpu::Run::in_bands`]).
+pub(super) const RAY_COST: u32 = 12;
 
 struct RtHard {
     resolve: Pass,
@@ -57,7 +60,7 @@ struct RtHard {
 
 impl Technique for RtHard {
     fn render(&mut self, f: &mut Frame) -> Result<()> {
-        f.run(&self.resolve).per_pixel();
+        f.run(&self.resolve).in_bands(RAY_COST).per_pixel();
         if f.wants_any_map() {
             f.run(&self.inspect).per_pixel();
         }

@@ -1,6 +1,6 @@
 //! Ray-traced soft shadows: the exact reference of lights with a size.
 
-use super::{Info, Technique};
+use super::{Info, Technique, rt_hard};
 use crate::frame::{Frame, History};
 use crate::gpu::{Buffer, Gpu, Pass};
 use crate::light::Light;
@@ -44,6 +44,7 @@ pub static INFO: Info = Info {
         ),
         LIGHT_SAMPLES,
     ]],
+    needs: |_| &[],
     make: |gpu, _| Ok(Box::new(RtSoft::new(gpu)?)),
 };
 
@@ -122,7 +123,7 @@ impl Technique for RtSoft {
         let target = if whole { wanted } else { (self.traced + AT_ONCE).min(wanted) };
         // Once more where all are there: the frame's visibility is filled anew.
         loop {
-            f.run(&self.resolve).bind("counts", counts).per_pixel();
+            f.run(&self.resolve).in_bands(AT_ONCE * rt_hard::RAY_COST).bind("counts", counts).per_pixel();
             self.traced = (self.traced + AT_ONCE).min(wanted);
             if self.traced >= target {
                 break;

@@ -4,7 +4,7 @@ use super::cube::CubeParams;
 use super::dual_paraboloid::SideParams;
 use super::{Info, MAPS, NEAREST, Technique, notw};
 use crate::frame::Frame;
-use crate::gpu::{Buffer, Gpu, Pass, Resource, hold};
+use crate::gpu::{Buffer, Gpu, Need, Pass, Resource, hold};
 use crate::map::Layers;
 use crate::map::busy::Dispatches;
 use crate::map::cascades::ANALYSED;
@@ -87,6 +87,7 @@ pub static INFO: Info = Info {
     ],
     main: &[("resolution", "256..4096*2"), ("floor", "0.005,0.02,0.1"), ("profile_blur", "0,4,16")],
     maps: &[MAPS, &warp::MAPS, &OWN],
+    needs: |_| &[Need::StorageBuffers(6)],
     make: |gpu, info| Ok(Box::new(Rtw::new(gpu, info, "techniques/rtw.wgsl", None)?)),
 };
 
@@ -112,6 +113,7 @@ pub static CUBE: Info = Info {
     ],
     main: &[("resolution", "128..2048*2"), ("floor", "0.005,0.02,0.1"), ("profile_blur", "0,4,16")],
     maps: &[&faces::MAPS, ANALYSED, &warp::MAPS, &OWN],
+    needs: |_| &[Need::StorageBuffers(6)],
     make: |gpu, info| Ok(Box::new(Rtw::new(gpu, info, AROUND, Some(notw::cube()))?)),
 };
 
@@ -137,6 +139,7 @@ pub static PARABOLOID: Info = Info {
     ],
     main: &[("resolution", "128..4096*2"), ("floor", "0.005,0.02,0.1"), ("profile_blur", "0,4,16")],
     maps: &[&faces::MAPS, ANALYSED, &warp::MAPS, &OWN],
+    needs: |_| &[Need::StorageBuffers(6)],
     make: |gpu, info| Ok(Box::new(Rtw::new(gpu, info, AROUND, Some(notw::sides()))?)),
 };
 

@@ -75,6 +75,7 @@ pub static INFO: Info = Info {
             ),
         ],
     ],
+    needs: |_| &[],
     make: |gpu, info| Ok(Box::new(Sdsm::new(gpu, info)?)),
 };
 

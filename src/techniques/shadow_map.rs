@@ -39,6 +39,7 @@ pub static INFO: Info = Info {
     params: GROUPS,
     main: &[("resolution", "256..8192*2")],
     maps: &[MAPS],
+    needs: |_| &[],
     make: single,
 };
 

@@ -2,7 +2,7 @@
 
 use super::{Info, Technique};
 use crate::frame::{DRAWN, Frame, STORED};
-use crate::gpu::{Buffer, Gpu, Pass, Raster, Slot, hold};
+use crate::gpu::{Buffer, Gpu, Need, Pass, Raster, Slot, hold};
 use crate::light::Light;
 use crate::map::silhouettes::{self, Kind, Silhouettes, groups};
 use crate::params::{Group, Params};
@@ -73,6 +73,7 @@ pub static INFO: Info = Info {
     params: &[VolumeParams::GROUP, TopologyParams::GROUP],
     main: &[("method", "zfail,auto")],
     maps: &[&[COUNT, OVERDRAW, silhouettes::EDGES, LINES]],
+    needs: |_| &[Need::StorageBuffers(5)],
     make: |gpu, info| Ok(Box::new(Volumes::new(gpu, info, "techniques/shadow_volume.wgsl")?)),
 };
 
@@ -90,8 +91,13 @@ pub static TRIANGLES: Info = Info {
     params: &[VolumeParams::GROUP],
     main: &[("method", "zfail,auto")],
     maps: &[&[COUNT, OVERDRAW, LINES]],
+    needs: |_| &[],
     make: |gpu, info| Ok(Box::new(Volumes::new(gpu, info, "techniques/shadow_volume_tri.wgsl")?)),
 };
+
+/// How long it takes to draw the sides of volumes that cover the picture some hundred times, in full-screen passes
+/// ([`crate::gpu::Run::in_bands`]); each band goes through all their corners again.
+const SIDES_COST: u32 = 8;
 
 /// What the passes depend on.
 #[derive(Clone, Copy, PartialEq)]
@@ -433,7 +439,7 @@ impl Technique for Volumes {
         if state.additive {
             let sums = self.sums.get(gpu, "sums", f.size, gpu.blended_sums(), DRAWN);
             f.run(&passes.caps[0]).of_picture().draw(&[&sums], None, true, caps);
-            f.run(&passes.sides[0]).of_picture().draw(&[&sums], None, false, sides);
+            f.run(&passes.sides[0]).in_bands(SIDES_COST).of_picture().draw(&[&sums], None, false, sides);
             f.run(&passes.resolve).bind("sums", &sums).of_picture().per_pixel();
             if f.wants_any_map() {
                 f.run(&passes.inspect).bind("sums", &sums).of_picture().per_pixel();
@@ -451,7 +457,8 @@ impl Technique for Volumes {
                 run.draw(&[], depth, false, caps);
             }
             for (pass, part) in passes.sides.iter().zip(&self.parts[1..]) {
-                f.run(pass).bind("part", part).of_picture().counting_on_in_stencil().draw(&[], depth, false, sides);
+                let run = f.run(pass).in_bands(SIDES_COST).bind("part", part).of_picture();
+                run.counting_on_in_stencil().draw(&[], depth, false, sides);
             }
             let counted = [("stencil", stencil.into()), ("overflowing", (&self.overflowing).into())];
             f.run(&passes.resolve).bind_all(&counted).of_picture().per_pixel();

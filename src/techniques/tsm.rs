@@ -52,6 +52,7 @@ pub static INFO: Info = Info {
              in focus.",
         )],
     ],
+    needs: |_| &[],
     make: |gpu, info| {
         Ok(Box::new(Trapezoidal {
             map: ShadowMap::new(gpu)?,

@@ -7,9 +7,10 @@ use super::stage::Picture;
 use crate::gpu::{Buffer, Gpu, Shaders, Slot};
 use anyhow::{Context, Result, ensure};
 use bytemuck::{Pod, Zeroable};
-use egui::epaint::{ClippedShape, Shape};
-use egui::{ClippedPrimitive, Rect, TextureId, TexturesDelta};
+use egui::epaint::{ClippedShape, ImageData, ImageDelta, Shape};
+use egui::{ClippedPrimitive, ColorImage, Rect, TextureId, TextureOptions, TexturesDelta};
 use egui_wgpu::ScreenDescriptor;
+use std::collections::HashMap;
 use std::sync::Arc;
 
 /// As `Placed` in `shaders/blit.wgsl`: left, top, right and bottom in the window's pixels.
@@ -31,14 +32,18 @@ pub struct Canvas {
     placed: (Placed, Buffer),
     /// What the window shows.
     screen: Slot,
-    /// The picture with what binds it, and the pixels of the viewport that it was made for.
-    picture: Option<(wgpu::Texture, wgpu::BindGroup, [u32; 2])>,
+    /// The picture with what binds it.
+    picture: Option<(wgpu::Texture, wgpu::BindGroup, Picture)>,
+    /// What egui has handed in, for another device.
+    textures: HashMap<TextureId, (Arc<ColorImage>, TextureOptions)>,
     /// What egui has drawn, at how many pixels a point.
     shapes: (Vec<ClippedShape>, f32),
     /// What egui knows the picture by.
     known: Option<TextureId>,
     /// The surface follows the window's size.
     configured: bool,
+    /// The surface must be made anew.
+    lost: bool,
     /// The screen has changed since it was presented.
     owed: bool,
 }
@@ -100,14 +105,37 @@ impl Canvas {
             placed: (placed, buffer),
             screen: Slot::default(),
             picture: None,
+            textures: HashMap::new(),
             shapes: (Vec::new(), 0.0),
             known: None,
             configured: false,
+            lost: false,
             owed: false,
         };
         // Nothing of it is shown: the viewport is empty still.
         canvas.take(gpu, Picture { size: [1; 2], full: [1; 2], rgba: vec![0; 4] });
         Ok(canvas)
+    }
+
+    /// Shows what another one showed, whose device is lost.
+    pub fn take_over(&mut self, gpu: &Gpu, before: Canvas) {
+        for (id, (image, options)) in &before.textures {
+            self.egui.update_texture(&gpu.device, &gpu.queue, *id, &ImageDelta::full(image.clone(), *options));
+        }
+        self.textures = before.textures;
+        if let Some((_, _, picture)) = before.picture {
+            self.take(gpu, picture);
+        }
+    }
+
+    /// Whether the window system has dropped the surface, so that another must be given.
+    pub fn wants_surface(&self) -> bool {
+        self.lost
+    }
+
+    /// Goes on with another surface of the same window.
+    pub fn give(&mut self, surface: wgpu::Surface<'static>) {
+        (self.surface, self.lost, self.configured) = (surface, false, false);
     }
 
     /// Follows the window's size, pixels.
@@ -154,7 +182,7 @@ impl Canvas {
             wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(4 * size.width), rows_per_image: None },
             size,
         );
-        self.picture = Some((texture, group, picture.full));
+        self.picture = Some((texture, group, picture));
         // It is drawn with the next frame.
         self.placed.0 = Placed::default();
         (self.known.unwrap_or_default(), [size.width, size.height])
@@ -204,14 +232,35 @@ impl Canvas {
                 redrawn.push(id);
             }
             for change in changes {
+                self.keep(id, &change);
                 self.egui.update_texture(&gpu.device, &gpu.queue, id, &change);
             }
         }
         let shown = self.draw(gpu, ctx, shapes, &redrawn, viewport, scale);
         for id in delta.free.drain() {
             self.egui.free_texture(&id);
+            self.textures.remove(&id);
         }
         shown
+    }
+
+    /// Keeps what egui hands in: a whole texture, or a part of one.
+    fn keep(&mut self, id: TextureId, change: &ImageDelta) {
+        let ImageData::Color(image) = &change.image;
+        match (change.pos, self.textures.get_mut(&id)) {
+            (None, _) => _ = self.textures.insert(id, (image.clone(), change.options)),
+            (Some([x, y]), Some((held, _))) => {
+                let held = Arc::make_mut(held);
+                let [width, height] = image.size;
+                for row in 0..height.min(held.size[1].saturating_sub(y)) {
+                    let width = width.min(held.size[0].saturating_sub(x));
+                    let to = (y + row) * held.size[0] + x;
+                    let from = row * image.size[0];
+                    held.pixels[to..to + width].copy_from_slice(&image.pixels[from..from + width]);
+                }
+            }
+            (Some(_), None) => {}
+        }
     }
 
     fn draw(
@@ -229,7 +278,7 @@ impl Canvas {
         let kept = self.screen.texture().is_some_and(|t| [t.width(), t.height()] == size) && self.shapes.1 == scale;
         let usage = wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC;
         self.screen.get(gpu, "window", size, self.config.format, usage);
-        let Some((_, _, full)) = &self.picture else { return true };
+        let Some((_, _, Picture { full, .. })) = &self.picture else { return true };
         // A picture made for another viewport keeps its scale and its place until the next one is there.
         let picture = Rect::from_min_size(viewport.min, egui::vec2(full[0] as f32, full[1] as f32));
         let corners = |r: Rect| [r.left(), r.top(), r.right(), r.bottom()];
@@ -332,7 +381,11 @@ impl Canvas {
                 Some(t)
             }
             Current::Timeout | Current::Occluded => None,
-            _ => {
+            Current::Lost => {
+                self.lost = true;
+                None
+            }
+            Current::Outdated | Current::Validation => {
                 self.configured = false;
                 None
             }

@@ -101,7 +101,7 @@ fn add_menu(ui: &mut Ui, m: &mut Model) {
     }
     ui.separator();
     for info in techniques::ALL.iter().filter(|i| i.id != now.technique) {
-        let served = info.refuses(&m.setup.light);
+        let served = m.refusal(info);
         let button = ui.add_enabled(served.is_none(), Button::new(info.title));
         if button.tip(info.doc).tip_disabled(served.unwrap_or_default()).clicked() {
             chosen = m.setup.kept(info.id).ok();
@@ -248,7 +248,7 @@ fn side_menu(ui: &mut Ui, m: &mut Model, side: usize) {
     }
     for info in techniques::ALL.iter() {
         let chosen = !m.setup.is_truth(side) && m.setup.side(side).technique == info.id;
-        let served = info.refuses(&m.setup.light);
+        let served = m.refusal(info);
         let button = ui.add_enabled(served.is_none(), Button::selectable(chosen, info.title));
         if button.on_disabled_hover_text(served.unwrap_or_default()).clicked() {
             m.set_side(side, info.id);

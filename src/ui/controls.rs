@@ -320,8 +320,14 @@ pub fn shown_name(spec: &Spec) -> String {
 }
 
 /// A row for a technique's parameter in a scene that is seen from this distance, metres, and with this default; `pinned` is changed by
-/// the name's menu.
-pub fn parameter(ui: &mut Ui, spec: &Spec, value: &mut Value, (distance, default): (f64, Value), pinned: &mut bool) {
+/// the name's menu, and `refused` says why an option cannot be chosen.
+pub fn parameter(
+    ui: &mut Ui,
+    spec: &Spec,
+    value: &mut Value,
+    (distance, default): (f64, Value),
+    (pinned, refused): (&mut bool, &dyn Fn(&str) -> Option<String>),
+) {
     let name = shown_name(spec);
     let (doc, range) = (spec.doc.trim(), spec.range());
     let tip =
@@ -366,7 +372,12 @@ pub fn parameter(ui: &mut Ui, spec: &Spec, value: &mut Value, (distance, default
                 let combo = ComboBox::from_id_salt(spec.name).selected_text(chosen.as_str()).width(width);
                 let shown = combo.show_ui(ui, |ui| {
                     for option in options {
-                        ui.selectable_value(chosen, (*option).to_string(), *option);
+                        let why = refused(option);
+                        let button = Button::selectable(chosen == option, *option);
+                        let button = ui.add_enabled(why.is_none(), button);
+                        if button.on_disabled_hover_text(why.unwrap_or_default()).clicked() {
+                            *chosen = (*option).to_string();
+                        }
                     }
                 });
                 shown.response.labelled_by(label.id).tip(&tip);

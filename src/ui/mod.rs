@@ -24,6 +24,7 @@ mod lamps;
 mod legend;
 mod lesson;
 mod lighting;
+mod lost;
 mod maps;
 mod model;
 mod needs;
@@ -50,6 +51,7 @@ mod work;
 pub use advice::Advising;
 pub use controls::marked_place;
 pub use lesson::Running;
+pub use lost::Lost;
 pub use model::{Action, Facts, Job, Model, Reading, Tab, Traced};
 pub use picker::Picker;
 pub use pictures::{Picture, Pictures, Subject};
@@ -60,7 +62,9 @@ pub use start::Start;
 pub use style::apply as apply_style;
 pub use words::Words;
 
+use crate::message;
 use anyhow::{Context, Result};
+use std::io::IsTerminal;
 use winit::event_loop::EventLoop;
 
 /// How the window ended.
@@ -85,5 +89,11 @@ pub fn run(what: Option<&str>, adapter: Option<&str>) -> Result<Ended> {
     };
     let mut app = window::App::new(what, adapter, event_loop.create_proxy());
     event_loop.run_app(&mut app).context("the window system stopped")?;
-    app.ended()
+    let ended = app.ended();
+    // Who started it without a terminal would read nothing.
+    if let (Err(e), false, false) = (&ended, std::io::stdin().is_terminal(), std::io::stderr().is_terminal()) {
+        let dialog = rfd::MessageDialog::new().set_level(rfd::MessageLevel::Error).set_title("Shadowscope");
+        dialog.set_description(message::sentence(e)).show();
+    }
+    ended
 }

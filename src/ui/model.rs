@@ -7,6 +7,7 @@ use super::flatland::Lab;
 use super::history::History;
 use super::inspect::Inspect;
 use super::lesson::Running;
+use super::lost::{self, Lost};
 use super::maps::Maps;
 use super::picker::Picker;
 use super::pictures::{Picture, Pictures, Subject};
@@ -18,7 +19,7 @@ use crate::capture;
 use crate::figure::{Format, Spec};
 use crate::flatland::Flatland;
 use crate::frame::{Told, ToldLight, technique_ms};
-use crate::gpu::Fault;
+use crate::gpu::{Abilities, Fault, Gpu};
 use crate::legend::Known;
 use crate::map::fit::lixel::Plane;
 use crate::measure::Record;
@@ -93,6 +94,8 @@ pub enum Action {
     Read([f32; 2]),
     /// Show what the pass of this name wrote for a side, from 0.
     Shot(usize, &'static str),
+    /// Draw the scene on the adapter of this name from here on.
+    Adapter(String),
     Quit,
 }
 
@@ -153,6 +156,9 @@ pub struct Facts {
     pub of: u64,
     pub adapter: String,
     pub software: bool,
+    /// What the adapter can do, once that is known, and why it cannot run some techniques, by their ids.
+    pub abilities: Option<Arc<Abilities>>,
+    pub lacking: Arc<BTreeMap<&'static str, String>>,
     /// Pass times are wall clock, not GPU timestamps.
     pub wall_clock: bool,
     /// Pixels that the viewport was rendered at.
@@ -180,6 +186,15 @@ pub struct Facts {
 }
 
 impl Facts {
+    /// Takes note of the device that the scene is drawn on.
+    pub fn know(&mut self, gpu: &Gpu) {
+        let abilities = gpu.abilities();
+        let lacking = techniques::ALL.iter().filter_map(|info| Some((info.id, info.cannot_run(&abilities)?)));
+        self.lacking = Arc::new(lacking.collect());
+        (self.adapter, self.software) = (gpu.info.name.clone(), gpu.software());
+        self.abilities = Some(Arc::new(abilities));
+    }
+
     /// Milliseconds of all passes, of all sides.
     pub fn frame_ms(&self) -> f64 {
         let sides = self.told.sides.iter().flat_map(|s| &s.passes);
@@ -348,6 +363,8 @@ pub struct Model {
     pub folder: Option<PathBuf>,
     /// Asked to close all the same, and waiting for an answer.
     pub closing: bool,
+    /// The scene's device is lost; which adapter goes on is being asked.
+    pub lost: Option<Lost>,
 }
 
 impl Model {
@@ -411,6 +428,7 @@ impl Model {
             flying: Vec::new(),
             folder: None,
             closing: false,
+            lost: None,
             setup,
         }
     }
@@ -708,6 +726,18 @@ impl Model {
             None => message::sentence(error),
         };
         self.warn(Note { text, code, error: true, until: None, opening: false });
+    }
+
+    /// Why a technique cannot be chosen: for the light at work, or on this adapter.
+    pub fn refusal(&self, info: &Info) -> Option<String> {
+        let lacking = || Some(format!("{}: {}", info.title, self.facts.lacking.get(info.id)?));
+        info.refuses(&self.setup.light).or_else(lacking)
+    }
+
+    /// Says that the driver had dropped a device, and that all goes on.
+    pub fn reopened(&mut self, why: &anyhow::Error) {
+        let text = format!("All goes on: {}, and it was opened anew.", lost::why(why));
+        self.warn(Note { text, code: None, error: true, until: Some(Instant::now() + FAILED), opening: false });
     }
 
     fn warn(&mut self, note: Note) {

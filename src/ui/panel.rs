@@ -287,7 +287,7 @@ fn technique(ui: &mut Ui, m: &mut Model, room: f32) {
     let found: Vec<_> = techniques::ALL.iter().copied().filter(|i| m.finds(i)).collect();
     if search.lost_focus()
         && ui.input(|i| i.key_pressed(Key::Enter))
-        && let Some(first) = found.iter().find(|i| i.refuses(&m.setup.light).is_none())
+        && let Some(first) = found.iter().find(|i| m.refusal(i).is_none())
     {
         m.select(first);
         m.search.clear();
@@ -303,7 +303,7 @@ fn technique(ui: &mut Ui, m: &mut Model, room: f32) {
                 family = info.family;
                 ui.label(RichText::new(family).small().weak());
             }
-            let refused = info.refuses(&m.setup.light);
+            let refused = m.refusal(info);
             let is_chosen = chosen.is_some_and(|c| c.id == info.id);
             let button = Button::selectable(is_chosen, info.title).min_size(vec2(ui.available_width(), HEIGHT));
             let button = ui.add_enabled(refused.is_none(), button);
@@ -416,6 +416,7 @@ fn parameters(ui: &mut Ui, m: &mut Model) {
     if !m.still {
         places.clear();
     }
+    let abilities = m.facts.abilities.clone().filter(|a| a.weak());
     let values = m.edited_values();
     // Nothing moves under the pointer: a row that goes while that is here leaves its place empty.
     let applying: BTreeSet<&str> = chosen.specs().filter(|s| chosen.applies(s, values)).map(|s| s.name).collect();
@@ -428,9 +429,16 @@ fn parameters(ui: &mut Ui, m: &mut Model) {
             return;
         }
         let default = spec.default_in(unit);
+        let weak = abilities.as_ref().map(|on| (on, values.clone()));
+        let refused = |option: &str| {
+            let (on, others) = weak.as_ref()?;
+            chosen.cannot_take(others, spec.name, option, on)
+        };
         let value = values.entry(spec.name.into()).or_insert_with(|| default.clone());
         let mut held = pinned.contains(spec.name);
-        let row = ui.push_id((chosen.id, spec.name), |ui| parameter(ui, spec, value, (distance, default), &mut held));
+        let row = ui.push_id((chosen.id, spec.name), |ui| {
+            parameter(ui, spec, value, (distance, default), (&mut held, &refused))
+        });
         mark(ui, row.response.rect, |what| what.strip_prefix("parameter:") == Some(spec.name));
         places.insert(place, row.response.rect.height());
         if let Some((side, theirs)) = other.get(spec.name).filter(|(_, theirs)| theirs != value) {

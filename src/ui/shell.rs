@@ -5,7 +5,7 @@ use super::history::REST;
 use super::model::{Action, Code, Model, Tab, Traced};
 use super::viewport;
 use super::words::Words;
-use super::{compare, drawer, flatland, freeze, lesson, maps, panel, picker, start, words};
+use super::{compare, drawer, flatland, freeze, lesson, lost, maps, panel, picker, start, words};
 use crate::legend::letter;
 use crate::view;
 use egui::{
@@ -33,6 +33,7 @@ pub fn layout(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) -> Rect {
     if let Some(text) = take_said(ui.ctx()) {
         m.say(text);
     }
+    lost::show(ui.ctx(), m, out);
     if m.lab.shown {
         let mut over = flatland::show(ui, m, out);
         over.min.y += busy(ui.ctx(), over, m, out);
@@ -299,7 +300,7 @@ const GESTURES: [(&str, &str); 15] = [
 
 fn keys(ctx: &Context, m: &mut Model, out: &mut Vec<Action>) {
     // Of what stands behind a dialog only closing is heard, which asks twice.
-    let behind = m.picker.is_some() || m.closing;
+    let behind = m.picker.is_some() || m.closing || m.lost.is_some();
     // The glossary hears its own keys.
     if m.words.is_some() {
         return;

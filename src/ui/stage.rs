@@ -7,7 +7,7 @@
 use super::model::{Facts, Traced};
 use super::work::{Done, Loaded, Post};
 use crate::frame::{Ask, History, Renderer, Truth, panes, pixel_at};
-use crate::gpu::{GivenUp, Gpu, TimerMode};
+use crate::gpu::{self, Failure, GivenUp, Gpu, TimerMode};
 use crate::legend::Known;
 use crate::measure::story::{self, Seen};
 use crate::measure::{Record, metrics, params_text};
@@ -40,6 +40,8 @@ const SETTLE: Duration = Duration::from_millis(180);
 const PATIENCE: Duration = Duration::from_millis(150);
 /// Frames kept for the chart.
 const RECENT: usize = 200;
+/// A device that is lost twice within this time is not opened a third time unasked.
+pub const AGAIN: Duration = Duration::from_secs(20);
 /// How often changed shaders are looked for.
 const RELOAD: Duration = Duration::from_millis(500);
 
@@ -138,6 +140,10 @@ pub enum Request {
     Plane([f32; 2]),
     /// Show what the pass of this name wrote for a side.
     Shot(usize, &'static str),
+    /// Go on with the adapter of this name.
+    Adapter(String),
+    /// Lose the device, as drivers do.
+    Lose,
 }
 
 /// A picture, sRGB-encoded, rows from the top.
@@ -311,7 +317,12 @@ impl Costs {
 struct Painter<'a> {
     inbox: Arc<Inbox>,
     post: &'a Post,
+    adapter: String,
     gpu: Arc<Gpu>,
+    /// When the device was lost last.
+    lost: Option<Instant>,
+    /// It is not opened anew before an adapter is chosen.
+    given_up: bool,
     renderer: Option<Renderer>,
     /// Of the scene that is about to be shown.
     loaded: Option<Renderer>,
@@ -356,12 +367,16 @@ impl Painter<'_> {
         let gpu = Gpu::new(Some(adapter)).context("no second device could be opened")?;
         // Before anything is timed: half a GPU's worth of caution for software.
         let truth_cost = if gpu.software() { 500.0 } else { 4.0 };
-        let facts = Facts { adapter: gpu.info.name.clone(), software: gpu.software(), ..Facts::default() };
+        let mut facts = Facts::default();
+        facts.know(&gpu);
         Ok(Painter {
             inbox,
             post,
+            adapter: adapter.into(),
             shaders: gpu.shaders.changed(),
             gpu: Arc::new(gpu),
+            lost: None,
+            given_up: false,
             renderer: None,
             loaded: None,
             before: None,
@@ -397,6 +412,7 @@ impl Painter<'_> {
             if mail.closed {
                 return Ok(());
             }
+            self.look_after_the_device();
             mail.requests.into_iter().for_each(|r| self.answer(r));
             order = mail.order.or(order);
             let Some(order) = &order else { continue };
@@ -405,6 +421,10 @@ impl Painter<'_> {
                 Ok(Next::Now) => Some(Instant::now()),
                 Ok(Next::At(at)) => Some(at),
                 Ok(Next::Rest) => None,
+                Err(e) if Failure::is_loss(&e) => {
+                    self.look_after_the_device();
+                    Some(Instant::now())
+                }
                 Err(e) => {
                     self.failed = true;
                     self.drawn = None;
@@ -416,6 +436,38 @@ impl Painter<'_> {
                 }
             };
         }
+    }
+
+    /// Opens the device anew if it is lost, once; after that the user is asked.
+    fn look_after_the_device(&mut self) {
+        if self.given_up {
+            return;
+        }
+        // What else there may be to tell is told with the frame.
+        let Err(why) = self.gpu.look() else { return };
+        let again = self.lost.replace(Instant::now()).is_some_and(|at| at.elapsed() < AGAIN);
+        let opened = if again { Err(why) } else { self.reopen().map(|()| why) };
+        match opened {
+            Ok(why) => self.post.send(Done::Reopened(why)),
+            Err(why) => self.give_up(why),
+        }
+    }
+
+    fn give_up(&mut self, why: anyhow::Error) {
+        self.given_up = true;
+        let all = gpu::adapters(&gpu::instance());
+        self.post.send(Done::Lost(why, all.iter().map(|a| a.get_info().name).collect()));
+    }
+
+    /// Opens the device anew. What was on it is made again when it is needed.
+    fn reopen(&mut self) -> Result<()> {
+        // What the lost one held first.
+        (self.renderer, self.loaded, self.drawn) = (None, None, None);
+        let gpu = Gpu::new(Some(&self.adapter))?;
+        self.facts.know(&gpu);
+        self.gpu = Arc::new(gpu);
+        (self.failed, self.given_up) = (false, false);
+        Ok(())
     }
 
     fn answer(&mut self, request: Request) {
@@ -454,6 +506,13 @@ impl Painter<'_> {
                 };
                 self.post.send(Done::Shot(side, pass, shot));
             }
+            Request::Adapter(name) => {
+                self.adapter = name;
+                if let Err(why) = self.reopen() {
+                    self.give_up(why);
+                }
+            }
+            Request::Lose => self.gpu.device.destroy(),
         }
     }
 
@@ -498,8 +557,15 @@ impl Painter<'_> {
             self.failed = false;
         }
         let here = self.renderer.as_ref().is_some_and(|r| Arc::ptr_eq(r.scene(), &order.scene));
-        if order.paused || order.full.contains(&0) || !here || self.failed {
+        if order.paused || order.full.contains(&0) || self.failed || self.given_up || !here && self.lost.is_none() {
             return Ok(Next::Rest);
+        }
+        if !here {
+            // The device that held it is gone.
+            self.renderer = None;
+            self.renderer = Some(Renderer::new(self.gpu.clone(), order.scene.clone())?);
+            self.drawn = None;
+            self.costs = Costs(Default::default());
         }
         let rest = !order.moving || self.changed.elapsed() >= SETTLE;
         let served = techniques::TRUTH.refuses(&order.setup.light).is_none();
@@ -809,6 +875,7 @@ impl Painter<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::geometry::Geometry;
 
     /// Before anything is known all pixels are drawn. Then fewer, as long as that helps, and more again after a while.
     #[test]
@@ -868,5 +935,63 @@ mod tests {
         assert!(like(&|o| o.setup.camera.fov = 20.0) == Change::Scene);
         assert!(like(&|o| o.full = [64, 47]) == Change::Scene);
         assert!(order(|_| ()).change(&base) == Change::Scene, "loaded again");
+    }
+
+    /// A device that the driver drops is opened anew, and the picture comes back as it was. If it is dropped again at once, the window is
+    /// told which adapters there are, and the one that it names goes on.
+    #[test]
+    fn a_lost_device_comes_back() {
+        let (post, done) = Post::new(|| ());
+        let adapter = Gpu::new(None).unwrap().info.name.clone();
+        let mut stage = Stage::start(post, adapter.clone(), false);
+        let (setup, scene) = Setup::open("cubes").unwrap();
+        let (scene, geometry) = (Arc::new(scene.clone()), Geometry::new(&scene, 0, 0.0).unwrap());
+        stage.ask(Request::Load(
+            1,
+            Box::new(Loaded { setup: setup.clone(), scene: scene.clone(), geometry, bare: true }),
+        ));
+        let next = || done.recv_timeout(Duration::from_secs(60)).expect("the scene's thread answers");
+        assert!(matches!(next(), Done::Opened(1, Ok(_))));
+        let show = |stage: &mut Stage, view: &str| {
+            let setup = Setup { view: view.into(), ..setup.clone() };
+            stage.order(order(|o| (o.setup, o.scene) = (setup, scene.clone())))
+        };
+        // What comes before the picture of an order, but for figures.
+        let picture = |number: u64| {
+            let mut before = Vec::new();
+            loop {
+                match next() {
+                    Done::Drawn(facts, Some(picture)) if facts.of == number => return (picture.rgba, before),
+                    Done::Drawn(..) => {}
+                    other => before.push(other),
+                }
+            }
+        };
+        let number = show(&mut stage, "shaded");
+        let (right, before) = picture(number);
+        assert!(before.is_empty() && right.chunks(4).any(|p| p != &right[..4]));
+        stage.ask(Request::Lose);
+        let number = show(&mut stage, "albedo");
+        let (_, before) = picture(number);
+        assert!(matches!(&before[..], [Done::Reopened(e)] if Failure::is_loss(e)));
+        let number = show(&mut stage, "shaded");
+        assert!(picture(number).0 == right);
+
+        stage.ask(Request::Lose);
+        let number = show(&mut stage, "albedo");
+        let adapters = loop {
+            match next() {
+                Done::Lost(e, adapters) if Failure::is_loss(&e) => break adapters,
+                Done::Drawn(_, None) => {}
+                Done::Drawn(facts, _) => assert!(facts.of < number),
+                _ => panic!("only that the device is lost is to be told"),
+            }
+        };
+        assert!(adapters.contains(&adapter), "{adapters:?}");
+        stage.ask(Request::Adapter(adapter));
+        assert!(picture(number).1.is_empty());
+        let number = show(&mut stage, "shaded");
+        assert!(picture(number).0 == right);
+        stage.close();
     }
 }

@@ -1,10 +1,11 @@
 //! The event loop's side: window, input, one pass after the other, and what actions do.
 
 use super::canvas::Canvas;
+use super::lost::{self, Lost};
 use super::model::{Action, Job, Model, Tab};
 use super::picker::Picker;
 use super::pictures::Picture;
-use super::stage::{Order, Request, Stage};
+use super::stage::{AGAIN, Order, Request, Stage};
 use super::work::{Desk, Done, Figures, Opened};
 use super::{Ended, lesson, recent, shell, style, timeline};
 use crate::chart::{COSTS, ERRORS};
@@ -12,13 +13,13 @@ use crate::figure::Spec;
 use crate::files;
 use crate::flatland::Flatland;
 use crate::gallery;
-use crate::gpu::{self, Gpu};
+use crate::gpu::{self, Failure, Gpu};
 use crate::message;
 use crate::scene::builtin;
 use crate::scene::geometry::Room;
 use crate::setup::Setup;
 use anyhow::{Context, Result};
-use egui::{ColorImage, Event, RawInput, Rect, TextureOptions, TexturesDelta};
+use egui::{ColorImage, Event, Key, Modifiers, RawInput, Rect, TextureOptions, TexturesDelta};
 use glam::Vec3;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -103,9 +104,12 @@ impl ApplicationHandler for App {
             WindowEvent::CloseRequested if open.model.as_mut().is_none_or(Model::may_close) => event_loop.exit(),
             WindowEvent::CloseRequested => open.window.request_redraw(),
             WindowEvent::RedrawRequested => {
-                if open.redraw(event_loop) {
-                    event_loop.exit();
+                match open.redraw(event_loop) {
+                    Ok(false) => return,
+                    Ok(true) => {}
+                    Err(e) => self.error = Some(e),
                 }
+                event_loop.exit();
                 return;
             }
             WindowEvent::DroppedFile(path) => open.load(files::name_of(path.as_os_str())),
@@ -135,6 +139,11 @@ struct Open {
     // Dropped in this order: the surface before the device and the window.
     canvas: Canvas,
     gpu: Gpu,
+    instance: wgpu::Instance,
+    /// How often in a row the window's device was lost, and when last.
+    losses: Option<(u32, Instant)>,
+    /// The adapter that the scene is drawn on, and all that is measured beside the window.
+    adapter: String,
     input: egui_winit::State,
     ctx: egui::Context,
     window: Arc<Window>,
@@ -174,8 +183,9 @@ impl Open {
             .with_title("Shadowscope")
             .with_inner_size(LogicalSize::new(1280.0, 800.0))
             .with_min_inner_size(LogicalSize::new(300.0, 200.0));
-        let window = Arc::new(event_loop.create_window(attributes).context("no window can be opened")?);
         let instance = gpu::instance();
+        gpu::found(&instance)?;
+        let window = Arc::new(event_loop.create_window(attributes).context("no window can be opened")?);
         let surface = instance.create_surface(window.clone()).context("the window cannot be drawn on")?;
         let gpu = Gpu::on(&instance, Some(&surface), adapter)?;
         let size = window.inner_size();
@@ -186,11 +196,17 @@ impl Open {
         let scale = window.scale_factor() as f32;
         let input =
             egui_winit::State::new(ctx.clone(), egui::ViewportId::ROOT, &window, Some(scale), None, Some(limit));
-        let desk = Desk::new(wake);
+        let desk = Desk::new(move || {
+            // Fails only when the window has closed.
+            let _ = wake.send_event(());
+        });
         Ok(Open {
             canvas,
             stage: Stage::start(desk.post(), gpu.info.name.clone(), gpu.software()),
+            adapter: gpu.info.name.clone(),
             gpu,
+            instance,
+            losses: None,
             input,
             ctx,
             window,
@@ -259,7 +275,8 @@ impl Open {
             match done {
                 Done::Loaded(job, Ok(loaded)) if job == self.loading => {
                     if self.stage.ended() {
-                        self.stage = Stage::start(self.desk.post(), self.gpu.info.name.clone(), self.gpu.software());
+                        let software = self.model.as_ref().map_or(self.gpu.software(), |m| m.facts.software);
+                        self.stage = Stage::start(self.desk.post(), self.adapter.clone(), software);
                     }
                     let mut loaded = loaded;
                     match &self.model {
@@ -305,7 +322,7 @@ impl Open {
                     self.opened(opened)?;
                     continue;
                 }
-                Done::Broken(e) if self.model.is_none() => return Err(e),
+                Done::Broken(e) | Done::Lost(e, _) if self.model.is_none() => return Err(e),
                 _ => {}
             }
             let Some(m) = &mut self.model else { continue };
@@ -364,6 +381,8 @@ impl Open {
                     m.notes.retain(|n| n.code.is_none());
                     m.stop(&e);
                 }
+                Done::Reopened(e) => m.reopened(&e),
+                Done::Lost(e, adapters) => m.lost = Some(Lost { why: lost::why(&e), adapters }),
                 Done::Failed(e) => m.stop(&e),
                 Done::Broken(e) => {
                     m.loading = None;
@@ -566,11 +585,14 @@ impl Open {
     }
 
     /// Runs one pass. True: the window is to close.
-    fn redraw(&mut self, event_loop: &ActiveEventLoop) -> bool {
+    ///
+    /// # Errors
+    /// No device to draw the window with any more.
+    fn redraw(&mut self, event_loop: &ActiveEventLoop) -> Result<bool> {
         let size = self.window.inner_size();
         if size.width == 0 || size.height == 0 {
             event_loop.set_control_flow(ControlFlow::Wait);
-            return false;
+            return Ok(false);
         }
         let start = Instant::now();
         self.canvas.resize([size.width, size.height]);
@@ -578,6 +600,10 @@ impl Open {
             self.canvas.expose();
         }
         let raw = self.input.take_egui_input(&self.window);
+        if raw.events.iter().any(loses_devices) {
+            self.gpu.device.destroy();
+            self.stage.ask(Request::Lose);
+        }
         let mut actions = Vec::new();
         let mut rect = Rect::NOTHING;
         let (ctx, mut delta, mut output) = (self.ctx.clone(), TexturesDelta::default(), egui::FullOutput::default());
@@ -602,8 +628,14 @@ impl Open {
         // The answer first: on software the scene's thread takes the same cores.
         let presented = self.canvas.show(&self.gpu, &ctx, output.shapes, delta, viewport, scale);
         self.order(if full.contains(&0) { self.full } else { full });
-        if let (Err(e), Some(m)) = (self.gpu.check(), &mut self.model) {
-            m.fail(&e);
+        match self.gpu.check() {
+            Err(why) if Failure::is_loss(&why) => self.reopen(why)?,
+            Err(e) => self.model.iter_mut().for_each(|m| m.fail(&e)),
+            Ok(()) if self.canvas.wants_surface() => {
+                let surface = self.instance.create_surface(self.window.clone());
+                self.canvas.give(surface.context("the window can no longer be drawn on")?);
+            }
+            Ok(()) => {}
         }
 
         let root = output.viewport_output.get(&egui::ViewportId::ROOT);
@@ -625,7 +657,35 @@ impl Open {
             Some(at) if !wait.is_zero() && wait < Duration::from_secs(3600) => ControlFlow::WaitUntil(at),
             _ => ControlFlow::Wait,
         });
-        quit
+        Ok(quit)
+    }
+
+    /// Opens the window's device anew, which the driver has dropped; where it does so again and again, that of another adapter.
+    ///
+    /// # Errors
+    /// That has been tried.
+    fn reopen(&mut self, why: anyhow::Error) -> Result<()> {
+        let recent = self.losses.filter(|(_, at)| at.elapsed() < AGAIN).map_or(0, |(times, _)| times);
+        self.losses = Some((recent + 1, Instant::now()));
+        let instance = gpu::instance();
+        let surface = instance.create_surface(self.window.clone()).context("the window can no longer be drawn on")?;
+        let own = &self.gpu.info.name;
+        // The last one is software, if there is any.
+        let able = |a: &&wgpu::Adapter| a.is_surface_supported(&surface) && a.get_info().name != *own;
+        let name = match recent {
+            0 => own.clone(),
+            1 => gpu::found(&instance)?.iter().rfind(able).map_or(own.clone(), |a| a.get_info().name),
+            _ => return Err(why),
+        };
+        let gpu = Gpu::on(&instance, Some(&surface), Some(&name))?;
+        let size = self.window.inner_size();
+        let canvas = Canvas::new(&gpu, surface, [size.width, size.height])?;
+        let before = std::mem::replace(&mut self.canvas, canvas);
+        self.canvas.take_over(&gpu, before);
+        (self.gpu, self.instance) = (gpu, instance);
+        self.model.iter_mut().for_each(|m| m.reopened(&why));
+        self.request_pass();
+        Ok(())
     }
 
     /// Orders the picture that the model describes, for a viewport of `full` pixels.
@@ -679,14 +739,14 @@ impl Open {
             m.playing = false;
             m.timeline.playing = false;
         }
-        (self.measuring, self.gpu.info.name.clone())
+        (self.measuring, self.adapter.clone())
     }
 
     /// Captures a set-up to a file, unless a capture is under way.
     fn capture(&mut self, setup: Setup, whole: Option<[u32; 2]>, path: PathBuf) {
         let Some(m) = self.model.as_mut().filter(|m| !m.capturing) else { return };
         m.capturing = true;
-        self.desk.capture(self.gpu.info.name.clone(), m.scene.clone(), setup, whole, path);
+        self.desk.capture(self.adapter.clone(), m.scene.clone(), setup, whole, path);
     }
 
     fn act(&mut self, action: Action) {
@@ -778,7 +838,7 @@ impl Open {
             }
             Action::Thumbnail(subject) => {
                 let open = (m.setup.scene.clone(), scene);
-                self.desk.picture(self.gpu.info.name.clone(), subject, open);
+                self.desk.picture(self.adapter.clone(), subject, open);
             }
             Action::Animate(sequence, path) => {
                 let setup = m.setup.clone();
@@ -797,7 +857,7 @@ impl Open {
                 self.measuring += 1;
                 let (job, place) = (self.measuring, m.setup.probe);
                 let setups = m.begin_try(job, remedy);
-                self.desk.tried(job, self.gpu.info.name.clone(), scene, setups, (self.full, place));
+                self.desk.tried(job, self.adapter.clone(), scene, setups, (self.full, place));
             }
             Action::CancelTrying => {
                 self.desk.cancel_measuring();
@@ -824,9 +884,20 @@ impl Open {
             Action::PickPlane(at) => self.stage.ask(Request::Plane(at)),
             Action::Read(at) => self.stage.ask(Request::Value(at)),
             Action::Shot(side, pass) => self.stage.ask(Request::Shot(side, pass)),
+            Action::Adapter(name) => {
+                m.lost = None;
+                self.adapter = name.clone();
+                self.stage.ask(Request::Adapter(name));
+            }
             Action::Quit => {}
         }
     }
+}
+
+/// The keys that lose the devices on purpose, as drivers do of themselves: Ctrl+Shift+Alt+F12.
+fn loses_devices(event: &Event) -> bool {
+    let all = Modifiers { alt: true, shift: true, ..Modifiers::CTRL };
+    matches!(event, Event::Key { key: Key::F12, pressed: true, modifiers, .. } if modifiers.matches_exact(all))
 }
 
 /// Size of a figure's file, pixels.
@@ -877,7 +948,7 @@ fn save(m: &Model, path: &Path) -> Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use egui::{Modifiers, PointerButton, pos2};
+    use egui::{PointerButton, pos2};
 
     /// A press, a way and a release that come in together are seen one after the other.
     #[test]

@@ -37,7 +37,6 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
-use winit::event_loop::EventLoopProxy;
 
 /// A set-up with its scene, ready to be drawn.
 pub struct Loaded {
@@ -75,6 +74,10 @@ pub enum Done {
     Reloaded(Result<()>),
     /// The map that the viewer shows; None: the technique has none.
     Map(Box<Option<MapLayer>>),
+    /// The scene's device was lost, and why; it was opened anew.
+    Reopened(anyhow::Error),
+    /// It was lost again, or cannot be opened anew; the adapters that there are.
+    Lost(anyhow::Error, Vec<String>),
     /// The scene's thread goes on; it has ended.
     Failed(anyhow::Error),
     Broken(anyhow::Error),
@@ -116,14 +119,20 @@ pub enum Done {
 #[derive(Clone)]
 pub struct Post {
     sender: Sender<Done>,
-    wake: EventLoopProxy<()>,
+    wake: Arc<dyn Fn() + Send + Sync>,
 }
 
 impl Post {
+    /// A post, where what is handed in can be fetched, and what tells that something has been.
+    pub fn new(wake: impl Fn() + Send + Sync + 'static) -> (Post, Receiver<Done>) {
+        let (sender, receiver) = channel();
+        (Post { sender, wake: Arc::new(wake) }, receiver)
+    }
+
     pub fn send(&self, done: Done) {
-        // Both fail only when the window has closed, and then nobody waits.
+        // Fails only when the window has closed, and then nobody waits.
         let _ = self.sender.send(done);
-        let _ = self.wake.send_event(());
+        (self.wake)();
     }
 }
 
@@ -210,10 +219,11 @@ impl Watch {
 }
 
 impl Desk {
-    pub fn new(wake: EventLoopProxy<()>) -> Desk {
-        let (sender, receiver) = channel();
+    /// `wake` is called whenever something is done.
+    pub fn new(wake: impl Fn() + Send + Sync + 'static) -> Desk {
+        let (post, receiver) = Post::new(wake);
         Desk {
-            post: Post { sender, wake },
+            post,
             receiver,
             drawing: Vec::new(),
             measuring: Arc::default(),
@@ -598,6 +608,10 @@ fn draw_small(
                     return;
                 }
                 let drawn = small(adapter, &mut held, &subject, open, closed.clone());
+                // On a device that is lost nothing is drawn any more.
+                if drawn.is_err() {
+                    held = None;
+                }
                 post.send(Done::Pictured(subject, drawn));
             }
             Err(RecvTimeoutError::Timeout) => held = None,

@@ -336,11 +336,11 @@ fn every_view_shows_something(those: impl Fn(usize) -> bool) {
     }
 }
 
-/// What every WebGPU adapter guarantees is enough, and gives the same visibility: rasters, fits and analysis included. The
-/// picture is nearly right. Under a lamp, where it serves that, and in turn under one of the other lights.
+/// Without any optional feature, and within the lowest limits that wgpu knows, or WebGPU's guarantees where a technique says that it
+/// needs more, all is drawn as ever: rasters, fits and analysis included. What is lacking is said before anything is drawn. The picture is
+/// nearly right. Under a lamp, where it serves that, and in turn under one of the other lights.
 #[test]
-fn no_technique_needs_more_than_is_guaranteed() {
-    let weak = Gpu::within(&gpu::instance(), None, None, |_| wgpu::Limits::default()).unwrap();
+fn what_adapters_guarantee_is_enough() {
     let view = camera(Vec3::new(4.0, 6.0, 7.0), Vec3::ZERO);
     let lights = [
         sun(Vec3::new(0.4, 0.8, 0.3).normalize()),
@@ -349,29 +349,56 @@ fn no_technique_needs_more_than_is_guaranteed() {
         plate(Vec3::new(3.0, 7.0, 2.0), Vec3::ZERO, 0.3),
     ];
     let (mut strong, mut setup) = start(lit(&yard(), view, lights[0]), [96, 72]);
-    let mut weak = Renderer::new(Arc::new(weak), strong.scene().clone()).unwrap();
-    let mut seen = 0;
+    let bare = |limits: wgpu::Limits| {
+        let gpu = Gpu::within(&gpu::instance(), None, None, |_, _| (wgpu::Features::empty(), limits)).unwrap();
+        Renderer::new(Arc::new(gpu), strong.scene().clone()).unwrap()
+    };
+    let (mut least, mut guaranteed) = (bare(wgpu::Limits::downlevel_defaults()), bare(wgpu::Limits::default()));
+    let (mut seen, mut refused) = (0, 0);
     for light in lights {
         setup.light = light;
         let others = [lights[0], lights[1], lights[3]];
         for info in serving(light).filter(|i| light == lights[2] || in_turn(i, &others) == Some(light)) {
-            for sets in exact(info).into_iter().chain([vec![]]) {
+            // Four numbers of 16 bits are averaged everywhere.
+            let averaged = info.specs().any(|s| s.name == "precision" && info.filter.is_some());
+            let averaged = averaged.then(|| vec!["precision=16".into()]);
+            for sets in exact(info).into_iter().chain(averaged).chain([vec![]]) {
                 choose(&mut setup, info, 512, &sets);
                 let what = format!("{} {sets:?} {}", info.id, light.kind());
                 let e = shadowscope::measure::errors(&mut strong, &setup).unwrap_or_else(|e| panic!("{what}: {e:#}"));
                 println!("{what}: rmse {:.4}", e.rmse);
-                assert!(e.rmse < 0.25 && e.lit_correct > 1000 && e.shadow_correct > 20, "{what}: {e:?}");
+                // Exponents that 32 bits are chosen for overflow 16.
+                let right = e.rmse < 0.25 && e.lit_correct > 1000 && e.shadow_correct > 20;
+                assert!(right || sets == ["precision=16"], "{what}: {e:?}");
                 let ask = Ask { analysis: true, ..untold(&setup) };
+                let mut weak = &mut least;
+                if let Some(why) = info.lacks(setup.values(), &weak.gpu.abilities()) {
+                    let told = weak.render(&setup, ask).expect_err(&what).to_string();
+                    assert!(told == format!("{}: {why}", info.title), "{what}: {told}");
+                    weak.gpu.check().unwrap();
+                    refused += 1;
+                    weak = &mut guaranteed;
+                }
+                if let Some(why) = info.lacks(setup.values(), &weak.gpu.abilities()) {
+                    // Only formats are left to lack.
+                    assert!(why.contains("cannot average"), "{what}: {why}");
+                    continue;
+                }
                 let visibility = |r: &mut Renderer| {
                     r.render(&setup, ask).unwrap_or_else(|e| panic!("{what}: {e:#}"));
                     r.read_visibility().unwrap()
                 };
-                assert!(visibility(&mut strong) == visibility(&mut weak), "{what}");
+                let (there, here) = (visibility(&mut strong), visibility(weak));
+                // Where depth cannot be clamped casters are clipped, which rounds it, and filters add it up.
+                let mean = there.iter().zip(&here).map(|(a, b)| (a - b).abs()).sum::<f32>() / there.len() as f32;
+                let adds = info.filter.is_some_and(|f| f.moments.is_some());
+                assert!(there == here || adds && mean < 1e-3, "{what}: {mean}");
                 seen += 1;
             }
         }
     }
-    assert!(seen >= techniques::ALL.len(), "{seen}");
+    println!("{seen} drawn, {refused} refused within the lowest limits");
+    assert!(seen >= techniques::ALL.len() && refused > 10, "{seen}, {refused}");
 }
 
 /// A caster close to a spot's lamp, far nearer than the scene is large, still casts, however far the light reaches.

@@ -18,6 +18,7 @@ mod contact;
 mod culling;
 mod denoise;
 mod docs;
+mod driver;
 mod edges;
 mod figures;
 mod files;

@@ -285,7 +285,7 @@ fn a_full_list_is_no_chance() {
 
 /// The adapter of the tests with less room: no more than so many bytes are bound at once.
 fn small_gpu(bytes: u64) -> Arc<Gpu> {
-    let limits = |l: wgpu::Limits| wgpu::Limits { max_storage_buffer_binding_size: bytes, ..l };
+    let limits = |f, l: wgpu::Limits| (f, wgpu::Limits { max_storage_buffer_binding_size: bytes, ..l });
     Arc::new(Gpu::within(&gpu::instance(), None, None, limits).unwrap())
 }
 

@@ -303,10 +303,11 @@ var indirect: texture_2d<f32>;
 // Each pixel's irradiance by all VPLs, and the share of their light that nothing is in the way of.
 @compute @workgroup_size(8, 8)
 fn gather(@builtin(global_invocation_id) id: vec3u) {
-    if id.x >= frame.size.x || id.y >= frame.size.y {
+    let pixel = banded(id.xy);
+    if any(pixel >= frame.size) {
         return;
     }
-    let s = load_surface(id.xy);
+    let s = load_surface(pixel);
     var sum = vec3f(0.0);
     var all = 0.0;
     if s.valid {
@@ -327,7 +328,7 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
         }
     }
     let share = select(1.0, luminance(sum) / all, all > 0.0);
-    textureStore(indirect_out, id.xy, vec4f(sum, share));
+    textureStore(indirect_out, pixel, vec4f(sum, share));
 }
 
 // The views.
