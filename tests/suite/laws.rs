@@ -340,7 +340,7 @@ fn every_view_shows_something(those: impl Fn(usize) -> bool) {
 /// picture is nearly right. Under a lamp, where it serves that, and in turn under one of the other lights.
 #[test]
 fn no_technique_needs_more_than_is_guaranteed() {
-    let weak = Gpu::within(&gpu::instance(), None, None, |_| wgpu::Limits::default()).unwrap();
+    let weak = strict(Gpu::within(&gpu::instance(), None, None, |_| wgpu::Limits::default()).unwrap());
     let view = camera(Vec3::new(4.0, 6.0, 7.0), Vec3::ZERO);
     let lights = [
         sun(Vec3::new(0.4, 0.8, 0.3).normalize()),
@@ -424,7 +424,7 @@ fn memory_told_is_memory_made() {
     let scene = lit(&yard(), camera(Vec3::new(2.0, 3.0, 4.0), Vec3::ZERO), light);
     let (_, mut s) = start(scene.clone(), [64, 48]);
     // A device of its own, on which nobody else allocates.
-    let gpu = Arc::new(Gpu::new(None).unwrap());
+    let gpu = Arc::new(strict(Gpu::new(None).unwrap()));
     let mut r = Renderer::new(gpu.clone(), Arc::new(scene)).unwrap();
     let mut taken = |s: &Setup, analysis: bool| {
         // Bind groups outlive what they bind by two frames.
