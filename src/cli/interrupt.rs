@@ -1,6 +1,6 @@
 //! Ctrl-C while something is measured or drawn: it ends at its next step, what there is stays, and the program says what that is.
 
-use crate::gpu::{Gpu, GivenUp};
+use crate::gpu::{GivenUp, Gpu};
 use crate::measure::STOPPED;
 use anyhow::{Context, Error, Result};
 use std::fmt;

@@ -1,6 +1,8 @@
 //! `sweep` and `merge`: many configurations into one file, in parts if need be.
 
-use super::{More, Wanted, cannot_write, check_folder, check_target, chosen, failures, interrupt, named, print, progress};
+use super::{
+    More, Wanted, cannot_write, check_folder, check_target, chosen, failures, interrupt, named, print, progress,
+};
 use crate::files;
 use crate::frame::Renderer;
 use crate::measure::{self, Record, Shard, Step};
@@ -114,7 +116,9 @@ pub fn run(mut wanted: Wanted, ids: Vec<String>, output: Output, adapter: Option
             0 => "nothing is measured yet".into(),
             n => {
                 let (of, file) = (work.len(), partial.display());
-                format!("{n} of {of} configurations are measured and stand in {file}; the same command goes on from there")
+                format!(
+                    "{n} of {of} configurations are measured and stand in {file}; the same command goes on from there"
+                )
             }
         })?;
     }

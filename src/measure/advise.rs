@@ -257,9 +257,8 @@ pub fn advise(
             (row.flicker, row.label_flicker) = (Some(change.flicker), Some(change.label_flicker));
         }
         // Errors take about as long as times; how long is not known before.
-        let mut go_on = |part: f32| {
-            tell(Step::Working(begun + (0.5 + 0.5 * part) / limit, format!("{}: times", what.trim())))
-        };
+        let mut go_on =
+            |part: f32| tell(Step::Working(begun + (0.5 + 0.5 * part) / limit, format!("{}: times", what.trim())));
         ensure!(go_on(0.0), super::STOPPED);
         sweep::time_one(renderer, &mut row, setup, anchor.as_ref(), &mut go_on)?;
         ensure!(tell(Step::Row(Box::new(row.clone()))), super::STOPPED);

@@ -272,7 +272,7 @@ pub struct Left {
     folder: PathBuf,
     /// Nobody else is to take it.
     _lock: File,
-    layout: Layout,
+    layout: Box<Layout>,
     /// The scene that was open, and the technique.
     pub title: String,
     /// When and how the window ended; what is wrong with it.
@@ -317,7 +317,8 @@ impl Left {
         let about = std::fs::metadata(folder.join(WINDOW)).ok();
         let at = about.and_then(|about| about.modified().ok()).unwrap_or(SystemTime::UNIX_EPOCH);
         let read = files::read_text(&folder.join(WINDOW)).and_then(|text| {
-            serde_json::from_str::<Layout>(&text).with_context(|| format!("{} is damaged", folder.join(WINDOW).display()))
+            serde_json::from_str::<Layout>(&text)
+                .with_context(|| format!("{} is damaged", folder.join(WINDOW).display()))
         });
         let when = ago(SystemTime::now().duration_since(at).unwrap_or_default());
         let (layout, told) = match read {
@@ -341,7 +342,7 @@ impl Left {
             }
         };
         let closed = layout.closed;
-        Some((at, Left { folder, _lock: lock, layout, title, told, closed }))
+        Some((at, Left { folder, _lock: lock, layout: Box::new(layout), title, told, closed }))
     }
 
     /// Opens it: the set-up with its scene, and the rest.
@@ -357,7 +358,7 @@ impl Left {
         let world = there(WORLD).then(|| Flatland::from_toml(&files::read_text(&file(WORLD))?)).transpose()?;
         let sheet =
             there(SHEET).then(|| Spec::from_toml(&files::read_text(&file(SHEET))?, &file(SHEET))).transpose()?;
-        Ok((setup, scene, Rest { layout: self.layout.clone(), rows, world, sheet }))
+        Ok((setup, scene, Rest { layout: (*self.layout).clone(), rows, world, sheet }))
     }
 
     /// Lets go of it.

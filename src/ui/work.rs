@@ -434,11 +434,10 @@ impl Desk {
         (budget, techniques): (Budget, Vec<String>),
     ) {
         let work = move |mut renderer: Renderer, watch: &Watch| {
-            let advice =
-                advise::advise(&mut renderer, &setup, &techniques, &[], budget, &mut |step| match step {
-                    Step::Working(done, what) => watch.progress(done, &what),
-                    _ => watch.wanted(),
-                })?;
+            let advice = advise::advise(&mut renderer, &setup, &techniques, &[], budget, &mut |step| match step {
+                Step::Working(done, what) => watch.progress(done, &what),
+                _ => watch.wanted(),
+            })?;
             Ok(Box::new((budget, advice)))
         };
         self.beside(job, adapter, scene, work, Done::Advised);

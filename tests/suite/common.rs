@@ -43,7 +43,8 @@ pub fn ok(folder: &Path, args: &[&str]) -> Output {
 /// The device that all tests of a file use.
 pub fn gpu() -> Arc<Gpu> {
     static GPU: OnceLock<Arc<Gpu>> = OnceLock::new();
-    GPU.get_or_init(|| Arc::new(strict(Gpu::new(None).expect("these tests need a Vulkan driver; run ./setup.sh")))).clone()
+    GPU.get_or_init(|| Arc::new(strict(Gpu::new(None).expect("these tests need a Vulkan driver; run ./setup.sh"))))
+        .clone()
 }
 
 /// A device whose errors fail the test that makes them, where they are made, whether anybody asks for them or not.

@@ -32,6 +32,7 @@ mod idle;
 mod imperfect_sm;
 mod inspect;
 mod interrupted;
+mod journal;
 mod laws;
 mod lessons;
 mod light_size;
