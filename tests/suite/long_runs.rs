@@ -258,8 +258,9 @@ impl Day {
             }
             8 | 9 => {
                 let setup = self.setup();
-                let own = techniques::find(&setup.technique).map(|i| i.views(setup.values()).map(|v| v.id).collect());
-                let all: Vec<&str> = VIEWS.iter().map(|v| v.id).chain(own.unwrap_or_default()).collect();
+                let info = techniques::find(&setup.technique).unwrap();
+                let own = info.views(setup.values()).map(|v| v.id);
+                let all: Vec<&str> = VIEWS.iter().map(|v| v.id).chain(own).collect();
                 let view = self.pick(&all);
                 let overlay = (self.below(3) == 0).then(|| Overlay {
                     view: view.into(),
