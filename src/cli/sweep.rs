@@ -102,8 +102,8 @@ pub fn run(mut wanted: Wanted, ids: Vec<String>, output: Output, adapter: Option
             match step {
                 Step::Working(done, what) => super::show(&bar, done, what),
                 Step::Row(row) => {
-                    let written = writer.serialize(&*row).map_err(anyhow::Error::from);
-                    failed = written.and_then(|()| Ok(writer.flush()?)).err();
+                    let written = writer.serialize(&*row).map_err(std::io::Error::from);
+                    failed = written.and_then(|()| writer.flush()).err();
                     rows.insert(row.index, *row);
                 }
                 Step::Failed(why) => refused.push(why.to_string()),
@@ -111,7 +111,10 @@ pub fn run(mut wanted: Wanted, ids: Vec<String>, output: Output, adapter: Option
             failed.is_none() && !interrupt::asked()
         });
         bar.finish_and_clear();
-        failed.map_or(Ok(()), Err).with_context(|| cannot_write(&partial))?;
+        if let Some(error) = failed {
+            let (file, why) = (partial.display(), files::reason(&error));
+            bail!("{file} cannot be written: {why}; the rows that it holds stay, and the same command goes on from there");
+        }
         interrupt::kept(measured, || match rows.len() {
             0 => "nothing is measured yet".into(),
             n => {
