@@ -102,7 +102,7 @@ pub fn run(mut wanted: Wanted, ids: Vec<String>, output: Output, adapter: Option
             match step {
                 Step::Working(done, what) => super::show(&bar, done, what),
                 Step::Row(row) => {
-                    let written = writer.serialize(&*row).map_err(std::io::Error::from);
+                    let written = writer.serialize(&*row).map_err(io_error);
                     failed = written.and_then(|()| writer.flush()).err();
                     rows.insert(row.index, *row);
                 }
@@ -113,7 +113,9 @@ pub fn run(mut wanted: Wanted, ids: Vec<String>, output: Output, adapter: Option
         bar.finish_and_clear();
         if let Some(error) = failed {
             let (file, why) = (partial.display(), files::reason(&error));
-            bail!("{file} cannot be written: {why}; the rows that it holds stay, and the same command goes on from there");
+            bail!(
+                "{file} cannot be written: {why}; the rows that it holds stay, and the same command goes on from there"
+            );
         }
         interrupt::kept(measured, || match rows.len() {
             0 => "nothing is measured yet".into(),
@@ -141,6 +143,13 @@ pub fn run(mut wanted: Wanted, ids: Vec<String>, output: Output, adapter: Option
         eprintln!("wrote {}", folder.join("index.html").display());
     }
     failures(&refused, rows.len() + refused.len())
+}
+
+fn io_error(error: csv::Error) -> std::io::Error {
+    match error.into_kind() {
+        csv::ErrorKind::Io(error) => error,
+        other => std::io::Error::other(format!("{other:?}")),
+    }
 }
 
 /// Joins the parts of a sweep.

@@ -138,6 +138,8 @@ pub struct Code {
     pub wrong: usize,
 }
 
+/// Most messages over the picture.
+const MOST_NOTES: usize = 12;
 /// How long what is said stays, and what went wrong.
 const SAID: Duration = Duration::from_secs(6);
 const FAILED: Duration = Duration::from_secs(12);
@@ -739,6 +741,8 @@ impl Model {
     fn warn(&mut self, note: Note) {
         self.notes.retain(|n| n.text != note.text);
         self.notes.push(note);
+        // What nobody dismisses does not pile up: the oldest goes.
+        self.notes.drain(..self.notes.len().saturating_sub(MOST_NOTES));
     }
 
     /// Opens the drawer at a tab, or closes it there.
