@@ -84,6 +84,18 @@ fn what_a_window_had_open_outlives_it() {
     assert!(m.left_out.contains("rt-hard") && m.pinned.contains("kernel") && m.unsaved.contains(&Tab::Chart));
     assert_eq!(m.sweeping.as_ref().map(|s| (s.left.len(), s.of)), Some((1, 3)));
 
+    // The sweep is gone on with, until its last row is there.
+    m.start.shown = false;
+    next.run_steps(8);
+    next.state_mut().actions.clear();
+    click(&mut next, "Go on: 1 of 3 left");
+    assert!(next.state().actions.contains(&Action::GoOnSweeping), "{:?}", next.state().actions);
+    let m = &mut next.state_mut().model;
+    m.swept(&Record { setup: "{}".into(), ..m.rows[0].clone() });
+    assert_eq!(m.sweeping.as_ref().map(|s| s.left.len()), Some(1), "another row");
+    m.swept(&m.rows[0].clone());
+    assert_eq!(m.sweeping.as_ref().map(|s| s.left.len()), Some(0));
+
     // It goes once it stands in the journal of the window that has taken it over.
     let mut journal = Journal::new(base.clone());
     assert!(!write(&mut journal, m));
