@@ -7,9 +7,13 @@ use std::fmt;
 use std::process::ExitCode;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
 
 /// What shells say of a program that Ctrl-C has ended.
 const INTERRUPTED: u8 = 130;
+
+/// Nobody presses again sooner, having waited in vain.
+const TWICE: Duration = Duration::from_millis(300);
 
 static ASKED: AtomicBool = AtomicBool::new(false);
 
@@ -23,8 +27,11 @@ pub fn device(adapter: Option<&str>) -> Result<Gpu> {
     static LISTENS: OnceLock<Result<(), ctrlc::Error>> = OnceLock::new();
     let gpu = Gpu::new(adapter)?;
     let listens = LISTENS.get_or_init(|| {
-        ctrlc::set_handler(|| {
-            if ASKED.swap(true, Ordering::Relaxed) {
+        let mut first: Option<Instant> = None;
+        ctrlc::set_handler(move || {
+            ASKED.store(true, Ordering::Relaxed);
+            // A shell and what runs the program for it may both pass one press on.
+            if first.get_or_insert_with(Instant::now).elapsed() > TWICE {
                 std::process::exit(INTERRUPTED.into());
             }
         })

@@ -373,7 +373,7 @@ impl Rest {
     pub fn give(self, m: &mut Model) {
         let Rest { layout, rows, world, sheet } = self;
         m.adopt(rows);
-        m.sweeping = layout.sweeping;
+        m.sweeping = layout.sweeping.or(m.sweeping.take());
         m.drawer = layout.drawer;
         (m.show_panel, m.show_legend) = (layout.panel, layout.legend);
         m.editing = layout.editing.min(m.setup.against.len());
