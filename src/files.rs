@@ -88,6 +88,7 @@ pub fn reason(error: &io::Error) -> String {
         ErrorKind::NotFound => "there is no such file".into(),
         ErrorKind::PermissionDenied => "there is no permission".into(),
         ErrorKind::StorageFull => "the disk is full; free some space or write to another disk".into(),
+        ErrorKind::ReadOnlyFilesystem => "the disk is read-only; write to another one".into(),
         ErrorKind::QuotaExceeded => "the quota is used up; free some space or write to another disk".into(),
         ErrorKind::OutOfMemory => "the memory is used up; close other programs or take a smaller file".into(),
         _ => error.to_string(),

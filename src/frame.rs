@@ -457,6 +457,10 @@ enum Layer {
     Over,
 }
 
+/// Most passes that draw the picture: more than one frame has. With more, all are made anew when they are asked for, which is quick
+/// while the device still has their pipelines.
+const MOST_SHADINGS: usize = 16;
+
 /// The passes that draw the picture: each view has a pipeline of its own, made when it is first asked for.
 struct Shading {
     passes: HashMap<[u32; 5], Pass>,
@@ -519,6 +523,9 @@ impl Shading {
         for (_, other) in self.passes.iter().filter(|(k, _)| **k != key) {
             // What it bound may be gone by the time it is asked for again.
             other.forget();
+        }
+        if self.passes.len() >= MOST_SHADINGS && !self.passes.contains_key(&key) {
+            self.passes.clear();
         }
         match self.passes.entry(key) {
             Entry::Occupied(held) => Ok(held.into_mut()),

@@ -146,8 +146,8 @@ impl Desktop {
         if !what.is_empty() {
             window.arg(what);
         }
-        // What is opened here is none of the user's recent files.
-        window.env("XDG_CONFIG_HOME", folder.path().join("config"));
+        // What is opened here is none of the user's recent files, and none of the windows that the user goes on with.
+        window.env("XDG_CONFIG_HOME", folder.path().join("config")).env("XDG_STATE_HOME", folder.path().join("state"));
         window.current_dir(&folder).env("DISPLAY", &display).env("XDG_RUNTIME_DIR", folder.path());
         window.env_remove("WAYLAND_DISPLAY").env("WINIT_X11_SCALE_FACTOR", "1");
         let window = start(window.stderr(Stdio::piped()));

@@ -1,9 +1,9 @@
 //! `advise`: the cheapest configuration within an error budget.
 
-use super::{Wanted, check_target, chosen, failures, named, print, progress, renderer};
+use super::{Wanted, check_target, chosen, failures, interrupt, named, print, progress, renderer};
 use crate::chart;
 use crate::measure::advise::{Advice, Budget, Figure, advise};
-use crate::measure::{self, Record, table};
+use crate::measure::{self, Record, Step, table};
 use crate::techniques;
 use anyhow::{Result, ensure};
 use std::path::PathBuf;
@@ -47,14 +47,31 @@ pub fn run(mut wanted: Wanted, ids: Vec<String>, limits: Limits, adapter: Option
     let (ids, mut failed) = chosen(&ids, &setup)?;
     let by = by.unwrap_or_else(|| Figure::suited(&ids));
     let max_error = by.parse(&limits.max_error)?;
-    let mut renderer = renderer(adapter, scene)?;
+    let mut renderer = renderer(interrupt::device(adapter)?, scene)?;
     let bar = progress();
     let budget = Budget { by, max_error, max_ratio: limits.max_ratio };
-    let advice = advise(&mut renderer, &setup, &ids, &axes, budget, &mut |done, what| {
-        super::show(&bar, done, what.into());
-        true
-    })?;
+    let mut tried = Vec::new();
+    let advice = advise(&mut renderer, &setup, &ids, &axes, budget, &mut |step| {
+        match step {
+            Step::Working(done, what) => super::show(&bar, done, what),
+            Step::Row(row) => tried.push(*row),
+            Step::Failed(_) => {}
+        }
+        !interrupt::asked()
+    });
     bar.finish_and_clear();
+    let unfinished = advice.as_ref().is_err_and(interrupt::stopped);
+    let written = match (&limits.output, json_file) {
+        (Some(path), Some(json)) if unfinished && !tried.is_empty() => {
+            measure::write(&tried, path, json)?;
+            Some(path)
+        }
+        _ => None,
+    };
+    let advice = interrupt::kept(advice, || match written {
+        Some(path) => format!("no advice yet; the {} rows measured so far are in {}", tried.len(), path.display()),
+        None => "no advice yet, and nothing is written".into(),
+    })?;
     if limits.json {
         let value = serde_json::json!({
             "by": by.id, "max_error": max_error, "max_ratio": limits.max_ratio, "space": advice.space,

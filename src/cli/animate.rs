@@ -1,13 +1,10 @@
 //! `animate`: a set-up's picture along a way.
 
-use super::{Picture, check_target, progress, renderer, show};
+use super::{Picture, check_target, interrupt, progress, renderer, show};
 use crate::files;
 use crate::sequence::{self, Along, FRAMES, Sequence};
 use anyhow::{Context, Result, bail};
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 
 /// What moves, and where the frames go.
 #[derive(clap::Args)]
@@ -37,7 +34,7 @@ pub struct Wanted {
     start: Option<f32>,
 }
 
-pub fn run(wanted: Wanted, adapter: Option<&str>) -> Result<ExitCode> {
+pub fn run(wanted: Wanted, adapter: Option<&str>) -> Result<()> {
     let Wanted { picture, output, turntable, path, clock, frames, fps, start } = wanted;
     sequence::check_name(&output)?;
     let numbered = sequence::is_numbered(&output);
@@ -64,32 +61,19 @@ pub fn run(wanted: Wanted, adapter: Option<&str>) -> Result<ExitCode> {
     let frames = frames.or(turntable).or(held.as_ref().map(|held| held.frames));
     let sequence = Sequence::new(along, &setup, frames, fps.or(held.map(|held| held.fps)))?;
 
-    let mut renderer = renderer(adapter, scene)?;
-    let stopped = Arc::new(AtomicBool::new(false));
-    let (asked, unwanted) = (stopped.clone(), stopped.clone());
-    let handled = ctrlc::set_handler(move || {
-        if asked.swap(true, Ordering::Relaxed) {
-            // Asked twice.
-            std::process::exit(INTERRUPTED.into());
-        }
-    });
-    handled.context("the program cannot listen for Ctrl-C")?;
-    renderer.gpu.give_up_when(move || unwanted.load(Ordering::Relaxed));
+    let mut renderer = renderer(interrupt::device(adapter)?, scene)?;
     let bar = progress();
     let mut finished = 0;
     let written = sequence::write(&mut renderer, &setup, &sequence, &output, &mut |done| {
         finished = (done * sequence.frames as f32).round() as u32;
         show(&bar, done, format!("frame {} of {}", finished + 1, sequence.frames));
-        !stopped.load(Ordering::Relaxed)
+        !interrupt::asked()
     });
     bar.finish_and_clear();
-    if stopped.load(Ordering::Relaxed) && written.is_err() {
-        match (numbered, finished) {
-            (true, 1..) => eprintln!("stopped: {finished} of {} frames are written", sequence.frames),
-            _ => eprintln!("stopped: nothing is written"),
-        }
-        return Ok(ExitCode::from(INTERRUPTED));
-    }
+    let written = interrupt::kept(written, || match (numbered, finished) {
+        (true, 1..) => format!("{finished} of {} frames are written", sequence.frames),
+        _ => "nothing is written".into(),
+    });
     for note in written? {
         eprintln!("{note}");
     }
@@ -101,11 +85,8 @@ pub fn run(wanted: Wanted, adapter: Option<&str>) -> Result<ExitCode> {
         }
         false => eprintln!("wrote {}: {} frames, {} a second", told(&output), sequence.frames, sequence.fps),
     }
-    Ok(ExitCode::SUCCESS)
+    Ok(())
 }
-
-/// What shells say of a program that Ctrl-C has ended.
-const INTERRUPTED: u8 = 130;
 
 /// The sequence inside what is opened, if that is an animation.
 fn held(setup: &str) -> Result<Option<Sequence>> {

@@ -1,9 +1,8 @@
 //! `figure` and `tour`: sheets of pictures.
 
-use super::{check_folder, name, progress, show};
+use super::{check_folder, interrupt, name, progress, show};
 use crate::figure::{self, Axis, Format, Kind, Spec};
 use crate::files;
-use crate::gpu::Gpu;
 use crate::scene::builtin;
 use crate::setup::Side;
 use crate::techniques;
@@ -80,13 +79,14 @@ pub fn tour(wanted: &Tour, adapter: Option<&str>) -> Result<()> {
 }
 
 fn draw(spec: &Spec, folder: &Path, name: &str, formats: &[Format], adapter: Option<&str>) -> Result<()> {
-    let gpu = Arc::new(Gpu::new(adapter)?);
+    let gpu = Arc::new(interrupt::device(adapter)?);
     let bar = progress();
     let sheet = figure::draw(spec, &gpu, &mut |done, what| {
         show(&bar, done, what.into());
-        true
-    })?;
+        !interrupt::asked()
+    });
     bar.finish_and_clear();
+    let sheet = sheet?;
     sheet.notes.iter().for_each(|note| eprintln!("{note}"));
     let written = figure::write(&sheet, folder, name, formats)?;
     let (sheets, cells) = written.split_at(formats.len().min(written.len()));

@@ -1,6 +1,7 @@
 //! `inspect`: a pixel's story.
 
 use super::{Wanted, parse_place, print, renderer};
+use crate::gpu::Gpu;
 use crate::measure::diagnosis::{self, Diagnosis};
 use crate::measure::story;
 use crate::setup;
@@ -47,7 +48,7 @@ pub fn run(wanted: &Wanted, pixel: Pixel, adapter: Option<&str>) -> Result<()> {
     }
     let selected = [setup.technique.clone()];
     wanted.apply(&mut setup, &scene, &selected)?;
-    let mut renderer = renderer(adapter, scene)?;
+    let mut renderer = renderer(Gpu::new(adapter)?, scene)?;
     let told = story::at(&mut renderer, &setup, setup.probe)?;
     let (mut before, mut tried) = (None, Vec::new());
     if let Some(Diagnosis { remedies, .. }) = told.diagnosis.as_ref().filter(|_| pixel.tries) {

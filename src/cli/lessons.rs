@@ -1,7 +1,6 @@
 //! `lesson`: a lesson as a page, measured now.
 
-use super::{print, progress, show};
-use crate::gpu::Gpu;
+use super::{interrupt, print, progress, show};
 use crate::lessons;
 use anyhow::{Context, Result};
 use std::path::Path;
@@ -17,9 +16,10 @@ pub fn lesson(id: &str, step: Option<usize>, adapter: Option<&str>) -> Result<()
         let (setup, _) = step.scene.open().with_context(|| format!("{id}, step {number}"))?;
         return print(&setup.to_toml(Path::new("setup.toml"))?);
     }
-    let gpu = Arc::new(Gpu::new(adapter)?);
+    let gpu = Arc::new(interrupt::device(adapter)?);
     let bar = progress();
-    let measured = lessons::walk(&gpu, lesson, &mut |done, what| show(&bar, done, what.into()))?;
+    let measured = lessons::walk(&gpu, lesson, &mut |done, what| show(&bar, done, what.into()));
     bar.finish_and_clear();
+    let measured = measured?;
     print(&lessons::page(lesson, &measured))
 }

@@ -1,6 +1,6 @@
 //! `measure`: techniques side by side at one set-up.
 
-use super::{More, Wanted, check_target, failures, print, progress, renderer, to_measure};
+use super::{More, Wanted, check_target, failures, interrupt, print, progress, renderer, to_measure};
 use crate::measure::{self, Step, table};
 use anyhow::{Result, ensure};
 use std::path::PathBuf;
@@ -28,18 +28,27 @@ pub fn run(wanted: Wanted, ids: Vec<String>, output: Output, adapter: Option<&st
         setup.select(id)?;
         work.push((i as u64, setup.clone()));
     }
-    let mut renderer = renderer(adapter, scene)?;
+    let mut renderer = renderer(interrupt::device(adapter)?, scene)?;
     let bar = progress();
     let mut rows = Vec::new();
-    measure::run(&mut renderer, &setup, &work, work.len() as u64, output.more.wanted(), &mut |step| {
+    let measured = measure::run(&mut renderer, &setup, &work, work.len() as u64, output.more.wanted(), &mut |step| {
         match step {
             Step::Working(done, what) => super::show(&bar, done, what),
             Step::Row(row) => rows.push(*row),
             Step::Failed(why) => failed.push(why.to_string()),
         }
-        true
-    })?;
+        !interrupt::asked()
+    });
     bar.finish_and_clear();
+    // What is measured is told, though Ctrl-C has stopped the rest.
+    let measured = interrupt::kept(measured, || match rows.len() {
+        0 => "nothing is measured yet".into(),
+        n => format!("{n} of {} techniques are measured, and the figures are theirs", work.len()),
+    });
+    let measured = match measured {
+        Err(error) if rows.is_empty() || !interrupt::stopped(&error) => return Err(error),
+        measured => measured,
+    };
     let of = rows.len() + failed.len();
     if rows.is_empty() {
         return failures(&failed, of);
@@ -64,5 +73,6 @@ pub fn run(wanted: Wanted, ids: Vec<String>, output: Output, adapter: Option<&st
     if !shown {
         print(&table::text(&rows))?;
     }
+    measured?;
     failures(&failed, of)
 }

@@ -6,6 +6,7 @@ mod chart;
 mod figure;
 mod flatland;
 mod inspect;
+mod interrupt;
 mod lamps;
 mod lessons;
 mod list;
@@ -18,12 +19,12 @@ mod tables;
 
 use crate::frame::Renderer;
 use crate::gpu::{self, Gpu};
-use crate::measure::{Axis, reproduce};
+use crate::measure::{Axis, STOPPED, reproduce};
 use crate::scene::{Clock, Scene, builtin};
 use crate::setup::{self, Arrange, Overlay, Setup, Side};
 use crate::truth::Samples;
 use crate::{capture, files, message, techniques, ui};
-use anyhow::{Context, Result, bail, ensure};
+use anyhow::{Context, Result, anyhow, bail, ensure};
 use clap::builder::{OsStringValueParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -427,8 +428,10 @@ pub fn main(own: &'static [techniques::Own]) -> ExitCode {
     #[cfg(target_os = "linux")]
     give_runtime_folder();
     techniques::add(own).and_then(|()| run()).unwrap_or_else(|error| {
-        eprintln!("shadowscope: {}", message::sentence(&error));
-        ExitCode::FAILURE
+        interrupt::told(&error).unwrap_or_else(|| {
+            eprintln!("shadowscope: {}", message::sentence(&error));
+            ExitCode::FAILURE
+        })
     })
 }
 
@@ -471,14 +474,14 @@ fn run() -> Result<ExitCode> {
             capture::check(picture.view.as_deref().unwrap_or("truth"), &output)?;
             check_target(&output)?;
             let (setup, scene) = picture.open()?;
-            let mut renderer = renderer(adapter, scene)?;
+            let mut renderer = renderer(Gpu::new(adapter)?, scene)?;
             for note in capture::capture(&mut renderer, &setup, &output)? {
                 eprintln!("{note}");
             }
             eprintln!("wrote {}", output.display());
             Ok(())
         }
-        Some(Command::Animate(wanted)) => return animate::run(wanted, adapter),
+        Some(Command::Animate(wanted)) => animate::run(wanted, adapter),
         Some(Command::Inspect { wanted, pixel }) => inspect::run(&wanted, pixel, adapter),
         Some(Command::Measure { wanted, techniques, output }) => measure::run(wanted, techniques, output, adapter),
         Some(Command::Profile { wanted, techniques, output }) => profile::run(wanted, &techniques, &output, adapter),
@@ -649,10 +652,24 @@ fn reproduce(ids: &[String], folder: Option<&Path>, adapter: Option<&str>) -> Re
     reproduce::check(ids)?;
     folder.map_or(Ok(()), check_folder)?;
     let bar = progress();
-    let tick = &mut |done, what: &str| show(&bar, done, what.into());
-    let text = reproduce::run(Arc::new(Gpu::new(adapter)?), ids, folder, tick)?;
+    let mut printed = 0;
+    let done = reproduce::run(Arc::new(interrupt::device(adapter)?), ids, folder, &mut |step| match step {
+        reproduce::Step::Working(done, what) => {
+            show(&bar, done, what.into());
+            if interrupt::asked() { Err(anyhow!(STOPPED)) } else { Ok(()) }
+        }
+        reproduce::Step::Head(text) => print(&text),
+        reproduce::Step::Measured(text) => {
+            printed += 1;
+            bar.suspend(|| print(&text))
+        }
+    });
     bar.finish_and_clear();
-    print(&text)
+    interrupt::kept(done, || match printed {
+        0 => "nothing is measured yet".into(),
+        1 => "1 reproduction is measured and printed".into(),
+        n => format!("{n} reproductions are measured and printed"),
+    })
 }
 
 fn cannot_write(path: &Path) -> String {
@@ -720,9 +737,9 @@ pub fn progress_bar(steps: u64) -> ProgressBar {
     ProgressBar::new(steps).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
 }
 
-/// A renderer of a scene on an adapter by its name; says what of the scene the adapter had no room for.
-fn renderer(adapter: Option<&str>, scene: Scene) -> Result<Renderer> {
-    let renderer = Renderer::new(Arc::new(Gpu::new(adapter)?), Arc::new(scene))?;
+/// A renderer of a scene on a device; says what of the scene that had no room for.
+fn renderer(gpu: Gpu, scene: Scene) -> Result<Renderer> {
+    let renderer = Renderer::new(Arc::new(gpu), Arc::new(scene))?;
     if let Some(note) = renderer.scene_note() {
         eprintln!("  {note}");
     }

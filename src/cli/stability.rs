@@ -1,10 +1,9 @@
 //! `stability`: techniques along paths on which some fail, or along one's own.
 
-use super::{check_folder, check_target, named, print, progress, show};
+use super::{check_folder, check_target, interrupt, named, print, progress, show};
 use crate::chart;
 use crate::files;
 use crate::frame::Renderer;
-use crate::gpu::Gpu;
 use crate::measure::stability::{self, Point, Run, Stability, Track};
 use crate::measure::table::aligned;
 use crate::measure::{Cost, Figure};
@@ -83,17 +82,29 @@ pub fn run(wanted: Wanted, adapter: Option<&str>) -> Result<()> {
     }
     let number = starts.len();
     let mut table = wanted.output.as_deref().map(Table::create).transpose()?;
-    let gpu = Arc::new(Gpu::new(adapter)?);
+    let gpu = Arc::new(interrupt::device(adapter)?);
     let bar = progress();
     let mut all = Vec::new();
+    let mut ended = Ok(());
     for (i, Start { name, route, setup, scene }) in starts.into_iter().enumerate() {
         let mut renderer = Renderer::new(gpu.clone(), Arc::new(scene))?;
         let frames = wanted.frames.map_or(route.frames(), |n| n as usize);
         let run = Run { techniques: techniques.clone(), frames, cost: wanted.cost };
-        let mut found = stability::run(&mut renderer, &route, &setup, &run, &mut |done| {
+        let found = stability::run(&mut renderer, &route, &setup, &run, &mut |done| {
             show(&bar, (i as f32 + done) / number as f32, name.clone());
-            true
-        })?;
+            !interrupt::asked()
+        });
+        let found = interrupt::kept(found, || match i {
+            0 => "no path is complete yet, and nothing is written".into(),
+            n => format!("{n} of {number} paths are complete, and what is written is theirs"),
+        });
+        let mut found = match found {
+            Err(error) if i > 0 && interrupt::stopped(&error) => {
+                ended = Err(error);
+                break;
+            }
+            found => found?,
+        };
         found.case = name;
         if let (Some(folder), Some(table)) = (&wanted.output, &mut table) {
             table.table.add(&found)?;
@@ -109,10 +120,11 @@ pub fn run(wanted: Wanted, adapter: Option<&str>) -> Result<()> {
         table.save()?;
     }
     match &wanted.json {
-        Some(path) if path.as_os_str() == "-" => print(&(serde_json::to_string_pretty(&all)? + "\n")),
-        Some(path) => files::save(path, (serde_json::to_string_pretty(&all)? + "\n").as_bytes()),
-        None => Ok(()),
+        Some(path) if path.as_os_str() == "-" => print(&(serde_json::to_string_pretty(&all)? + "\n"))?,
+        Some(path) => files::save(path, (serde_json::to_string_pretty(&all)? + "\n").as_bytes())?,
+        None => {}
     }
+    ended
 }
 
 /// What is followed, and from where.

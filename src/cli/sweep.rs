@@ -1,16 +1,17 @@
 //! `sweep` and `merge`: many configurations into one file, in parts if need be.
 
-use super::{More, Wanted, cannot_write, check_folder, check_target, chosen, failures, named, print, progress};
+use super::{
+    More, Wanted, cannot_write, check_folder, check_target, chosen, failures, interrupt, named, print, progress,
+};
 use crate::files;
 use crate::frame::Renderer;
-use crate::gpu::Gpu;
 use crate::measure::{self, Record, Shard, Step};
 use crate::message::shortened;
 use crate::setup::Setup;
 use anyhow::{Context, Result, bail, ensure};
 use serde_json::Value;
 use std::collections::BTreeMap;
-use std::fs::File;
+use std::fs::{File, TryLockError};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -52,6 +53,13 @@ pub fn run(mut wanted: Wanted, ids: Vec<String>, output: Output, adapter: Option
     let mut path = output.output.clone().into_os_string();
     path.push(".partial");
     let partial = PathBuf::from(path);
+    // Whoever writes it holds it. What another one is writing is not to be taken away under it.
+    let free = |file: &File| {
+        let taken = matches!(file.try_lock(), Err(TryLockError::WouldBlock));
+        ensure!(!taken, "{} is being written by another sweep; wait for its end or stop it", partial.display());
+        Ok(())
+    };
+    File::open(&partial).ok().as_ref().map_or(Ok(()), free)?;
     let finished = output.output.exists().then(|| measure::read(&output.output)).transpose()?.unwrap_or_default();
     let begun = if partial.exists() { readable(&partial)? } else { Vec::new() };
     let mut rows: BTreeMap<u64, Record> = BTreeMap::new();
@@ -74,7 +82,7 @@ pub fn run(mut wanted: Wanted, ids: Vec<String>, output: Output, adapter: Option
     if !rows.is_empty() {
         eprintln!("{} of {} configurations are measured already", rows.len(), work.len());
     }
-    let gpu = Arc::new(Gpu::new(adapter)?);
+    let gpu = Arc::new(interrupt::device(adapter)?);
     ensure!(
         missing.is_empty() || rows.values().all(|r| r.adapter == gpu.info.name),
         "{} was begun on another adapter; times of two adapters do not belong into one sweep",
@@ -86,6 +94,7 @@ pub fn run(mut wanted: Wanted, ids: Vec<String>, output: Output, adapter: Option
         let held: Vec<Record> = rows.values().cloned().collect();
         measure::write(&held, &partial, false)?;
         let file = File::options().append(true).open(&partial).with_context(|| cannot_write(&partial))?;
+        free(&file)?;
         let mut writer = csv::WriterBuilder::new().has_headers(held.is_empty()).from_writer(file);
         let bar = progress();
         let mut failed = None;
@@ -93,18 +102,29 @@ pub fn run(mut wanted: Wanted, ids: Vec<String>, output: Output, adapter: Option
             match step {
                 Step::Working(done, what) => super::show(&bar, done, what),
                 Step::Row(row) => {
-                    let written = writer.serialize(&*row).map_err(anyhow::Error::from);
-                    failed = written.and_then(|()| Ok(writer.flush()?)).err();
+                    let written = writer.serialize(&*row).map_err(io_error);
+                    failed = written.and_then(|()| writer.flush()).err();
                     rows.insert(row.index, *row);
                 }
                 Step::Failed(why) => refused.push(why.to_string()),
             }
-            failed.is_none()
+            failed.is_none() && !interrupt::asked()
         });
         bar.finish_and_clear();
-        failed.map_or(Ok(()), Err).with_context(|| cannot_write(&partial))?;
-        measured.with_context(|| {
-            format!("{} rows are kept in {}; the same command goes on from there", rows.len(), partial.display())
+        if let Some(error) = failed {
+            let (file, why) = (partial.display(), files::reason(&error));
+            bail!(
+                "{file} cannot be written: {why}; the rows that it holds stay, and the same command goes on from there"
+            );
+        }
+        interrupt::kept(measured, || match rows.len() {
+            0 => "nothing is measured yet".into(),
+            n => {
+                let (of, file) = (work.len(), partial.display());
+                format!(
+                    "{n} of {of} configurations are measured and stand in {file}; the same command goes on from there"
+                )
+            }
         })?;
     }
     let rows: Vec<Record> = rows.into_values().collect();
@@ -123,6 +143,13 @@ pub fn run(mut wanted: Wanted, ids: Vec<String>, output: Output, adapter: Option
         eprintln!("wrote {}", folder.join("index.html").display());
     }
     failures(&refused, rows.len() + refused.len())
+}
+
+fn io_error(error: csv::Error) -> std::io::Error {
+    match error.into_kind() {
+        csv::ErrorKind::Io(error) => error,
+        other => std::io::Error::other(format!("{other:?}")),
+    }
 }
 
 /// Joins the parts of a sweep.

@@ -1,6 +1,6 @@
 //! `table` and `tables`: measured tables as Markdown, and those of a page refreshed where they stand.
 
-use super::{Cli, Command, chosen, print, progress, show};
+use super::{Cli, Command, chosen, interrupt, print, progress, show};
 use crate::files;
 use crate::frame::Renderer;
 use crate::gpu::Gpu;
@@ -39,12 +39,12 @@ struct Table {
 /// Prints a table.
 pub fn table(wanted: &Wanted, adapter: Option<&str>) -> Result<()> {
     let table = wanted.open()?;
-    let gpu = Arc::new(Gpu::new(adapter)?);
+    let gpu = Arc::new(interrupt::device(adapter)?);
     table.suits(&gpu)?;
     let bar = progress();
-    let text = table.measure(gpu, &mut |done, what| show(&bar, done, what))?;
+    let text = table.measure(gpu, &mut |done, what| show(&bar, done, what));
     bar.finish_and_clear();
-    print(&text)
+    print(&text?)
 }
 
 /// Measures the tables of pages again and writes each page once all of its tables are there.
@@ -66,10 +66,11 @@ pub fn refresh(pages: &[PathBuf], adapter: Option<&str>) -> Result<()> {
         }
         work.push((path, text, tables));
     }
-    let gpu = Arc::new(Gpu::new(adapter)?);
+    let gpu = Arc::new(interrupt::device(adapter)?);
     for (at, _, table) in work.iter().flat_map(|(_, _, tables)| tables) {
         table.suits(&gpu).with_context(|| at.clone())?;
     }
+    let (pages, mut written) = (work.len(), 0);
     let total = work.iter().map(|(_, _, tables)| tables.len()).sum::<usize>() as f32;
     let bar = progress();
     let mut done = 0.0;
@@ -78,7 +79,12 @@ pub fn refresh(pages: &[PathBuf], adapter: Option<&str>) -> Result<()> {
         let mut from = 0;
         for (at, old, table) in tables {
             let tick = &mut |share, what: String| show(&bar, (done + share) / total, format!("{at}: {what}"));
-            let measured = table.measure(gpu.clone(), tick).with_context(|| at.clone())?;
+            let measured = table.measure(gpu.clone(), tick);
+            if measured.is_err() {
+                bar.finish_and_clear();
+            }
+            let measured = interrupt::kept(measured, || format!("{written} of {pages} pages are written"));
+            let measured = measured.with_context(|| at.clone())?;
             out += &text[from..old.start];
             if !out.ends_with('\n') {
                 out.push('\n');
@@ -97,6 +103,7 @@ pub fn refresh(pages: &[PathBuf], adapter: Option<&str>) -> Result<()> {
             path.display()
         );
         files::save(path, out.as_bytes())?;
+        written += 1;
         bar.suspend(|| eprintln!("wrote {}", path.display()));
     }
     bar.finish_and_clear();
@@ -279,7 +286,7 @@ impl Table {
                 Step::Row(record) => records.push(*record),
                 Step::Failed(why) => failed.push(why),
             }
-            failed.is_empty()
+            failed.is_empty() && !interrupt::asked()
         })
         .map_err(|e| failed.pop().unwrap_or(e))?;
         let mut lines = vec![vec![String::new()]];

@@ -70,6 +70,10 @@ impl Watch for Shots {
         let format = texture.format();
         let kind = format.sample_type(Some(wgpu::TextureAspect::All), None);
         let Some(wgpu::TextureSampleType::Float { .. } | wgpu::TextureSampleType::Depth) = kind else { return };
+        // One that is drawn into for the side effects alone cannot be read.
+        if !texture.usage().contains(wgpu::TextureUsages::TEXTURE_BINDING) {
+            return;
+        }
         let Some(picture) = self.picture.view() else { return };
         let array = Some(wgpu::TextureViewDimension::D2Array);
         let view = texture.create_view(&wgpu::TextureViewDescriptor { dimension: array, ..Default::default() });

@@ -427,6 +427,15 @@ fn locked<T>(slot: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
     slot.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
+impl Drop for Gpu {
+    /// What the device reported and nobody asked about is said at last.
+    fn drop(&mut self) {
+        if let Err(e) = self.check() {
+            eprintln!("shadowscope: {e}");
+        }
+    }
+}
+
 /// A texture with a view of all of it, remade when its description changes.
 #[derive(Default)]
 pub struct Slot {

@@ -69,8 +69,10 @@ pub struct Pipelines {
     asked: u64,
 }
 
-/// Most pipelines that are kept; beyond, the one that was not asked for longest goes. A technique has up to some thirty.
+/// Most pipelines that are kept; beyond, the one that was not asked for longest goes. A technique has up to some thirty. A software
+/// adapter compiles each once more for every kind of texture that it meets, and keeps all of that: some ten MiB a pipeline.
 const MOST_PIPELINES: usize = 512;
+const MOST_ON_SOFTWARE: usize = 128;
 
 /// A pipeline with what it binds. Bind groups are kept while their resources come back.
 pub struct Pass {
@@ -286,7 +288,8 @@ fn made(
         return Err(Unfit { file, entry, adapter: gpu.info.name.clone(), why: error.to_string() }.into());
     }
     let mut held = locked(&gpu.pipelines);
-    if held.made.len() >= MOST_PIPELINES {
+    let most = if gpu.software() { MOST_ON_SOFTWARE } else { MOST_PIPELINES };
+    if held.made.len() >= most {
         let oldest = held.made.iter().min_by_key(|(_, (asked, _))| *asked).map(|(key, _)| key.clone());
         oldest.and_then(|key| held.made.remove(&key));
     }

@@ -1,7 +1,7 @@
 //! Advice: the cheapest configuration that meets an error budget, over techniques and their main parameters.
 
 use super::search::{Line, Sample, Search, Wanted};
-use super::{Axis, Record, accuracy, space, stability, sweep};
+use super::{Axis, Record, Step, accuracy, space, stability, sweep};
 use crate::chart;
 use crate::frame::Renderer;
 use crate::params::Values;
@@ -209,7 +209,7 @@ const FEW: usize = 12;
 const PLAIN_MORE: usize = 4;
 
 /// Searches the techniques and their main parameters, those that `axes` name over the values given there. `watch` is told
-/// the share done and what is measured, and stops the work by saying no.
+/// of progress and of each row, and stops the work by saying no.
 ///
 /// # Errors
 /// A ratio asked for without a baseline, that no surface is seen twice where flicker is asked for, or that it was stopped.
@@ -219,7 +219,7 @@ pub fn advise(
     techniques: &[String],
     axes: &[Axis],
     budget: Budget,
-    watch: &mut dyn FnMut(f32, &str) -> bool,
+    watch: &mut dyn FnMut(Step) -> bool,
 ) -> Result<Advice> {
     let anchor = sweep::baseline(setup, None)?.map(|(setup, _)| setup);
     ensure!(
@@ -240,11 +240,11 @@ pub fn advise(
         let setup = &all[i];
         let what = format!("{} {}", setup.technique, brief(setup));
         let limit = most.get() as f32;
-        let mut watch = |done: f32, what: &str| {
-            over.set(!watch(done, what));
+        let mut tell = |step| {
+            over.set(!watch(step));
             !over.get()
         };
-        ensure!(watch(begun, what.trim()), super::STOPPED);
+        ensure!(tell(Step::Working(begun, what.trim().into())), super::STOPPED);
         let mut row = accuracy(renderer, setup, i as u64)?;
         row.configurations = all.len() as u64;
         if by.id == "flicker" {
@@ -257,9 +257,11 @@ pub fn advise(
             (row.flicker, row.label_flicker) = (Some(change.flicker), Some(change.label_flicker));
         }
         // Errors take about as long as times; how long is not known before.
-        let mut go_on = |part: f32| watch(begun + (0.5 + 0.5 * part) / limit, &format!("{}: times", what.trim()));
+        let mut go_on =
+            |part: f32| tell(Step::Working(begun + (0.5 + 0.5 * part) / limit, format!("{}: times", what.trim())));
         ensure!(go_on(0.0), super::STOPPED);
         sweep::time_one(renderer, &mut row, setup, anchor.as_ref(), &mut go_on)?;
+        ensure!(tell(Step::Row(Box::new(row.clone()))), super::STOPPED);
         Ok(row)
     };
     let mut measure = |i: usize| -> Result<Option<Sample>> {

@@ -36,6 +36,7 @@ use crate::truth::Progress;
 use crate::view;
 use anyhow::Context;
 use glam::Vec3;
+use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -54,6 +55,8 @@ pub enum Action {
     Measure,
     /// Measure these one after the other, each a row of the chart.
     Sweep(Vec<Setup>),
+    /// Go on with the sweep that has not come to its end.
+    GoOnSweeping,
     /// Run techniques along the path of a case; None: along the set-up's own.
     Stability(Option<&'static str>, Run),
     /// Look among techniques for the cheapest configuration that meets a budget.
@@ -70,6 +73,9 @@ pub enum Action {
     Exhibit(&'static str),
     /// Find out which files were opened last.
     LookUpRecent,
+    /// Go on with what a window that is gone has left, by its place in the list; or let go of it.
+    GoOn(usize),
+    Forget(usize),
     /// Draw a sheet, and write it into a folder under a name in these formats, if they are given.
     Sheet(Box<Spec>, Option<((PathBuf, String), Vec<Format>)>),
     /// Write what a tab of the drawer shows: as a chart or as figures, by the file's ending.
@@ -135,6 +141,8 @@ pub struct Code {
     pub wrong: usize,
 }
 
+/// Most messages over the picture.
+const MOST_NOTES: usize = 12;
 /// How long what is said stays, and what went wrong.
 const SAID: Duration = Duration::from_secs(6);
 const FAILED: Duration = Duration::from_secs(12);
@@ -262,8 +270,18 @@ impl Job {
     }
 }
 
+/// A sweep that runs, or that was cancelled, failed or torn away before its end.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Sweeping {
+    /// The set-up that costs are multiples of.
+    pub base: Setup,
+    /// Configurations that are still to be measured, and how many there were.
+    pub left: Vec<Setup>,
+    pub of: usize,
+}
+
 /// What stands in the drawer under the picture.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Tab {
     Chart,
     Stability,
@@ -291,6 +309,8 @@ pub struct Model {
     pub notes: Vec<Note>,
     pub loading: Option<String>,
     pub measuring: Option<Job>,
+    /// The last sweep, until all of it is measured.
+    pub sweeping: Option<Sweeping>,
     pub capturing: bool,
     /// All that was measured or read from files, the newest last: the chart's points.
     pub rows: Vec<Record>,
@@ -384,6 +404,7 @@ impl Model {
             notes: Vec::new(),
             loading: None,
             measuring: None,
+            sweeping: None,
             capturing: false,
             rows: Vec::new(),
             drawer: None,
@@ -589,6 +610,13 @@ impl Model {
         self.chart.stale = true;
     }
 
+    /// A row has come in: what of the sweep is left.
+    pub fn swept(&mut self, row: &Record) {
+        if let (Some(sweep), Ok(setup)) = (&mut self.sweeping, row.setup()) {
+            sweep.left.retain(|left| *left != setup);
+        }
+    }
+
     /// What a tab shows is in no file.
     pub fn unsaved(&mut self, tab: Tab) {
         if !self.unsaved.contains(&tab) {
@@ -743,6 +771,8 @@ impl Model {
     fn warn(&mut self, note: Note) {
         self.notes.retain(|n| n.text != note.text);
         self.notes.push(note);
+        // What nobody dismisses does not pile up: the oldest goes.
+        self.notes.drain(..self.notes.len().saturating_sub(MOST_NOTES));
     }
 
     /// Opens the drawer at a tab, or closes it there.

@@ -1,5 +1,6 @@
 //! The start screen: lessons by picture, files, and a gallery of set-ups.
 
+use super::journal::Left;
 use super::model::{Action, Model};
 use super::pictures::{self, Picture, Pictures, Subject};
 use super::recent::Recent;
@@ -15,6 +16,8 @@ pub struct Start {
     pub shown: bool,
     /// The files opened last, or why they are not known; None: not asked for yet.
     pub recent: Option<Result<Vec<Recent>, String>>,
+    /// What windows that are gone have left.
+    pub left: Vec<Left>,
 }
 
 /// Width of a tile at least, points, and of all of them together at most.
@@ -41,6 +44,7 @@ pub fn show(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
         ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
             let room = (ui.available_width() - 12.0).min(WIDEST);
             ui.set_max_width(room);
+            left(ui, m, out);
             let columns = (((room + GAP) / (TILE + GAP)) as usize).clamp(1, COLUMNS);
             let mut cells = Vec::new();
             let tiles: Vec<Tile> = lessons::all().iter().map(Tile::lesson).collect();
@@ -80,6 +84,31 @@ fn head(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
             }
         });
     });
+}
+
+/// What was open in windows that are gone.
+fn left(ui: &mut Ui, m: &Model, out: &mut Vec<Action>) {
+    if m.start.left.is_empty() {
+        return;
+    }
+    ui.label(RichText::new("Go on where you were").heading());
+    for (i, left) in m.start.left.iter().enumerate() {
+        ui.horizontal(|ui| {
+            let button = ui.add_enabled(left.told.is_ok(), Button::new(&left.title).min_size(vec2(200.0, 22.0)));
+            if button.on_hover_text("Open it as it was.").clicked() {
+                out.push(Action::GoOn(i));
+            }
+            if ui.small_button("×").on_hover_text("Let go of it.").clicked() {
+                out.push(Action::Forget(i));
+            }
+            let told = match &left.told {
+                Ok(told) => RichText::new(told).weak(),
+                Err(why) => RichText::new(why).color(ui.visuals().warn_fg_color),
+            };
+            ui.add(egui::Label::new(told.small()).truncate());
+        });
+    }
+    ui.add_space(14.0);
 }
 
 /// Files opened before.

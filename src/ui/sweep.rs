@@ -3,7 +3,7 @@
 use super::chart;
 use super::controls::chips;
 use super::drawer::{beside, export, line, pick_techniques, progress, size};
-use super::model::{Action, Job, Model, Tab};
+use super::model::{Action, Job, Model, Sweeping, Tab};
 use crate::measure::{self, Axis};
 use crate::setup::Setup;
 use crate::techniques;
@@ -87,6 +87,14 @@ fn start(ui: &mut Ui, m: &mut Model, out: &mut Vec<Action>) {
             m.clear_rows();
         }
     });
+    let here = |s: &&Sweeping| !s.left.is_empty() && s.base.scene == m.setup.scene;
+    if let Some(sweep) = m.sweeping.as_ref().filter(here) {
+        let text = format!("Go on: {} of {} left", sweep.left.len(), sweep.of);
+        let tip = "Measure what the last sweep has left, each with the set-up that it had then.";
+        if ui.button(text).on_hover_text(tip).clicked() {
+            out.push(Action::GoOnSweeping);
+        }
+    }
     size(ui, m);
     line(ui, &estimate(m).unwrap_or_default());
 }

@@ -1,11 +1,13 @@
 //! The event loop's side: window, input, one pass after the other, and what actions do.
 
 use super::canvas::Canvas;
+use super::journal::{self, Due, Journal, Left, Rest};
 use super::lost::{self, Lost};
-use super::model::{Action, Job, Model, Tab};
+use super::model::{Action, Job, Model, Sweeping, Tab};
 use super::picker::Picker;
 use super::pictures::Picture;
 use super::stage::{AGAIN, Order, Request, Stage};
+use super::sweep::SWEEP;
 use super::work::{Desk, Done, Figures, Opened};
 use super::{Ended, lesson, recent, shell, style, timeline};
 use crate::chart::{COSTS, ERRORS};
@@ -58,6 +60,10 @@ impl App {
     /// How it went, after the event loop has ended.
     pub fn ended(mut self) -> Result<Ended> {
         if let Some(open) = &mut self.open {
+            // What ends with an error is left as it was a moment before.
+            if self.error.is_none() {
+                open.close_journal();
+            }
             open.stage.close();
             open.desk.close();
         }
@@ -162,6 +168,12 @@ struct Open {
     /// The folder that keeps which files were opened, and the one that is being opened.
     config: Option<PathBuf>,
     file: Option<String>,
+    /// Keeps what is in memory alone.
+    journal: Option<Journal>,
+    /// What is being gone on with, by the request to load it.
+    going_on: Option<(u64, Left, Box<Rest>)>,
+    /// What windows that are gone have left, until there is a model.
+    left: Vec<Left>,
     /// Number of the latest request to load, to measure.
     loading: u64,
     measuring: u64,
@@ -200,6 +212,10 @@ impl Open {
             // Fails only when the window has closed.
             let _ = wake.send_event(());
         });
+        let journals = journal::folder();
+        if let Some(folder) = &journals {
+            desk.find_left(folder.clone());
+        }
         Ok(Open {
             canvas,
             stage: Stage::start(desk.post(), gpu.info.name.clone(), gpu.software()),
@@ -218,6 +234,9 @@ impl Open {
             start: false,
             config: recent::folder(),
             file: None,
+            journal: journals.map(Journal::new),
+            going_on: None,
+            left: Vec::new(),
             loading: 0,
             measuring: 0,
             restoring: false,
@@ -323,12 +342,32 @@ impl Open {
                     continue;
                 }
                 Done::Broken(e) | Done::Lost(e, _) if self.model.is_none() => return Err(e),
+                Done::Left(left) => {
+                    self.found_left(left);
+                    continue;
+                }
+                Done::WentOn(job, left, rest) => {
+                    match (&mut self.model, rest) {
+                        (_, Some(rest)) => self.going_on = Some((job, left, rest)),
+                        (Some(m), None) => m.start.left.insert(0, left),
+                        (None, None) => {}
+                    }
+                    continue;
+                }
+                Done::Journaled(done) => {
+                    let failed = self.journal.as_mut().and_then(|journal| journal.written(done));
+                    if let (Some(m), Some(e)) = (&mut self.model, failed) {
+                        m.fail(&e);
+                    }
+                    continue;
+                }
                 _ => {}
             }
             let Some(m) = &mut self.model else { continue };
             match done {
                 // Of something that is no longer wanted.
                 Done::Loaded(..) | Done::World(..) | Done::Opened(..) | Done::Built(..) => {}
+                Done::Left(..) | Done::WentOn(..) | Done::Journaled(..) => {}
                 Done::Drawn(facts, picture) => {
                     m.facts = *facts;
                     if let Some(picture) = picture {
@@ -399,11 +438,13 @@ impl Open {
                     if let Some(running) = &mut m.measuring {
                         running.rows += 1;
                     }
+                    m.swept(&row);
                     m.adopt([*row]);
                 }
                 Done::Measured(job, result) if job == self.measuring => {
                     if let (Some(ended), Ok(())) = (m.measuring.take(), &result) {
                         m.chart.range.learn(&m.setup, &ended);
+                        m.sweeping = m.sweeping.take().filter(|_| ended.title != SWEEP);
                     }
                     if let Err(e) = result {
                         m.fail(&e.context("measuring failed"));
@@ -537,10 +578,12 @@ impl Open {
         let Some(m) = &mut self.model else {
             let (setup, scene, bounds) = *opened?;
             let model = self.model.insert(Model::new(setup, scene, bounds));
+            let left = std::mem::take(&mut self.left);
             if let Some((path, world)) = self.world.take() {
                 model.show_world(&path, world);
             }
             model.start.shown = std::mem::take(&mut self.start);
+            offer(model, left);
             if let Some((path, spec)) = self.sheet.take() {
                 model.build(&path, *spec);
             }
@@ -549,6 +592,12 @@ impl Open {
         };
         m.loading = None;
         let restored = std::mem::take(&mut self.restoring);
+        let going_on = self.going_on.take();
+        let (going_on, stale) = match going_on {
+            Some((job, left, rest)) if job == self.loading && opened.is_ok() => (Some((left, rest)), None),
+            other => (None, other.map(|(_, left, _)| left)),
+        };
+        m.start.left.extend(stale);
         match opened.map(|o| *o) {
             Ok((setup, scene, bounds)) => {
                 match m.awaits(&setup) {
@@ -560,6 +609,12 @@ impl Open {
                     }
                 }
                 m.lab.shown = false;
+                if let Some((left, rest)) = going_on {
+                    rest.give(m);
+                    if let Some(journal) = &mut self.journal {
+                        journal.take(left);
+                    }
+                }
                 if let Some((path, spec)) = self.sheet.take() {
                     m.build(&path, *spec);
                 }
@@ -640,6 +695,9 @@ impl Open {
 
         let root = output.viewport_output.get(&egui::ViewportId::ROOT);
         let mut wait = root.map_or(Duration::MAX, |v| v.repaint_delay);
+        if let Some(later) = self.keep() {
+            wait = wait.min(later);
+        }
         if self.glide.is_some() || self.model.as_ref().is_some_and(|m| m.moving() && m.measuring.is_none()) {
             wait = Duration::ZERO;
         }
@@ -686,6 +744,36 @@ impl Open {
         self.model.iter_mut().for_each(|m| m.reopened(&why));
         self.request_pass();
         Ok(())
+    }
+
+    /// Has the journal written where something has changed; when it is to be looked at again.
+    fn keep(&mut self) -> Option<Duration> {
+        match self.journal.as_mut()?.due(self.model.as_ref()?) {
+            Due::Nothing => None,
+            Due::Later(wait) => Some(wait),
+            Due::Write(write) => {
+                self.desk.start(move |post| post.send(Done::Journaled(write())));
+                None
+            }
+        }
+    }
+
+    /// Takes in what windows that are gone have left.
+    fn found_left(&mut self, left: Vec<Left>) {
+        match &mut self.model {
+            Some(m) => offer(m, left),
+            None => self.left = left,
+        }
+    }
+
+    /// The window is being closed.
+    fn close_journal(&mut self) {
+        if let (Some(journal), Some(m)) = (&mut self.journal, &mut self.model) {
+            let mut older = std::mem::take(&mut m.start.left);
+            if let Err(e) = journal.close(m, &mut older) {
+                eprintln!("shadowscope: what was open is not kept for the next time: {}", message::sentence(&e));
+            }
+        }
     }
 
     /// Orders the picture that the model describes, for a viewport of `full` pixels.
@@ -792,6 +880,15 @@ impl Open {
                     self.desk.remember(folder.clone(), None);
                 }
             }
+            Action::GoOn(i) if i < m.start.left.len() => {
+                let left = m.start.left.remove(i);
+                self.begin_loading();
+                let name = left.title.clone();
+                self.desk.go_on(self.loading, left, Room::of(&self.gpu));
+                self.say_loading(name);
+            }
+            Action::Forget(i) if i < m.start.left.len() => m.start.left.remove(i).forget(),
+            Action::GoOn(_) | Action::Forget(_) => {}
             Action::PickFile => self.desk.pick_file(),
             Action::PickCapture => self.desk.pick_capture(),
             Action::Measure => {
@@ -801,8 +898,14 @@ impl Open {
             }
             Action::Sweep(setups) => {
                 let base = m.setup.measured();
-                let (job, adapter) = self.job("Sweep");
+                m.sweeping = Some(Sweeping { base: base.clone(), of: setups.len(), left: setups.clone() });
+                let (job, adapter) = self.job(SWEEP);
                 self.desk.measure(job, adapter, scene, base, setups);
+            }
+            Action::GoOnSweeping => {
+                let Some(Sweeping { base, left, .. }) = m.sweeping.clone() else { return };
+                let (job, adapter) = self.job(SWEEP);
+                self.desk.measure(job, adapter, scene, base, left);
             }
             Action::Stability(case, run) => {
                 let setup = m.setup.measured();
@@ -898,6 +1001,14 @@ impl Open {
 fn loses_devices(event: &Event) -> bool {
     let all = Modifiers { alt: true, shift: true, ..Modifiers::CTRL };
     matches!(event, Event::Key { key: Key::F12, pressed: true, modifiers, .. } if modifiers.matches_exact(all))
+}
+
+/// Offers what windows that are gone have left. Who has named a file sees no start screen, and is told.
+fn offer(m: &mut Model, left: Vec<Left>) {
+    if !m.start.shown && left.iter().any(|left| !left.closed) {
+        m.say("The program ended unexpectedly; what was open then is on the start screen (F8).");
+    }
+    m.start.left.extend(left);
 }
 
 /// Size of a figure's file, pixels.

@@ -1,5 +1,6 @@
 //! Work beside the window: loading, measuring, capturing, file dialogs. Each on a thread of its own.
 
+use super::journal::{self, Left, Rest};
 use super::model::{Facts, Tab};
 use super::pictures::{self, Subject};
 use super::recent::{self, Recent};
@@ -105,6 +106,11 @@ pub enum Done {
     Answered(u64, Result<Box<Answer>>),
     /// The files opened last.
     Recent(Result<Vec<Recent>>),
+    /// What windows that are gone have left; and of one that is gone on with the rest, if its set-up can be opened.
+    Left(Vec<Left>),
+    WentOn(u64, Left, Option<Box<Rest>>),
+    /// What is open stands in the journal now; how long that took.
+    Journaled(Result<Duration>),
     /// A small picture.
     Pictured(Subject, Result<ColorImage>),
     /// The errors of the picture.
@@ -293,6 +299,24 @@ impl Desk {
         });
     }
 
+    /// Finds out what windows that are gone have left in a folder.
+    pub fn find_left(&self, folder: PathBuf) {
+        self.start(move |post| post.send(Done::Left(journal::left(&folder))));
+    }
+
+    /// Opens what one of them has left.
+    pub fn go_on(&self, job: u64, left: Left, room: Room) {
+        self.start(move |post| {
+            let opened = left.open();
+            let (loaded, rest) = match opened {
+                Ok((setup, scene, rest)) => (prepared(setup, scene, &room, false), Some(Box::new(rest))),
+                Err(e) => (Err(e), None),
+            };
+            post.send(Done::WentOn(job, left, rest));
+            post.send(Done::Loaded(job, loaded));
+        });
+    }
+
     /// Finds out which files were opened last; with a name, puts that first.
     pub fn remember(&self, folder: PathBuf, name: Option<String>) {
         self.start(move |post| {
@@ -356,6 +380,12 @@ impl Desk {
             let watch = Watch { post: post.clone(), job, wanted, said: Cell::new(None) };
             post.send(done(job, work(&watch)));
         });
+        self.keep(thread);
+    }
+
+    /// Keeps a thread that must end before the program does; those that have ended are let go.
+    fn keep(&mut self, thread: JoinHandle<()>) {
+        self.drawing.retain(|thread| !thread.is_finished());
         self.drawing.push(thread);
     }
 
@@ -414,8 +444,9 @@ impl Desk {
         (budget, techniques): (Budget, Vec<String>),
     ) {
         let work = move |mut renderer: Renderer, watch: &Watch| {
-            let advice = advise::advise(&mut renderer, &setup, &techniques, &[], budget, &mut |done, what| {
-                watch.progress(done, what)
+            let advice = advise::advise(&mut renderer, &setup, &techniques, &[], budget, &mut |step| match step {
+                Step::Working(done, what) => watch.progress(done, &what),
+                _ => watch.wanted(),
             })?;
             Ok(Box::new((budget, advice)))
         };
@@ -486,7 +517,7 @@ impl Desk {
             let made = folder.map(|f| format!("The folder {} did not exist; it was made.", f.display()));
             post.send(Done::Captured(captured.map(|notes| (path, made.into_iter().chain(notes).collect()))));
         });
-        self.drawing.push(thread);
+        self.keep(thread);
     }
 
     /// Draws a sequence of a set-up into a file, likewise.
@@ -514,7 +545,8 @@ impl Desk {
         if self.pictures.is_none() {
             let (sender, requests) = channel();
             let (closed, alone) = (self.closed(), self.alone.clone());
-            self.drawing.push(self.start(move |post| draw_small(&adapter, &requests, &alone, closed, post)));
+            let thread = self.start(move |post| draw_small(&adapter, &requests, &alone, closed, post));
+            self.keep(thread);
             self.pictures = Some(sender);
         }
         if let Some(sender) = &self.pictures {

@@ -272,7 +272,7 @@ fn a_frame_that_is_given_up_leaves_nothing_behind() {
     let view = camera(Vec3::new(3.0, 4.0, 8.0), Vec3::new(0.0, 0.5, 0.0));
     let made = scene(vec![mesh(&yard(), 0)], vec![material(Vec3::ONE)], view, sun(Vec3::new(0.6, 1.0, 0.3)));
     // The others share their device.
-    let gpu = Arc::new(Gpu::new(None).unwrap());
+    let gpu = Arc::new(strict(Gpu::new(None).unwrap()));
     let mut r = Renderer::new(gpu.clone(), Arc::new(made)).unwrap();
     let mut s = Setup::new("test", r.scene()).unwrap();
     s.size = [64, 48];

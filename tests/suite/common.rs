@@ -34,14 +34,23 @@ pub fn within(folder: &Path, args: &[&str], seconds: &str) -> Output {
 /// As [`shadowscope`], where it must succeed.
 pub fn ok(folder: &Path, args: &[&str]) -> Output {
     let out = shadowscope(folder, args);
-    assert!(out.status.success(), "{args:?}: {}", String::from_utf8_lossy(&out.stderr));
+    let said = String::from_utf8_lossy(&out.stderr);
+    assert!(out.status.success(), "{args:?}: {said}");
+    assert!(!said.contains("the graphics device reports"), "{args:?}: {said}");
     out
 }
 
 /// The device that all tests of a file use.
 pub fn gpu() -> Arc<Gpu> {
     static GPU: OnceLock<Arc<Gpu>> = OnceLock::new();
-    GPU.get_or_init(|| Arc::new(Gpu::new(None).expect("these tests need a Vulkan driver; run ./setup.sh"))).clone()
+    GPU.get_or_init(|| Arc::new(strict(Gpu::new(None).expect("these tests need a Vulkan driver; run ./setup.sh"))))
+        .clone()
+}
+
+/// A device whose errors fail the test that makes them, where they are made, whether anybody asks for them or not.
+pub fn strict(gpu: Gpu) -> Gpu {
+    gpu.device.on_uncaptured_error(Arc::new(|error: wgpu::Error| panic!("the graphics device reports: {error}")));
+    gpu
 }
 
 pub fn material(color: Vec3) -> Material {

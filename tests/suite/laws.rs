@@ -351,7 +351,7 @@ fn what_adapters_guarantee_is_enough() {
     let (mut strong, mut setup) = start(lit(&yard(), view, lights[0]), [96, 72]);
     let bare = |limits: wgpu::Limits| {
         let gpu = Gpu::within(&gpu::instance(), None, None, |_, _| (wgpu::Features::empty(), limits)).unwrap();
-        Renderer::new(Arc::new(gpu), strong.scene().clone()).unwrap()
+        Renderer::new(Arc::new(strict(gpu)), strong.scene().clone()).unwrap()
     };
     let (mut least, mut guaranteed) = (bare(wgpu::Limits::downlevel_defaults()), bare(wgpu::Limits::default()));
     let (mut seen, mut refused) = (0, 0);
@@ -451,7 +451,7 @@ fn memory_told_is_memory_made() {
     let scene = lit(&yard(), camera(Vec3::new(2.0, 3.0, 4.0), Vec3::ZERO), light);
     let (_, mut s) = start(scene.clone(), [64, 48]);
     // A device of its own, on which nobody else allocates.
-    let gpu = Arc::new(Gpu::new(None).unwrap());
+    let gpu = Arc::new(strict(Gpu::new(None).unwrap()));
     let mut r = Renderer::new(gpu.clone(), Arc::new(scene)).unwrap();
     let mut taken = |s: &Setup, analysis: bool| {
         // Bind groups outlive what they bind by two frames.

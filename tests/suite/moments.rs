@@ -22,7 +22,7 @@ var<storage, read_write> probed: array<vec4f>;
 pub fn with_probe(text: &str) -> (Gpu, tempfile::TempDir) {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("probe.wgsl"), format!("{text}{PROBED}")).unwrap();
-    let mut gpu = Gpu::new(None).unwrap();
+    let mut gpu = strict(Gpu::new(None).unwrap());
     gpu.shaders = Shaders::from_folder(folder.path());
     (gpu, folder)
 }

@@ -192,7 +192,7 @@ impl Bench {
         let folder = tempfile::tempdir().unwrap();
         let probe = |id: &str| format!("//!include techniques/{id}.wgsl\n{PROBE}");
         std::fs::write(folder.path().join("probe.wgsl"), probe("fem_grid")).unwrap();
-        let mut gpu = Gpu::new(None).unwrap();
+        let mut gpu = strict(Gpu::new(None).unwrap());
         gpu.shaders = Shaders::from_folder(folder.path());
         Bench { gpu, _folder: folder }
     }

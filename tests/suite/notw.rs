@@ -286,7 +286,7 @@ fn a_full_list_is_no_chance() {
 /// The adapter of the tests with less room: no more than so many bytes are bound at once.
 fn small_gpu(bytes: u64) -> Arc<Gpu> {
     let limits = |f, l: wgpu::Limits| (f, wgpu::Limits { max_storage_buffer_binding_size: bytes, ..l });
-    Arc::new(Gpu::within(&gpu::instance(), None, None, limits).unwrap())
+    Arc::new(strict(Gpu::within(&gpu::instance(), None, None, limits).unwrap()))
 }
 
 /// More rays than there is room for: the map is made in bands, the same each time, and the same as at once.

@@ -1009,6 +1009,15 @@ fn a_shot_shows_what_a_pass_wrote() {
     assert_eq!(r.shot(&s, 0, "no such pass").unwrap(), None);
     let after = (r.read_picture().unwrap(), r.read_visibility().unwrap(), r.read_truth().unwrap());
     assert!(before == after, "a shot changed the frame");
+    // What is drawn into for side effects alone cannot be shown.
+    for id in ["izb", "notw"] {
+        select(&mut s, id, &[]);
+        r.render(&s, Ask { timed: true, ..ask(&s) }).unwrap();
+        r.collect_times(true).unwrap();
+        for (pass, _) in r.timer.by_name() {
+            r.shot(&s, 0, pass).unwrap_or_else(|e| panic!("{id}, {pass}: {e:#}"));
+        }
+    }
 }
 
 /// All layers of a map are in the shot, with one range; the truth, the analysis and what the CPU judges have shots too.

@@ -40,6 +40,16 @@ pub struct Reproduction {
     deviation: &'static str,
 }
 
+/// What is told while reproductions are measured.
+pub enum Step<'a> {
+    /// Share done, 0 to 1, and which is at work.
+    Working(f32, &'a str),
+    /// What stands at the head of the document.
+    Head(String),
+    /// One of them, complete.
+    Measured(String),
+}
+
 /// All of them, in the order of the document.
 pub static ALL: &[Reproduction] = &[
     Reproduction {
@@ -367,15 +377,21 @@ const CERTAINTY: &str = "His depths are those at texels' middles, so that certai
                          grown map, to which they should be equal; ours are.";
 
 /// Measures reproductions (all, if none is named) and joins them into a document. `folder`: where their pictures are
-/// written, which the document then shows. `tick` is told the share done and which is at work.
+/// written, which the document then shows. `tick` is given the document part by part, told the share done and which is at work, and
+/// stops the work between two of them by an error.
 ///
 /// # Errors
 /// An unknown name, or what the device or the file system reports.
-pub fn run(gpu: Arc<Gpu>, ids: &[String], folder: Option<&Path>, tick: &mut dyn FnMut(f32, &str)) -> Result<String> {
+pub fn run(
+    gpu: Arc<Gpu>,
+    ids: &[String],
+    folder: Option<&Path>,
+    tick: &mut dyn FnMut(Step) -> Result<()>,
+) -> Result<()> {
     check(ids)?;
     let wanted: Vec<&Reproduction> = ALL.iter().filter(|r| ids.is_empty() || ids.iter().any(|i| i == r.id)).collect();
     let info = &gpu.info;
-    let mut out = format!(
+    let head = format!(
         "# Reproductions\n\n\
          Published tables and figures measured again, ours beside theirs: `shadowscope reproduce [ID…] [-o FOLDER]` writes\n\
          this page, and its pictures into the folder.\n\
@@ -387,12 +403,15 @@ pub fn run(gpu: Arc<Gpu>, ids: &[String], folder: Option<&Path>, tick: &mut dyn 
     );
     let parts = wanted.len();
     let mut bench = Bench { gpu, open: None, folder, part: (0, parts, ""), tick };
+    (bench.tick)(Step::Head(head))?;
     for (i, r) in wanted.iter().enumerate() {
         bench.part = (i, parts, r.id);
+        (bench.tick)(Step::Working(i as f32 / parts as f32, r.id))?;
         let measured = (r.run)(&mut bench).with_context(|| format!("reproducing {}", r.id))?;
-        out += &format!("\n## {}\n\n`shadowscope reproduce {}`\n\n{measured}\n{}\n", r.title, r.id, r.deviation);
+        let text = format!("\n## {}\n\n`shadowscope reproduce {}`\n\n{measured}\n{}\n", r.title, r.id, r.deviation);
+        (bench.tick)(Step::Measured(text))?;
     }
-    Ok(out)
+    Ok(())
 }
 
 /// Refuses names that are not those of reproductions.
@@ -412,14 +431,15 @@ struct Bench<'a> {
     folder: Option<&'a Path>,
     /// Which of how many reproductions is at work, and its name.
     part: (usize, usize, &'static str),
-    tick: &'a mut dyn FnMut(f32, &str),
+    tick: &'a mut dyn FnMut(Step) -> Result<()>,
 }
 
 impl Bench<'_> {
     /// Tells that step i of n of this reproduction starts.
     fn done(&mut self, i: usize, n: usize) {
         let (part, parts, id) = self.part;
-        (self.tick)((part as f32 + i as f32 / n as f32) / parts as f32, id);
+        // Within one it is the device that gives up.
+        let _ = (self.tick)(Step::Working((part as f32 + i as f32 / n as f32) / parts as f32, id));
     }
 
     /// A built-in scene, and the set-up that it starts with.
