@@ -1,8 +1,8 @@
 //! `profile`: every pass of techniques, and the bytes that it moves.
 
-use super::{Wanted, failures, print, progress, renderer, to_measure};
+use super::{Wanted, failures, interrupt, print, progress, renderer, to_measure};
 use crate::frame::{Renderer, SHARED_PASSES};
-use crate::gpu::{Gpu, Traffic};
+use crate::gpu::Traffic;
 use crate::measure::timing;
 use anyhow::{Result, ensure};
 use std::fmt::Write;
@@ -39,9 +39,9 @@ pub fn run(wanted: Wanted, ids: &[String], output: &Output, adapter: Option<&str
     let sound = output.bandwidth.is_none_or(|b| b.is_finite() && b > 0.0);
     ensure!(sound, "--bandwidth takes a number above 0: the GB that memory moves in a second");
     let (mut setup, scene, ids, mut failed) = to_measure(wanted, ids)?;
-    let mut renderer = renderer(adapter, scene)?;
+    let mut renderer = renderer(interrupt::device(adapter)?, scene)?;
     // Counting shaders are slow, and so on a device of their own.
-    let counting = Gpu::new(adapter)?.count_traffic()?;
+    let counting = interrupt::device(adapter)?.count_traffic()?;
     let mut counting = Renderer::new(Arc::new(counting), renderer.scene().clone())?;
     let bandwidth = match output.bandwidth {
         Some(said) => said * 1e9,
@@ -52,10 +52,14 @@ pub fn run(wanted: Wanted, ids: &[String], output: &Output, adapter: Option<&str
     for (i, id) in ids.iter().enumerate() {
         setup.select(id)?;
         super::show(&bar, i as f32 / ids.len() as f32, id.clone());
-        let measured = timing::time(&mut renderer, std::slice::from_ref(&setup), &mut |_| true)
+        let measured = timing::time(&mut renderer, std::slice::from_ref(&setup), &mut |_| !interrupt::asked())
             .and_then(|times| Ok((times, timing::traffic(&mut counting, &setup)?)));
         let (times, traffic) = match measured {
             Ok(measured) => measured,
+            Err(e) if interrupt::stopped(&e) => {
+                bar.finish_and_clear();
+                return interrupt::kept(Err(e), || "nothing is told of passes unless all are measured".into());
+            }
             Err(e) => {
                 failed.push(format!("{id}: {e:#}"));
                 continue;

@@ -67,6 +67,7 @@ mod sweep;
 mod tables;
 mod techniques;
 mod tinker;
+mod traffic;
 mod truth;
 mod volumes;
 mod warps;
