@@ -319,6 +319,9 @@ pub fn shown_name(spec: &Spec) -> String {
     spec.name.replace('_', " ")
 }
 
+/// Why an option of a choice cannot be taken; None if it can.
+pub type Refused<'a> = &'a dyn Fn(&str) -> Option<String>;
+
 /// A row for a technique's parameter in a scene that is seen from this distance, metres, and with this default; `pinned` is changed by
 /// the name's menu, and `refused` says why an option cannot be chosen.
 pub fn parameter(
@@ -326,7 +329,7 @@ pub fn parameter(
     spec: &Spec,
     value: &mut Value,
     (distance, default): (f64, Value),
-    (pinned, refused): (&mut bool, &dyn Fn(&str) -> Option<String>),
+    (pinned, refused): (&mut bool, Refused),
 ) {
     let name = shown_name(spec);
     let (doc, range) = (spec.doc.trim(), spec.range());
