@@ -78,7 +78,9 @@ fn damage(bytes: &mut Vec<u8>, random: &mut Random) {
 fn damaged_files_are_taken_or_refused() {
     let mut random = Random(0x5eed);
     let mut corpora = readers::ALL.map(|(name, reader)| (reader, files(&Path::new("tests/corpus").join(name))));
-    corpora[0].1.extend(files(Path::new("tests/data/gltf")).into_iter().filter(|path| path.extension() == Some("glb".as_ref())));
+    corpora[0].1.extend(
+        files(Path::new("tests/data/gltf")).into_iter().filter(|path| path.extension() == Some("glb".as_ref())),
+    );
     let (begun, mut tried) = (Instant::now(), 0);
     while begun.elapsed() < Duration::from_secs(3) {
         let (reader, files) = &corpora[tried % corpora.len()];

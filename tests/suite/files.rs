@@ -4,7 +4,7 @@ use crate::common::{gpu, mesh, ok, shadowscope};
 use glam::Vec3;
 use shadowscope::frame::Renderer;
 use shadowscope::scene::{builtin, bvh, geometry::Geometry};
-use shadowscope::{capture, files};
+use shadowscope::{capture, files, lessons, measure};
 use std::path::Path;
 use std::process::{Command, Output};
 use std::sync::Arc;
@@ -216,6 +216,23 @@ fn keys_of_any_length_make_short_messages() {
     }
 }
 
+/// What cards, lists and charts show is of a length that they have room for.
+#[test]
+fn texts_of_any_length_are_refused_or_shortened() {
+    let step = |text: &str| {
+        format!("title = \"a\"\nsee = \"b\"\n[[steps]]\ntitle = \"c\"\ntext = \"{text}\"\nsetup.scene = \"cubes\"\n")
+    };
+    let lesson = |text: &str| lessons::read("a", &step(text), Path::new(""));
+    assert_eq!(lesson(&"ä".repeat(5000)).unwrap().steps.len(), 1);
+    let error = format!("{:#}", lesson(&"ä".repeat(5001)).unwrap_err());
+    assert!(error.contains("step 1: text has 5001 characters; it takes up to 5000"), "{error}");
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("a.csv");
+    std::fs::write(&path, format!("index,technique\n7,{}\n", "x".repeat(5000))).unwrap();
+    let error = measure::read(&path).unwrap_err().to_string();
+    assert!(error.contains("a.csv: row 7 has") && error.contains("more than 4096"), "{error}");
+}
+
 #[test]
 fn what_differs_is_named() {
     let dir = tempfile::tempdir().unwrap();
@@ -301,4 +318,44 @@ fn heaps_of_triangles_are_halved() {
             .collect();
         assert!(!bvh::heaped(&boxes), "{name}");
     }
+}
+
+/// A file that says it is empty and is not, as one that another program writes meanwhile.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_file_that_grows_is_read_within_bounds() {
+    let path = Path::new("/proc/cpuinfo");
+    assert_eq!(std::fs::metadata(path).unwrap().len(), 0);
+    let error = files::read(path, 16).unwrap_err().to_string();
+    assert!(error.contains("more than 1 MiB, and still grows"), "{error}");
+    let whole = files::read(path, files::MOST_TEXT).unwrap();
+    assert!(whole.len() > 16);
+}
+
+/// Folders in the place of files, files without anything in them, links in a ring, files that are not there any more.
+#[test]
+fn what_is_no_file_is_said() {
+    let dir = tempfile::tempdir().unwrap();
+    for ending in ["toml", "png", "webp", "svg", "glb", "gltf", "obj", "ply", "stl", "csv", "json"] {
+        std::fs::create_dir(dir.path().join(format!("folder.{ending}"))).unwrap();
+        std::fs::write(dir.path().join(format!("empty.{ending}")), b"").unwrap();
+        let name = |what: &str| format!("{what}.{ending}");
+        for (what, says) in [("folder", "a folder"), ("gone", "no such file"), ("empty", "")] {
+            let args = match ending {
+                "csv" | "json" => vec!["chart".to_string(), name(what), "-o".into(), "x.svg".into()],
+                "svg" => vec!["figure".into(), name(what), "-o".into(), "out".into()],
+                _ => vec!["capture".into(), name(what), "-o".into(), "x.png".into()],
+            };
+            let last = refused(dir.path(), &args.iter().map(String::as_str).collect::<Vec<_>>());
+            assert!(last.contains(&name(what)) && last.contains(says), "{last}");
+        }
+    }
+    #[cfg(unix)]
+    {
+        std::os::unix::fs::symlink("ring.glb", dir.path().join("ring.glb")).unwrap();
+        let last = refused(dir.path(), &["capture", "ring.glb", "-o", "x.png"]);
+        assert!(last.contains("ring.glb"), "{last}");
+    }
+    let denied = std::io::Error::from(std::io::ErrorKind::PermissionDenied);
+    assert_eq!(files::reason(&denied), "there is no permission");
 }

@@ -162,7 +162,8 @@ impl<'a> Accessors<'a> {
                 self.elements(bytes, offset, stride, size, count, convert, &owner)?
             }
             None if count <= MAX_ZEROS => {
-                self.count(count)?;
+                // No bytes are needed to ask for them.
+                self.count(8 * count)?;
                 vec![[T::default(); N]; count as usize]
             }
             None => {
@@ -271,5 +272,25 @@ fn width(kind: Type) -> usize {
         Type::Vec4 | Type::Mat2 => 4,
         Type::Mat3 => 9,
         Type::Mat4 => 16,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_read_of_shared_accessors_is_counted() {
+        let accessor = r#"{ "componentType": 5126, "type": "VEC3", "count": 3 }"#;
+        let root: Root = ::gltf::json::deserialize::from_str(&format!(
+            r#"{{"asset":{{"version":"2.0"}},"accessors":[{accessor}]}}"#
+        ))
+        .unwrap();
+        let accessors = Accessors::new(&root, None, Path::new("")).unwrap();
+        accessors.read.store(MAX_READ - 40, Ordering::Relaxed);
+        let read = || accessors.floats::<3>(Index::new(0), "POSITION");
+        assert_eq!(read().unwrap(), [[0.0; 3]; 3]);
+        let error = read().unwrap_err().to_string();
+        assert!(error.contains("more than 536870912 elements") && error.contains("export it with fewer"), "{error}");
     }
 }

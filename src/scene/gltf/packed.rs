@@ -125,6 +125,9 @@ pub fn is_fallback(buffer: &buffer::Buffer) -> bool {
         .any(|name| extensions.others.get(*name).and_then(|e| e.get("fallback")?.as_bool()).unwrap_or(false))
 }
 
+/// What a byte stands for at most, where all of a block is the same, bytes.
+const MOST_OF_A_BYTE: u64 = 1024;
+
 /// Most bytes that all compressed buffer views unpack to together; many may be of the same few bytes.
 const MAX_UNPACKED: u64 = 1 << 31;
 
@@ -135,7 +138,8 @@ pub fn views(root: &Root, buffers: &[impl AsRef<[u8]> + Sync]) -> Views {
     for (index, extension) in root.buffer_views.iter().map(meshopt_of).enumerate() {
         let Some(extension) = extension else { continue };
         let bytes = |key: &str| number(extension, key).unwrap_or(0) as u64;
-        claimed = claimed.saturating_add(bytes("count").saturating_mul(bytes("byteStride")));
+        let most = bytes("byteLength").saturating_mul(MOST_OF_A_BYTE);
+        claimed = claimed.saturating_add(bytes("count").saturating_mul(bytes("byteStride")).min(most));
         jobs.push((index, extension, claimed));
     }
     let unpacked = jobs.into_par_iter().map(|(index, extension, claimed)| {
@@ -159,10 +163,9 @@ fn meshopt(extension: &Value, buffers: &[impl AsRef<[u8]>]) -> Result<Vec<u8>> {
     let data = buffer.get(start..end);
     let data = data.with_context(|| format!("it ends at byte {end} of a buffer that has {}", buffer.len()))?;
     let (count, stride) = (number(extension, "count")?, number(extension, "byteStride")?);
-    // A byte stands for 1024 at most, where all of a block is the same.
-    let most = data.len().saturating_mul(1024);
+    let most = (data.len() as u64).saturating_mul(MOST_OF_A_BYTE);
     ensure!(
-        count.checked_mul(stride).is_some_and(|bytes| bytes <= most),
+        count.checked_mul(stride).is_some_and(|bytes| bytes as u64 <= most),
         "it claims {count} elements of {stride} bytes in {} bytes",
         data.len()
     );

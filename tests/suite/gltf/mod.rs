@@ -75,7 +75,6 @@ fn uris_that_lead_out_of_the_folder_are_refused() {
         "%2e%2e/data.bin",
         "a/../../data.bin",
         "..\\data.bin",
-        "https://example.org/data.bin",
         "file:///data.bin",
         "C:/data.bin",
         &absolute,
@@ -85,6 +84,19 @@ fn uris_that_lead_out_of_the_folder_are_refused() {
         let result = load_in(&folder, "scene.gltf", file.json.to_string().as_bytes());
         let message = one_sentence("scene.gltf", result);
         assert!(message.contains("buffer 0") && message.contains("outside the file's folder"), "{uri}: {message}");
+    }
+}
+
+#[test]
+fn nothing_is_fetched_from_the_network() {
+    for uri in ["http://127.0.0.1:9/data.bin", "https://example.org/data.bin", "HTTPS://example.org"] {
+        let mut file = File::triangle();
+        file.json["buffers"] = json!([{ "uri": uri, "byteLength": file.bin.len() }]);
+        let message = file::error_of("scene.gltf", file.json.to_string().as_bytes());
+        assert!(
+            message.contains("buffer 0 lies on the network") && message.contains("download it"),
+            "{uri}: {message}"
+        );
     }
 }
 
