@@ -2,9 +2,10 @@
 
 use crate::common::{gpu, mesh, ok, shadowscope};
 use glam::Vec3;
+use shadowscope::flatland::Flatland;
 use shadowscope::frame::Renderer;
 use shadowscope::scene::{builtin, bvh, geometry::Geometry};
-use shadowscope::{capture, files, lessons, measure};
+use shadowscope::{capture, figure, files, lessons, measure};
 use std::path::Path;
 use std::process::{Command, Output};
 use std::sync::Arc;
@@ -332,6 +333,27 @@ fn a_file_that_grows_is_read_within_bounds() {
     assert!(whole.len() > 16);
 }
 
+/// What a few words ask for is counted before it is made.
+#[test]
+fn counts_beyond_what_is_allowed_are_refused() {
+    let dir = tempfile::tempdir().unwrap();
+    let sweep =
+        |set: &str| refused(dir.path(), &["sweep", "cubes", "--techniques", "pssm", "-o", "a.csv", "--set", set]);
+    let last = sweep("lambda=0..1+0.000001");
+    assert!(last.contains("more than 100000 steps"), "{last}");
+    let error = figure::Spec::check_count(65, 64).unwrap_err().to_string();
+    assert!(error.contains("65 rows of 64 columns are too many; a sheet has up to 4096"), "{error}");
+    let world = |pixels: u32, segments: usize| {
+        let segments = vec!["[2, 0, 20, 0]"; segments].join(", ");
+        let text =
+            format!("eye = [0, 1]\ngaze = 0\nfov = 60\nlight = [5, 5]\npixels = {pixels}\nsegments = [{segments}]\n");
+        Flatland::from_toml(&text).map(drop).map_err(|error| error.to_string())
+    };
+    assert_eq!(world(10_000, 1000), Ok(()));
+    assert!(world(10_001, 1000).unwrap_err().contains("pixels = 10001: it goes from 1 to 10000"));
+    assert!(world(10_000, 1001).unwrap_err().contains("there are 1001 segments, and there can be 1000"));
+}
+
 /// Folders in the place of files, files without anything in them, links in a ring, files that are not there any more.
 #[test]
 fn what_is_no_file_is_said() {
@@ -355,6 +377,14 @@ fn what_is_no_file_is_said() {
         std::os::unix::fs::symlink("ring.glb", dir.path().join("ring.glb")).unwrap();
         let last = refused(dir.path(), &["capture", "ring.glb", "-o", "x.png"]);
         assert!(last.contains("ring.glb"), "{last}");
+    }
+    // Too large, though nothing is in them.
+    for (name, size, says) in
+        [("large.toml", 65 << 20, "it has 65 MiB, and up to 64 are read"), ("large.stl", 5 << 30, "it has 5120 MiB")]
+    {
+        std::fs::File::create(dir.path().join(name)).unwrap().set_len(size).unwrap();
+        let last = refused(dir.path(), &["capture", name, "-o", "x.png"]);
+        assert!(last.contains(name) && last.contains(says), "{last}");
     }
     let denied = std::io::Error::from(std::io::ErrorKind::PermissionDenied);
     assert_eq!(files::reason(&denied), "there is no permission");

@@ -189,3 +189,11 @@ fn geometry_without_extent_is_told() {
     file.json["nodes"] = json!([{ "mesh": 0, "scale": [0, 0, 0], "translation": [4, 5, 6] }]);
     assert!(file.error().contains("no extent"), "{}", file.error());
 }
+
+#[test]
+fn a_scene_smaller_than_set_ups_can_hold_is_told() {
+    let mut file = File::triangle();
+    file.json["nodes"][0]["scale"] = json!([1e-6, 1e-6, 1e-6]);
+    let scene = file.load();
+    assert!(scene.notes.iter().any(|note| note.contains("only 1.4e-6 m across") && note.contains("scale it up")));
+}
