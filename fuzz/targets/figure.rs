@@ -1,2 +1,3 @@
 #![no_main]
-libfuzzer_sys::fuzz_target!(|data: &[u8]| shadowscope_fuzz::readers::figure(data));
+use shadowscope_fuzz::{readers, start};
+libfuzzer_sys::fuzz_target!(init: start(), |data: &[u8]| readers::figure(data));

@@ -214,7 +214,9 @@ impl Polygons {
     }
 }
 
-/// How long ears are sought in a file: the sum of the squares of polygons' corners, which it takes at worst.
+/// From how many corners on it counts how long ears are sought.
+const MANY: usize = 256;
+/// How long they are sought in a file: the sum of the squares of such polygons' corners, which it takes at worst.
 const MOST_SOUGHT: u64 = 400_000_000;
 
 /// Splits polygons into triangles.
@@ -257,7 +259,7 @@ impl Split {
         if convex && (2..count).all(|i| turn(0, i - 1, i) >= 0.0) {
             return fan(count);
         }
-        let work = (count as u64).pow(2);
+        let work = if count < MANY { 0 } else { (count as u64).pow(2) };
         if self.sought + work > MOST_SOUGHT {
             self.fanned += 1;
             return fan(count);

@@ -2,7 +2,7 @@
 //! copies of them.
 
 use crate::common::Random;
-use crate::readers;
+use crate::readers::{self, Reader};
 use std::panic::catch_unwind;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -15,7 +15,7 @@ fn files(folder: &Path) -> Vec<PathBuf> {
 }
 
 /// Lets a reader have the bytes; `keep` is where they are found again if it falls over them or takes too long.
-fn read(reader: fn(&[u8]), bytes: &[u8], keep: impl Fn() -> PathBuf) {
+fn read(reader: Reader, bytes: &[u8], keep: impl Fn() -> PathBuf) {
     let start = Instant::now();
     let fell = catch_unwind(|| reader(bytes)).is_err();
     let took = start.elapsed();

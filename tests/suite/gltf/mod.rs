@@ -193,7 +193,7 @@ fn geometry_without_extent_is_told() {
 #[test]
 fn a_scene_smaller_than_set_ups_can_hold_is_told() {
     let mut file = File::triangle();
-    file.json["nodes"][0]["scale"] = json!([1e-6, 1e-6, 1e-6]);
+    file.json["nodes"][0]["scale"] = json!([1e-5, 1e-5, 1e-5]);
     let scene = file.load();
-    assert!(scene.notes.iter().any(|note| note.contains("only 1.4e-6 m across") && note.contains("scale it up")));
+    assert!(scene.notes.iter().any(|note| note.contains("only 1.4e-5 m across") && note.contains("scale it up")));
 }
