@@ -11,20 +11,28 @@ pub const MOST_TEXT: u64 = 64 << 20;
 /// Most bytes of any other: what the 32 bits of a .glb file can count.
 pub const MOST_DATA: u64 = u32::MAX as u64;
 
-/// Opens a file with contents of its own. A pipe or a device may have none yet, and none ever.
+/// Opens a file with contents of its own. A pipe or a device may have none yet, and none ever. What is read of it ends one byte
+/// behind `most`, however it grows meanwhile.
 ///
 /// # Errors
 /// Also where it is none, or has more than `most` bytes.
 pub fn open(path: &Path, most: u64) -> io::Result<BufReader<io::Take<File>>> {
-    let about = std::fs::metadata(path)?;
+    // Before it is opened, as opening a pipe waits too; and after, as another may stand in its place by then.
+    check_contents(&std::fs::metadata(path)?, most)?;
+    let file = File::open(path)?;
+    check_contents(&file.metadata()?, most)?;
+    Ok(BufReader::new(file.take(most + 1)))
+}
+
+fn check_contents(about: &Metadata, most: u64) -> io::Result<()> {
     if !about.is_file() {
-        return Err(io::Error::other(format!("it is {}, not a file with contents", kind(&about))));
+        return Err(io::Error::other(format!("it is {}, not a file with contents", kind(about))));
     }
     if about.len() > most {
         let mib = |bytes: u64| bytes.div_ceil(1 << 20);
         return Err(io::Error::other(format!("it has {} MiB, and up to {} are read", mib(about.len()), mib(most))));
     }
-    Ok(BufReader::new(File::open(path)?.take(most)))
+    Ok(())
 }
 
 fn kind(about: &Metadata) -> &'static str {
@@ -45,6 +53,9 @@ fn kind(about: &Metadata) -> &'static str {
 pub fn read(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     open(path, most)?.read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > most {
+        return Err(io::Error::other(format!("it has more than {} MiB, and still grows", most.div_ceil(1 << 20))));
+    }
     Ok(bytes)
 }
 

@@ -97,6 +97,8 @@ pub struct LightKey {
 const MOVED: [&[&str]; 5] =
     [&["to_light"], &["position", "direction"], &["position"], &["position", "direction"], &["center"]];
 
+/// Most keys of a path.
+pub const MOST_KEYS: usize = 10_000;
 /// The latest time of a key, seconds.
 pub const LONGEST: f32 = 1e6;
 
@@ -272,6 +274,8 @@ impl OwnPath {
     /// No keys, times that do not increase, numbers out of range, or what the light does not have.
     pub fn check(&self, light: &Light) -> Result<()> {
         ensure!(!self.keys.is_empty(), "path.keys is empty; give the path one key at least, or leave it out");
+        let count = self.keys.len();
+        ensure!(count <= MOST_KEYS, "path.keys has {count} keys; a path takes up to {MOST_KEYS}");
         for (i, key) in self.keys.iter().enumerate() {
             key.check(light).with_context(|| format!("key {} of the path", i + 1))?;
         }

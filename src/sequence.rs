@@ -103,7 +103,7 @@ impl Sequence {
             }
             (Some(seconds), None, fps, _) => {
                 let fps = fps.unwrap_or(PER_SECOND);
-                ((seconds * fps).round() as u32 + 1, fps)
+                (((seconds * fps).round() as u32).saturating_add(1), fps)
             }
         };
         let sequence = Sequence { along, frames, fps };

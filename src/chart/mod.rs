@@ -202,9 +202,10 @@ pub const COSTS: &[Axis] = &[
     },
 ];
 
-/// Where a record stands in a chart, (cost, error); None if it lacks one of the two.
+/// Where a record stands in a chart, (cost, error); None if it lacks one of the two, or has one that nothing measures and whose
+/// decade no axis can begin or end at.
 pub fn point(record: &Record, x: &Axis, y: &Axis) -> Option<(f64, f64)> {
-    let usable = |v: &f64| v.is_finite() && *v >= 0.0;
+    let usable = |v: &f64| *v == 0.0 || (1e-300..=1e300).contains(v);
     Some((x.of(record).filter(usable)?, y.of(record).filter(usable)?))
 }
 

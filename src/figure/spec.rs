@@ -222,6 +222,9 @@ fn refusal(key: &str, value: &Value) -> anyhow::Error {
     anyhow::anyhow!("{key} = {} is not allowed; it takes {takes}", shortened(&value.to_string()))
 }
 
+/// Most attributes of an element of a sheet, or equals signs of a spec in it.
+const MOST_ATTRIBUTES: usize = 4096;
+
 /// Whether a text is a spec, not a set-up: it has keys that only specs have.
 pub fn is_figure(text: &str) -> bool {
     let own = |table: Table| ["base", "rows", "columns"].iter().any(|key| table.contains_key(*key));
@@ -239,6 +242,9 @@ fn sheet_text(path: &Path) -> Result<Option<String>> {
     if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("svg")) {
         let text = files::read_text(path)?;
         let bad = || format!("{name} is not SVG that can be read");
+        // Attributes of an element are compared each with each.
+        let most = text.split('<').map(|tag| tag.matches('=').count()).max().unwrap_or(0);
+        ensure!(most <= MOST_ATTRIBUTES, "{}: an element has more than {MOST_ATTRIBUTES} attributes", bad());
         let document = resvg::usvg::roxmltree::Document::parse(&text).with_context(bad)?;
         let held = document.descendants().find(|node| node.tag_name().name() == KEYWORD);
         return Ok(held.and_then(|node| node.text()).map(String::from));

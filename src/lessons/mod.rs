@@ -214,6 +214,17 @@ struct ChoiceFile {
 
 /// Most steps of a lesson.
 const MOST_STEPS: usize = 20;
+/// Most characters of a title or an answer, and of a text.
+const MOST_WORDS: [usize; 2] = [500, 5000];
+/// Most claims of a list, and answers of a question.
+const MOST_LISTED: usize = 50;
+
+/// Refuses texts that no card has room for.
+fn check_length(key: &str, text: &str, most: usize) -> Result<()> {
+    let count = text.chars().count();
+    ensure!(count <= most, "{key} has {count} characters; it takes up to {most}");
+    Ok(())
+}
 
 /// Reads a lesson; paths in it count from `folder`.
 ///
@@ -226,6 +237,8 @@ pub fn read(id: &str, text: &str, folder: &Path) -> Result<Lesson> {
         "it has {} steps; a lesson takes 1 to {MOST_STEPS}",
         file.steps.len()
     );
+    check_length("title", &file.title, MOST_WORDS[0])?;
+    check_length("see", &file.see, MOST_WORDS[0])?;
     let mut before = Plan { table: Table::new(), at: None, folder: folder.into() };
     let mut steps = Vec::new();
     for (i, step) in file.steps.into_iter().enumerate() {
@@ -237,6 +250,17 @@ pub fn read(id: &str, text: &str, folder: &Path) -> Result<Lesson> {
 }
 
 fn read_step(file: StepFile, before: &Plan, later: bool) -> Result<Step> {
+    check_length("title", &file.title, MOST_WORDS[0])?;
+    check_length("text", &file.text, MOST_WORDS[1])?;
+    let on_path = |at: Option<f32>| {
+        ensure!(
+            at.is_none_or(|at| (0.0..=1.0).contains(&at)),
+            "at = {} is not allowed; it takes 0 to 1",
+            at.unwrap_or(0.0)
+        );
+        Ok(())
+    };
+    on_path(file.at)?;
     let scene = before.changed(&file.setup, file.at);
     Setup::scene_named(&scene.table, &scene.folder)?;
     if let Some(tab) = &file.drawer {
@@ -244,6 +268,8 @@ fn read_step(file: StepFile, before: &Plan, later: bool) -> Result<Step> {
         ensure!(tabs.contains(&tab.as_str()), "drawer = {tab} is not allowed; it takes {}", tabs.join(", "));
     }
     let trial = file.r#try.map(|file| {
+        check_length("text", &file.text, MOST_WORDS[1])?;
+        on_path(file.at)?;
         control(&file.control)?;
         let changes = !file.change.is_empty() || file.at.is_some();
         let changed = changes.then(|| scene.changed(&file.change, file.at));
@@ -260,6 +286,7 @@ fn read_step(file: StepFile, before: &Plan, later: bool) -> Result<Step> {
         _ => Ok(()),
     };
     let claims = |texts: &[String]| -> Result<Vec<Claim>> {
+        ensure!(texts.len() <= MOST_LISTED, "there are {} claims; a list takes up to {MOST_LISTED}", texts.len());
         let one = |text: &String| {
             let claim = Claim::parse(text)?;
             claim.quantities().try_for_each(known)?;
@@ -270,6 +297,10 @@ fn read_step(file: StepFile, before: &Plan, later: bool) -> Result<Step> {
         texts.iter().map(one).collect()
     };
     let question = file.question.map(|file| {
+        check_length("ask", &file.ask, MOST_WORDS[1])?;
+        let count = file.choices.len();
+        ensure!(count <= MOST_LISTED, "there are {count} choices; a question takes up to {MOST_LISTED}");
+        file.choices.iter().try_for_each(|choice| check_length("the text of a choice", &choice.text, MOST_WORDS[0]))?;
         let measure = Quantity::parse(&file.measure)?;
         known(&measure)?;
         let choices = file.choices.into_iter().map(|c| anyhow::Ok(Choice { holds: claims(&c.holds)?, text: c.text }));

@@ -3,7 +3,7 @@
 use crate::files;
 use crate::params::Value;
 use crate::setup::Setup;
-use anyhow::{Context, Result, anyhow, ensure};
+use anyhow::{Context, Result, anyhow, bail, ensure};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
@@ -324,8 +324,15 @@ pub fn read(path: &Path) -> Result<Vec<Record>> {
         rows.iter().all(|r| !r.technique.is_empty()),
         "{name} does not hold measured rows: the column technique is missing"
     );
+    let long = |r: &&Record| [&r.technique, &r.params, &r.scene].iter().any(|text| text.chars().count() > MOST_NAME);
+    if let Some(row) = rows.iter().find(long) {
+        bail!("{name}: row {} has a technique, params or a scene of more than {MOST_NAME} characters", row.index);
+    }
     Ok(rows)
 }
+
+/// Most characters of what lists and charts show of a row.
+const MOST_NAME: usize = 4096;
 
 /// Writes rows into a file, as JSON or as CSV.
 pub fn write(rows: &[Record], path: &Path, json: bool) -> Result<()> {

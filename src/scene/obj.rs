@@ -11,7 +11,7 @@ use anyhow::{Context, Result, anyhow, bail, ensure};
 use glam::{DVec3, Vec2, Vec3, Vec4};
 use image::RgbaImage;
 use std::borrow::Cow;
-use std::collections::{BTreeSet, HashMap};
+use std::collections::{BTreeSet, HashMap, HashSet};
 use std::path::{Path, PathBuf};
 use std::str::SplitWhitespace;
 
@@ -172,6 +172,8 @@ pub(super) struct Library {
     pub textures: Vec<Texture>,
     /// By the files that they are made of.
     known: HashMap<(Option<Map>, Option<Map>), Option<u32>>,
+    /// Libraries read.
+    read: HashSet<String>,
     /// Libraries and images that cannot be read, and why.
     missing: BTreeSet<String>,
     unknown: BTreeSet<String>,
@@ -197,6 +199,10 @@ impl Library {
 
     /// Reads the libraries that a line names.
     fn read(&mut self, names: &str) {
+        // Once is enough, however many lines name it.
+        if !self.read.insert(names.into()) {
+            return;
+        }
         // A name may hold spaces, or there may be several.
         let whole = self.fetch(names);
         if whole.is_ok() || !names.contains(char::is_whitespace) {

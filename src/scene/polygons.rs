@@ -141,6 +141,11 @@ impl Polygons {
         };
         scene.notes.extend(counted(flat, "triangle without area is left out.", "triangles without area are left out."));
         scene.notes.extend(counted(
+            split.fanned,
+            "face has so many corners that it is cut as a fan, which is right only where it is convex.",
+            "faces have so many corners that they are cut as fans, which is right only where they are convex.",
+        ));
+        scene.notes.extend(counted(
             outside,
             "vertex has texture coordinates that are not finite, which are set to zero.",
             "vertices have texture coordinates that are not finite, which are set to zero.",
@@ -209,9 +214,17 @@ impl Polygons {
     }
 }
 
+/// From how many corners on it counts how long ears are sought.
+const MANY: usize = 256;
+/// How long they are sought in a file: the sum of the squares of such polygons' corners, which it takes at worst.
+const MOST_SOUGHT: u64 = 400_000_000;
+
 /// Splits polygons into triangles.
 #[derive(Default)]
 struct Split {
+    sought: u64,
+    /// Polygons that would have taken too long and are cut as fans.
+    fanned: usize,
     ears: Option<Earcut<f64>>,
     plane: Vec<[f64; 2]>,
     found: Vec<u32>,
@@ -246,6 +259,12 @@ impl Split {
         if convex && (2..count).all(|i| turn(0, i - 1, i) >= 0.0) {
             return fan(count);
         }
+        let work = if count < MANY { 0 } else { (count as u64).pow(2) };
+        if self.sought + work > MOST_SOUGHT {
+            self.fanned += 1;
+            return fan(count);
+        }
+        self.sought += work;
         self.ears.get_or_insert_with(Earcut::new).earcut(plane.iter().copied(), &[], &mut self.found);
         let ordered = |t: &[u32]| {
             let [a, b, c] = [t[0] as usize, t[1] as usize, t[2] as usize];

@@ -34,11 +34,15 @@ pub fn world_matrix(scene: &Scene, node: u32, clock: Clock) -> DMat4 {
     up.into_iter().fold(top(scene), |world, i| world * local(i))
 }
 
-/// Whether one of the scene's animations moves a node.
-pub fn moves(scene: &Scene, node: u32) -> bool {
-    let channels = || scene.animations.iter().flat_map(|a| &a.channels);
-    let own = |i: u32| channels().any(|c| c.node == i && !matches!(c.property, Property::Weight(_)));
-    ancestry(scene, node).any(own)
+/// Which nodes one of the scene's animations moves.
+pub fn moving(scene: &Scene) -> Vec<bool> {
+    let mut moved = vec![false; scene.nodes.len()];
+    let channels = scene.animations.iter().flat_map(|a| &a.channels);
+    channels.filter(|c| !matches!(c.property, Property::Weight(_))).for_each(|c| moved[c.node as usize] = true);
+    for (i, node) in scene.nodes.iter().enumerate() {
+        moved[i] |= node.parent.is_some_and(|parent| moved[parent as usize]);
+    }
+    moved
 }
 
 /// A node, its parent and so on.

@@ -228,13 +228,15 @@ pub fn check(table: &Table) -> Result<()> {
         for (id, values) in params {
             let info = techniques::find_or_say(id)?;
             let Some(values) = values.as_table() else {
-                bail!("params.{id} = {values} is not allowed; it takes a table of {id}'s parameters");
+                let given = shortened(&values.to_string());
+                bail!("params.{id} = {given} is not allowed; it takes a table of {id}'s parameters");
             };
             for (name, value) in values {
                 if let (Value::Array(_) | Value::Table(_) | Value::Datetime(_), Some(spec)) =
                     (value, info.specs().find(|s| s.name == name))
                 {
-                    bail!("params.{id}.{name} = {value} is not allowed; it takes {}", spec.range());
+                    let given = shortened(&value.to_string());
+                    bail!("params.{id}.{name} = {given} is not allowed; it takes {}", spec.range());
                 }
             }
         }

@@ -2,9 +2,10 @@
 
 use crate::common::{gpu, mesh, ok, shadowscope};
 use glam::Vec3;
+use shadowscope::flatland::Flatland;
 use shadowscope::frame::Renderer;
 use shadowscope::scene::{builtin, bvh, geometry::Geometry};
-use shadowscope::{capture, files};
+use shadowscope::{capture, figure, files, lessons, measure};
 use std::path::Path;
 use std::process::{Command, Output};
 use std::sync::Arc;
@@ -216,6 +217,23 @@ fn keys_of_any_length_make_short_messages() {
     }
 }
 
+/// What cards, lists and charts show is of a length that they have room for.
+#[test]
+fn texts_of_any_length_are_refused_or_shortened() {
+    let step = |text: &str| {
+        format!("title = \"a\"\nsee = \"b\"\n[[steps]]\ntitle = \"c\"\ntext = \"{text}\"\nsetup.scene = \"cubes\"\n")
+    };
+    let lesson = |text: &str| lessons::read("a", &step(text), Path::new(""));
+    assert_eq!(lesson(&"ä".repeat(5000)).unwrap().steps.len(), 1);
+    let error = format!("{:#}", lesson(&"ä".repeat(5001)).unwrap_err());
+    assert!(error.contains("step 1: text has 5001 characters; it takes up to 5000"), "{error}");
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("a.csv");
+    std::fs::write(&path, format!("index,technique\n7,{}\n", "x".repeat(5000))).unwrap();
+    let error = measure::read(&path).unwrap_err().to_string();
+    assert!(error.contains("a.csv: row 7 has") && error.contains("more than 4096"), "{error}");
+}
+
 #[test]
 fn what_differs_is_named() {
     let dir = tempfile::tempdir().unwrap();
@@ -301,4 +319,73 @@ fn heaps_of_triangles_are_halved() {
             .collect();
         assert!(!bvh::heaped(&boxes), "{name}");
     }
+}
+
+/// A file that says it is empty and is not, as one that another program writes meanwhile.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_file_that_grows_is_read_within_bounds() {
+    let path = Path::new("/proc/cpuinfo");
+    assert_eq!(std::fs::metadata(path).unwrap().len(), 0);
+    let error = files::read(path, 16).unwrap_err().to_string();
+    assert!(error.contains("more than 1 MiB, and still grows"), "{error}");
+    let whole = files::read(path, files::MOST_TEXT).unwrap();
+    assert!(whole.len() > 16);
+}
+
+/// What a few words ask for is counted before it is made.
+#[test]
+fn counts_beyond_what_is_allowed_are_refused() {
+    let dir = tempfile::tempdir().unwrap();
+    let sweep =
+        |set: &str| refused(dir.path(), &["sweep", "cubes", "--techniques", "pssm", "-o", "a.csv", "--set", set]);
+    let last = sweep("lambda=0..1+0.000001");
+    assert!(last.contains("more than 100000 steps"), "{last}");
+    let error = figure::Spec::check_count(65, 64).unwrap_err().to_string();
+    assert!(error.contains("65 rows of 64 columns are too many; a sheet has up to 4096"), "{error}");
+    let world = |pixels: u32, segments: usize| {
+        let segments = vec!["[2, 0, 20, 0]"; segments].join(", ");
+        let text =
+            format!("eye = [0, 1]\ngaze = 0\nfov = 60\nlight = [5, 5]\npixels = {pixels}\nsegments = [{segments}]\n");
+        Flatland::from_toml(&text).map(drop).map_err(|error| error.to_string())
+    };
+    assert_eq!(world(10_000, 1000), Ok(()));
+    assert!(world(10_001, 1000).unwrap_err().contains("pixels = 10001: it goes from 1 to 10000"));
+    assert!(world(10_000, 1001).unwrap_err().contains("there are 1001 segments, and there can be 1000"));
+}
+
+/// Folders in the place of files, files without anything in them, links in a ring, files that are not there any more.
+#[test]
+fn what_is_no_file_is_said() {
+    let dir = tempfile::tempdir().unwrap();
+    for ending in ["toml", "png", "webp", "svg", "glb", "gltf", "obj", "ply", "stl", "csv", "json"] {
+        std::fs::create_dir(dir.path().join(format!("folder.{ending}"))).unwrap();
+        std::fs::write(dir.path().join(format!("empty.{ending}")), b"").unwrap();
+        let name = |what: &str| format!("{what}.{ending}");
+        for (what, says) in [("folder", "a folder"), ("gone", "no such file"), ("empty", "")] {
+            let args = match ending {
+                "csv" | "json" => vec!["chart".to_string(), name(what), "-o".into(), "x.svg".into()],
+                "svg" => vec!["figure".into(), name(what), "-o".into(), "out".into()],
+                _ => vec!["capture".into(), name(what), "-o".into(), "x.png".into()],
+            };
+            let last = refused(dir.path(), &args.iter().map(String::as_str).collect::<Vec<_>>());
+            assert!(last.contains(&name(what)) && last.contains(says), "{last}");
+        }
+    }
+    #[cfg(unix)]
+    {
+        std::os::unix::fs::symlink("ring.glb", dir.path().join("ring.glb")).unwrap();
+        let last = refused(dir.path(), &["capture", "ring.glb", "-o", "x.png"]);
+        assert!(last.contains("ring.glb"), "{last}");
+    }
+    // Too large, though nothing is in them.
+    for (name, size, says) in
+        [("large.toml", 65 << 20, "it has 65 MiB, and up to 64 are read"), ("large.stl", 5 << 30, "it has 5120 MiB")]
+    {
+        std::fs::File::create(dir.path().join(name)).unwrap().set_len(size).unwrap();
+        let last = refused(dir.path(), &["capture", name, "-o", "x.png"]);
+        assert!(last.contains(name) && last.contains(says), "{last}");
+    }
+    let denied = std::io::Error::from(std::io::ErrorKind::PermissionDenied);
+    assert_eq!(files::reason(&denied), "there is no permission");
 }

@@ -463,3 +463,33 @@ fn faces_that_repeat_their_corners_load_soon() {
     std::fs::write(&path, "v 0 0 0\rv 1 0 0\rv 0 1 0\rf 1 2 3\r").unwrap();
     assert_eq!(formats::load(&path).unwrap().triangles(), 1);
 }
+
+/// A library counts once, however many lines name it: two thousand times a megabyte would take minutes.
+#[test]
+fn a_library_named_again_and_again_is_read_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let library = format!("newmtl red\nKd 1 0 0\n{}", "newmtl other\nKd 0 1 0\n".repeat(50_000));
+    std::fs::write(folder.path().join("a.mtl"), library).unwrap();
+    let text = format!("{}v 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl red\nf 1 2 3\n", "mtllib a.mtl\n".repeat(2000));
+    let start = std::time::Instant::now();
+    let scene = load(folder.path(), "a.obj", text.as_bytes()).unwrap();
+    assert_eq!(scene.materials[0].base_color, Vec4::new(1.0, 0.0, 0.0, 1.0));
+    assert!(start.elapsed().as_secs() < 10, "{:?}", start.elapsed());
+}
+
+/// A face of a hundred thousand corners would be cut for minutes if ears were sought: it becomes a fan, and a note says so.
+#[test]
+fn faces_of_very_many_corners_load_soon() {
+    let folder = tempfile::tempdir().unwrap();
+    let count = 100_000;
+    let corner = |i: u32| {
+        let (sin, cos) = (i as f64 / f64::from(count) * std::f64::consts::TAU).sin_cos();
+        let radius = f64::from(1 + i % 2);
+        format!("v {} {} 0\n", radius * cos, radius * sin)
+    };
+    let corners: Vec<String> = (1..=count).map(|i| i.to_string()).collect();
+    let text = format!("{}f {}\n", (0..count).map(corner).collect::<String>(), corners.join(" "));
+    let scene = load(folder.path(), "star.obj", text.as_bytes()).unwrap();
+    assert!(scene.triangles() > 90_000);
+    assert!(scene.notes.iter().any(|note| note.starts_with("1 face has so many corners")), "{:?}", scene.notes);
+}

@@ -2,7 +2,8 @@
 
 use crate::common::*;
 use crate::laws::in_turn;
-use glam::Vec3;
+use crate::techniques::cuboid;
+use glam::{Vec2, Vec3};
 use shadowscope::light::Light;
 use shadowscope::measure;
 use shadowscope::params::Value;
@@ -10,7 +11,7 @@ use shadowscope::scene::{Camera, Scene};
 use shadowscope::setup::Setup;
 use shadowscope::techniques;
 
-/// The yard so many times as large, with what looks at it.
+/// The yard, 34 m across, so many times as large, with what looks at it.
 fn yard_of(size: f32, light: Light) -> Scene {
     let triangles: Vec<_> = yard().iter().map(|t| t.map(|p| p * size)).collect();
     let view = camera(Vec3::new(6.0, 5.0, 9.0) * size, Vec3::new(0.0, 0.5, 0.0) * size);
@@ -39,7 +40,8 @@ fn every_technique_is_as_right_in_a_scene_of_any_size() {
     ];
     let mut wrong = Vec::new();
     for light in lights {
-        let mut at = [1.0, 1e-3, 1e3].map(|size| start(yard_of(size, light), [96, 72]));
+        // A third of a millimetre, as small as the least near plane allows, and a thousand kilometres.
+        let mut at = [1.0, 1e-5, 3e4].map(|size| start(yard_of(size, light), [96, 72]));
         for info in techniques::ALL.iter().filter(|i| in_turn(i, &lights) == Some(light)) {
             let mut share = |i: usize| {
                 let (r, s) = &mut at[i];
@@ -76,4 +78,30 @@ fn lengths_that_nobody_chose_follow_the_scene() {
     assert_eq!((bias(&s), s.params["pssm"]["bias"].clone()), (Value::Float(3.4e-5), Value::Float(0.5)));
     s.take_unit(1.0);
     assert_eq!(bias(&s), Value::Float(0.002));
+}
+
+/// A light in a closed box lights nothing outside, whatever draws the box's shadow.
+#[test]
+fn a_light_in_a_box_lights_nothing_outside() {
+    let place = Vec3::new(0.3, 1.5, 0.2);
+    let mut triangles = floor(Vec2::splat(-2.0), Vec2::splat(2.0), 0.0);
+    triangles.extend(cuboid(place - 0.4, place + 0.4));
+    let view = camera(Vec3::new(2.0, 3.0, 3.5), Vec3::ZERO);
+    let lights = [lamp(place), spot(place, Vec3::new(0.2, 0.0, 0.1), 50.0), plate(place, Vec3::ZERO, 0.1)];
+    let (mut r, mut s) = start(scene(vec![mesh(&triangles, 0)], vec![material(Vec3::ONE)], view, lights[0]), [64, 48]);
+    let mut wrong = Vec::new();
+    for info in techniques::ALL.iter() {
+        let Some(light) = in_turn(info, &lights) else { continue };
+        s.light = light;
+        choose(&mut s, info, 512, &[]);
+        let e = measure::errors(&mut r, &s).unwrap();
+        if e.lit_correct > 0
+            || e.facing < 100
+            || e.shadow_incorrect > 0
+            || e.lit_incorrect as f64 > 0.02 * e.facing as f64
+        {
+            wrong.push(format!("{} under a {}: {e:?}", info.id, light.kind()));
+        }
+    }
+    assert!(wrong.is_empty(), "{wrong:#?}");
 }

@@ -278,3 +278,52 @@ fn cascades_of_former_files_keep_their_blur() {
     let chosen = values("filter = \"msm\"\nblur = 0.5\n");
     assert_eq!(chosen.get("filter"), Some(&Value::Text("msm".into())));
 }
+
+#[test]
+fn a_path_has_a_bounded_number_of_keys() {
+    let key = |i: u32| format!("[[path.keys]]\ntime = {i}\nlight.to_light = [0, 1, 0]\n");
+    let keys: String = (0..=10_000).map(key).collect();
+    let message = refusal(&format!("scene = \"cubes\"\n{keys}"));
+    assert!(message.contains("10001 keys; a path takes up to 10000"), "{message}");
+}
+
+/// The places of all numbers below a value.
+fn numbers(value: &mut toml::Value, at: &mut dyn FnMut(&mut toml::Value)) {
+    match value {
+        toml::Value::Float(_) | toml::Value::Integer(_) => at(value),
+        toml::Value::Array(items) => items.iter_mut().for_each(|item| numbers(item, at)),
+        toml::Value::Table(table) => table.iter_mut().for_each(|(_, value)| numbers(value, at)),
+        _ => {}
+    }
+}
+
+/// Whatever number of a set-up is none, or leaves the range of 32-bit floats, is refused.
+#[test]
+fn numbers_that_are_none_are_refused_everywhere() {
+    let (_, scene) = Setup::open("cubes").unwrap();
+    let mut checked = 0;
+    for file in ["full", "omni"] {
+        let text = std::fs::read_to_string(format!("tests/corpus/setup/{file}.toml")).unwrap();
+        let table: toml::Table = text.parse().unwrap();
+        Setup::in_scene(table.clone(), "cubes", &scene).unwrap();
+        let mut count = 0;
+        numbers(&mut table.clone().into(), &mut |_| count += 1);
+        for place in 0..count {
+            for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1e39] {
+                let (mut changed, mut i) = (toml::Value::Table(table.clone()), 0);
+                numbers(&mut changed, &mut |value| {
+                    if i == place {
+                        *value = bad.into();
+                    }
+                    i += 1;
+                });
+                let toml::Value::Table(changed) = changed else { unreachable!() };
+                let told = toml::to_string(&changed).unwrap();
+                let message = format!("{:#}", Setup::in_scene(changed, "cubes", &scene).expect_err(&told));
+                assert!(!message.contains('\n') && message.len() < 500, "{message}");
+                checked += 1;
+            }
+        }
+    }
+    assert!(checked > 300, "{checked}");
+}

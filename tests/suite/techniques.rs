@@ -42,7 +42,7 @@ fn visible(renderer: &mut Renderer, setup: &Setup) -> Vec<f32> {
 }
 
 /// A box seen from outside.
-fn cuboid(low: Vec3, high: Vec3) -> Vec<[Vec3; 3]> {
+pub fn cuboid(low: Vec3, high: Vec3) -> Vec<[Vec3; 3]> {
     let p = |i: usize| Vec3::from_array([0, 1, 2].map(|a| if i >> a & 1 == 1 { high[a] } else { low[a] }));
     let faces = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
     faces.iter().flat_map(|f| [[p(f[0]), p(f[1]), p(f[2])], [p(f[0]), p(f[2]), p(f[3])]]).collect()

@@ -3,16 +3,22 @@
 
 use super::packed::{self, Primitives, Views};
 use super::{broken, get, uri};
+use crate::files;
 use ::gltf::json::accessor::{ComponentType, Type};
 use ::gltf::json::validation::Checked;
 use ::gltf::json::{Accessor, Index, Root, buffer::View};
-use anyhow::Result;
+use anyhow::{Result, ensure};
 use glam::Vec4;
 use std::borrow::Cow;
 use std::path::Path;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Accessors without data of their own are all zeros, so the file's size does not limit them.
 const MAX_ZEROS: u64 = 1 << 22;
+
+/// Most elements that are read of all accessors together, about what the largest scene holds: any number of meshes may share
+/// one accessor, each with a copy of its own.
+const MAX_READ: u64 = 1 << 29;
 
 /// A file's buffers, read whole.
 pub struct Accessors<'a> {
@@ -20,12 +26,15 @@ pub struct Accessors<'a> {
     buffers: Vec<Cow<'a, [u8]>>,
     views: Views,
     primitives: Primitives,
+    /// Elements read so far.
+    read: AtomicU64,
 }
 
 impl<'a> Accessors<'a> {
     /// Reads all buffers and unpacks what is compressed; `bin` is the .glb file's binary chunk.
     pub fn new(root: &'a Root, bin: Option<&'a [u8]>, folder: &Path) -> Result<Self> {
         let mut buffers = Vec::with_capacity(root.buffers.len());
+        let mut held = 0;
         for (index, buffer) in root.buffers.iter().enumerate() {
             let owner = format!("buffer {index}");
             let data: Cow<[u8]> = match (&buffer.uri, bin) {
@@ -44,10 +53,17 @@ impl<'a> Accessors<'a> {
                     data.len()
                 )));
             }
+            // Any number of them may be the same file.
+            held += data.len() as u64;
+            ensure!(
+                held <= files::MOST_DATA,
+                "its buffers have more than {} MiB together; export it with fewer",
+                files::MOST_DATA >> 20
+            );
             buffers.push(data);
         }
         let views = packed::views(root, &buffers);
-        let mut accessors = Self { root, buffers, views, primitives: Primitives::new() };
+        let mut accessors = Self { root, buffers, views, primitives: Primitives::new(), read: AtomicU64::new(0) };
         accessors.primitives = packed::primitives(root, &accessors);
         Ok(accessors)
     }
@@ -145,7 +161,11 @@ impl<'a> Accessors<'a> {
                 let offset = accessor.byte_offset.unwrap_or_default().0;
                 self.elements(bytes, offset, stride, size, count, convert, &owner)?
             }
-            None if count <= MAX_ZEROS => vec![[T::default(); N]; count as usize],
+            None if count <= MAX_ZEROS => {
+                // No bytes are needed to ask for them.
+                self.count(8 * count)?;
+                vec![[T::default(); N]; count as usize]
+            }
             None => {
                 return Err(broken(format!("{owner} claims {count} elements without data")));
             }
@@ -178,6 +198,17 @@ impl<'a> Accessors<'a> {
         Ok(elements)
     }
 
+    /// Counts elements that are about to be read, and refuses too many.
+    fn count(&self, elements: u64) -> Result<()> {
+        let read = self.read.fetch_add(elements, Ordering::Relaxed).saturating_add(elements);
+        ensure!(
+            read <= MAX_READ,
+            "its meshes and animations read more than {MAX_READ} elements of its accessors, each as often as it is shared; \
+             export it with fewer"
+        );
+        Ok(())
+    }
+
     /// Elements of `N` components of `size` bytes, `stride` bytes apart.
     #[expect(clippy::too_many_arguments)]
     fn elements<T, const N: usize>(
@@ -200,6 +231,7 @@ impl<'a> Accessors<'a> {
         if end > bytes.len() as u64 {
             return Err(broken(format!("{owner} needs {end} bytes of a buffer view that has {}", bytes.len())));
         }
+        self.count(count)?;
         let bytes = &bytes[offset as usize..];
         Ok((0..count as usize).map(|i| std::array::from_fn(|c| convert(&bytes[i * stride + c * size..]))).collect())
     }
@@ -240,5 +272,25 @@ fn width(kind: Type) -> usize {
         Type::Vec4 | Type::Mat2 => 4,
         Type::Mat3 => 9,
         Type::Mat4 => 16,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_read_of_shared_accessors_is_counted() {
+        let accessor = r#"{ "componentType": 5126, "type": "VEC3", "count": 3 }"#;
+        let root: Root = ::gltf::json::deserialize::from_str(&format!(
+            r#"{{"asset":{{"version":"2.0"}},"accessors":[{accessor}]}}"#
+        ))
+        .unwrap();
+        let accessors = Accessors::new(&root, None, Path::new("")).unwrap();
+        accessors.read.store(MAX_READ - 40, Ordering::Relaxed);
+        let read = || accessors.floats::<3>(Index::new(0), "POSITION");
+        assert_eq!(read().unwrap(), [[0.0; 3]; 3]);
+        let error = read().unwrap_err().to_string();
+        assert!(error.contains("more than 536870912 elements") && error.contains("export it with fewer"), "{error}");
     }
 }

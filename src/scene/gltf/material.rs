@@ -188,10 +188,20 @@ impl<'a> Materials<'a> {
         }
         let reduced = decoded.values().filter(|image| image.1).count();
         let mut textures = Vec::with_capacity(self.textures.len());
+        let mut copies = held.into_inner();
         // Where each of `self.textures` is now.
         let mut places = Vec::with_capacity(self.textures.len());
         for (i, &(image, wrap, filter)) in self.textures.iter().enumerate() {
             let again = self.textures[i + 1..].iter().any(|later| later.0 == image);
+            // A copy for each way to sample it.
+            let copied = decoded.get(&image).filter(|_| again).map_or(0, |image| image.0.len() as u64);
+            copies += copied;
+            if copies > MAX_IMAGES {
+                copies -= copied;
+                self.missing.push(drawn_without(&anyhow!("image {image}: {}", textures::TOO_LARGE)));
+                places.push(None);
+                continue;
+            }
             let decoded = if again { decoded.get(&image).cloned() } else { decoded.remove(&image) };
             places.push(decoded.map(|(image, _)| {
                 let (width, height) = image.dimensions();

@@ -11,6 +11,7 @@ use draco_core::{DataType, DecodeLimits, DecoderBuffer, Mesh, MeshDecoder, Point
 use rayon::prelude::*;
 use serde_json::Value;
 use std::collections::{BTreeMap, HashMap};
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// What an accessor of a compressed primitive stands for.
 pub struct Unpacked {
@@ -35,7 +36,9 @@ pub fn primitives(root: &Root, accessors: &Accessors) -> Primitives {
         }
     }
     let jobs: Vec<_> = jobs.into_values().collect();
-    let unpacked = jobs.par_iter().map(|(primitive, extension)| match draco(accessors, primitive, extension) {
+    // Many may be of the same few bytes.
+    let left = AtomicU64::new(MAX_TRIANGLES);
+    let unpacked = jobs.par_iter().map(|(primitive, extension)| match draco(accessors, primitive, extension, &left) {
         Ok(all) => all.into_iter().map(|(index, unpacked)| (index, Ok(unpacked))).collect::<Vec<_>>(),
         Err(error) => {
             let named = primitive.indices.iter().chain(primitive.attributes.values());
@@ -45,14 +48,23 @@ pub fn primitives(root: &Root, accessors: &Accessors) -> Primitives {
     unpacked.flatten().collect()
 }
 
-fn draco(accessors: &Accessors, primitive: &Primitive, extension: &Value) -> Result<Vec<(usize, Unpacked)>> {
+/// `left`: how many more triangles may be unpacked, or three times as many points.
+fn draco(
+    accessors: &Accessors,
+    primitive: &Primitive,
+    extension: &Value,
+    left: &AtomicU64,
+) -> Result<Vec<(usize, Unpacked)>> {
     let view = number(extension, "bufferView")?;
     let view = Index::new(u32::try_from(view).context("its bufferView is no index")?);
     let data = accessors.view(view, "Draco data")?;
-    let limits = DecodeLimits::default().with_max_points(3 * MAX_TRIANGLES).with_max_faces(MAX_TRIANGLES);
+    let most = left.load(Ordering::Relaxed);
+    let limits = DecodeLimits::default().with_max_points(3 * most).with_max_faces(most);
     let mut mesh = Mesh::new();
     let decoded = MeshDecoder::new().decode(&mut DecoderBuffer::new(data).with_limits(limits), &mut mesh);
     decoded.map_err(|error| anyhow!("Draco: {error}"))?;
+    let taken = (mesh.num_points() as u64).div_ceil(3).max(mesh.num_faces() as u64);
+    _ = left.fetch_update(Ordering::Relaxed, Ordering::Relaxed, |left| Some(left.saturating_sub(taken)));
 
     let indices = primitive.indices.context("Draco data without an accessor for its indices")?;
     let bytes = mesh.faces().iter().flatten().flat_map(|point| point.0.to_le_bytes()).collect();
@@ -113,13 +125,35 @@ pub fn is_fallback(buffer: &buffer::Buffer) -> bool {
         .any(|name| extensions.others.get(*name).and_then(|e| e.get("fallback")?.as_bool()).unwrap_or(false))
 }
 
+/// What a byte stands for at most, where all of a block is the same, bytes.
+const MOST_OF_A_BYTE: u64 = 1024;
+
+/// Most bytes that all compressed buffer views unpack to together; many may be of the same few bytes.
+const MAX_UNPACKED: u64 = 1 << 31;
+
 /// Unpacks all compressed buffer views, in parallel.
 pub fn views(root: &Root, buffers: &[impl AsRef<[u8]> + Sync]) -> Views {
-    let packed = root.buffer_views.par_iter().enumerate().filter_map(|(index, view)| {
-        let unpacked = meshopt(meshopt_of(view)?, buffers);
-        Some((index, unpacked.map_err(|error| format!("{error:#}"))))
+    let mut claimed = 0u64;
+    let mut jobs = Vec::new();
+    for (index, extension) in root.buffer_views.iter().map(meshopt_of).enumerate() {
+        let Some(extension) = extension else { continue };
+        let bytes = |key: &str| number(extension, key).unwrap_or(0) as u64;
+        let most = bytes("byteLength").saturating_mul(MOST_OF_A_BYTE);
+        claimed = claimed.saturating_add(bytes("count").saturating_mul(bytes("byteStride")).min(most));
+        jobs.push((index, extension, claimed));
+    }
+    let unpacked = jobs.into_par_iter().map(|(index, extension, claimed)| {
+        let unpacked = match claimed <= MAX_UNPACKED {
+            true => meshopt(extension, buffers),
+            false => Err(anyhow!(
+                "the compressed buffer views up to it claim {} MiB, of {} that are unpacked",
+                claimed >> 20,
+                MAX_UNPACKED >> 20
+            )),
+        };
+        (index, unpacked.map_err(|error| format!("{error:#}")))
     });
-    packed.collect()
+    unpacked.collect()
 }
 
 fn meshopt(extension: &Value, buffers: &[impl AsRef<[u8]>]) -> Result<Vec<u8>> {
@@ -129,10 +163,9 @@ fn meshopt(extension: &Value, buffers: &[impl AsRef<[u8]>]) -> Result<Vec<u8>> {
     let data = buffer.get(start..end);
     let data = data.with_context(|| format!("it ends at byte {end} of a buffer that has {}", buffer.len()))?;
     let (count, stride) = (number(extension, "count")?, number(extension, "byteStride")?);
-    // A byte stands for 1024 at most, where all of a block is the same.
-    let most = data.len().saturating_mul(1024);
+    let most = (data.len() as u64).saturating_mul(MOST_OF_A_BYTE);
     ensure!(
-        count.checked_mul(stride).is_some_and(|bytes| bytes <= most),
+        count.checked_mul(stride).is_some_and(|bytes| bytes as u64 <= most),
         "it claims {count} elements of {stride} bytes in {} bytes",
         data.len()
     );

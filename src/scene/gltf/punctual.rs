@@ -4,7 +4,7 @@ use super::hierarchy::{Hierarchy, label};
 use super::{broken, few, get};
 use crate::light::Light;
 use crate::message::{counted, quoted};
-use crate::scene::pose::{moves, world_matrices};
+use crate::scene::pose::{moving, world_matrices};
 use crate::scene::presets::{Bounds, add_camera, add_light};
 use crate::scene::{Camera, Scene};
 use ::gltf::json::Root;
@@ -13,25 +13,38 @@ use ::gltf::json::validation::Checked;
 use anyhow::Result;
 use glam::{Mat4, Vec3};
 
+/// Most cameras, and most lights, of a file, as of presets.
+const MOST: usize = 1000;
+
 /// Adds the cameras and lights of the scene's nodes, where they are at the clock's start.
 pub fn add(root: &Root, hierarchy: &Hierarchy, bounds: Bounds, scene: &mut Scene) -> Result<()> {
-    let (mut lights, mut dark) = (0, 0);
+    let (mut lights, mut dark, mut beyond) = (0, 0, 0);
     let mut told = Vec::new();
     let worlds = world_matrices(scene, Some(0), 0.0);
+    let moving = moving(scene);
     let nodes = (0..).zip(hierarchy.scene.iter().zip(worlds)).filter(|(_, (index, _))| hierarchy.drawn[**index]);
     for (place, (&index, world)) in nodes {
         let node = &root.nodes[index];
         let world = world.as_mat4();
         let owner = label(root, index);
-        let moved = moves(scene, place).then_some(place);
+        let moved = moving[place as usize].then_some(place);
         if let Some(camera) = node.camera {
             let file = get(&root.cameras, camera, "camera", &owner)?;
-            let name = first_name([&file.name, &node.name], "camera", camera.value());
-            add_camera(scene, &name, convert_camera(file, world, bounds, &mut tell("camera", &name, &mut told)), moved);
+            if scene.cameras.len() < MOST {
+                let name = first_name([&file.name, &node.name], "camera", camera.value());
+                let camera = convert_camera(file, world, bounds, &mut tell("camera", &name, &mut told));
+                add_camera(scene, &name, camera, moved);
+            } else {
+                beyond += 1;
+            }
         }
         let extension = node.extensions.as_ref().and_then(|e| e.khr_lights_punctual.as_ref());
         if let Some(extension) = extension {
             let file = get(AsRef::<[khr::Light]>::as_ref(root), extension.light, "light", &owner)?;
+            if lights == MOST {
+                beyond += 1;
+                continue;
+            }
             let name = first_name([&file.name, &node.name], "light", extension.light.value());
             let light = convert_light(file, world, (bounds, moved.is_some()), &mut tell("light", &name, &mut told))
                 .ok_or_else(|| broken(format!("light {} has an unknown type", extension.light)))?;
@@ -40,6 +53,11 @@ pub fn add(root: &Root, hierarchy: &Hierarchy, bounds: Bounds, scene: &mut Scene
             lights += 1;
         }
     }
+    scene.notes.extend(counted(
+        beyond,
+        &format!("camera or light beyond the first {MOST} of its kind is left out."),
+        &format!("cameras and lights beyond the first {MOST} of their kind are left out."),
+    ));
     scene.notes.extend(counted(
         lights,
         "light has a brightness that suits the scene, not its photometric intensity.",

@@ -17,6 +17,14 @@ pub fn fetch(uri: &str, folder: &Path, owner: &str) -> Result<Vec<u8>> {
             None => Err(broken(format!("the data URI of {owner} is not valid base64"))),
         };
     }
+    if ["http:", "https:"].iter().any(|scheme| uri.get(..scheme.len()).is_some_and(|s| s.eq_ignore_ascii_case(scheme)))
+    {
+        bail!(
+            "{owner} lies on the network, at {}, from where nothing is fetched; download it, put it next to the file and use \
+             a relative URI",
+            quoted(uri)
+        );
+    }
     let Some(relative) = relative_path(uri) else {
         bail!(
             "{owner} lies at {}, outside the file's folder, where nothing is read; \

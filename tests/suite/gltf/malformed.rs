@@ -357,3 +357,33 @@ fn links_and_pipes_beside_the_file_are_not_followed() {
     assert!(one_sentence("scene.gltf", load("out.bin")).contains("leads out of the folder"));
     assert!(one_sentence("scene.gltf", load("pipe.bin")).contains("a pipe"));
 }
+
+/// What shares a few bytes is counted too.
+#[test]
+fn compressed_views_are_counted_together() {
+    let mut file = File::triangle();
+    file.bin.resize(1 << 20, 0);
+    let claim = json!({ "buffer": 0, "byteLength": 1 << 20, "byteStride": 256, "count": 1 << 22, "mode": "NONE" });
+    let view = json!({ "buffer": 0, "byteLength": 36, "extensions": { "EXT_meshopt_compression": claim } });
+    for _ in 0..3 {
+        file.push("bufferViews", view.clone());
+    }
+    let last = file.json["bufferViews"].as_array().unwrap().len() - 1;
+    for (view, says) in [(last - 1, "its mode is \"NONE\""), (last, "claim 3072 MiB, of 2048 that are unpacked")] {
+        file.json["accessors"][0]["bufferView"] = view.into();
+        assert!(file.error().contains(says), "{}", file.error());
+    }
+}
+
+#[test]
+fn cameras_and_lights_beyond_a_thousand_are_left_out() {
+    let mut file = File::triangle();
+    file.json["cameras"] = json!([{ "type": "perspective", "perspective": { "yfov": 1, "znear": 0.1 } }]);
+    file.json["extensions"] = json!({ "KHR_lights_punctual": { "lights": [{ "type": "point" }] } });
+    let node = json!({ "camera": 0, "extensions": { "KHR_lights_punctual": { "light": 0 } } });
+    file.json["nodes"].as_array_mut().unwrap().extend(vec![node; 1002]);
+    let scene = file.load();
+    let names = |word: &str| scene.cameras.iter().filter(|camera| camera.name.starts_with(word)).count();
+    assert_eq!(names("camera 0"), 1000);
+    assert!(scene.notes.iter().any(|note| note.starts_with("4 cameras and lights beyond the first 1000")));
+}

@@ -189,7 +189,14 @@ fn old_specular_glossiness_gives_its_diffuse_colour() {
 fn materials_are_drawn_without_images_that_cannot_be_read() {
     let truncated = &picture(ImageFormat::Png)[..40];
     let huge = "iVBORw0KGgoAAAANSUhEUgAP//8AD///CAYAAAA="; // a header of a million texels per side
+    // Headers of JPEG, WebP and BMP of as many texels as they can say, with nothing behind.
+    let jpeg = "/9j/wAARCP////ADASIAAhEBAxEB/9oADAMBAAIRAxEAPwAAAAAA";
+    let webp = "UklGRhoAAABXRUJQVlA4TA0AAAAv////DwAAAAAAAAAAAA==";
+    let bmp = "Qk02AAAAAAAAADYAAAAoAAAAYOoAAGDqAAABABgAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAA";
     for (image, reason) in [
+        (json!({ "uri": format!("data:;base64,{jpeg}") }), "cannot be decoded"),
+        (json!({ "uri": format!("data:;base64,{webp}") }), "cannot be decoded"),
+        (json!({ "uri": format!("data:;base64,{bmp}") }), "cannot be decoded"),
         (json!({ "uri": "gone.png" }), "gone.png"),
         (json!({ "uri": "../up.png" }), "outside the file's folder"),
         (json!({ "uri": "data:image/png;base64,####" }), "base64"),

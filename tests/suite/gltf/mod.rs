@@ -75,7 +75,6 @@ fn uris_that_lead_out_of_the_folder_are_refused() {
         "%2e%2e/data.bin",
         "a/../../data.bin",
         "..\\data.bin",
-        "https://example.org/data.bin",
         "file:///data.bin",
         "C:/data.bin",
         &absolute,
@@ -85,6 +84,19 @@ fn uris_that_lead_out_of_the_folder_are_refused() {
         let result = load_in(&folder, "scene.gltf", file.json.to_string().as_bytes());
         let message = one_sentence("scene.gltf", result);
         assert!(message.contains("buffer 0") && message.contains("outside the file's folder"), "{uri}: {message}");
+    }
+}
+
+#[test]
+fn nothing_is_fetched_from_the_network() {
+    for uri in ["http://127.0.0.1:9/data.bin", "https://example.org/data.bin", "HTTPS://example.org"] {
+        let mut file = File::triangle();
+        file.json["buffers"] = json!([{ "uri": uri, "byteLength": file.bin.len() }]);
+        let message = file::error_of("scene.gltf", file.json.to_string().as_bytes());
+        assert!(
+            message.contains("buffer 0 lies on the network") && message.contains("download it"),
+            "{uri}: {message}"
+        );
     }
 }
 
@@ -176,4 +188,12 @@ fn geometry_without_extent_is_told() {
     assert!(file.error().contains("no extent"), "{}", file.error());
     file.json["nodes"] = json!([{ "mesh": 0, "scale": [0, 0, 0], "translation": [4, 5, 6] }]);
     assert!(file.error().contains("no extent"), "{}", file.error());
+}
+
+#[test]
+fn a_scene_smaller_than_set_ups_can_hold_is_told() {
+    let mut file = File::triangle();
+    file.json["nodes"][0]["scale"] = json!([1e-5, 1e-5, 1e-5]);
+    let scene = file.load();
+    assert!(scene.notes.iter().any(|note| note.contains("only 1.4e-5 m across") && note.contains("scale it up")));
 }
