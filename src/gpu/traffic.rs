@@ -4,8 +4,8 @@ use super::pass::Resource;
 use super::shader::{Binding, Program};
 use anyhow::{Context, Result};
 use wgpu::naga::{
-    self, AddressSpace, Arena, AtomicFunction, Block, Expression, Function, GlobalVariable, Handle, Literal, Module, Scalar, Span,
-    Statement, StorageAccess, Type, TypeInner, valid::FunctionInfo,
+    self, AddressSpace, Arena, AtomicFunction, Block, Expression, Function, GlobalVariable, Handle, Literal, Module,
+    Scalar, Span, Statement, StorageAccess, Type, TypeInner, valid::FunctionInfo,
 };
 
 /// The name of the buffer that shaders count in.
@@ -41,7 +41,11 @@ impl Traffic {
     }
 
     /// With what a pass has counted of what it binds.
-    pub(super) fn with<'a>(mut self, counts: &[u32], bound: impl Iterator<Item = (&'a Binding, &'a Resource)>) -> Traffic {
+    pub(super) fn with<'a>(
+        mut self,
+        counts: &[u32],
+        bound: impl Iterator<Item = (&'a Binding, &'a Resource)>,
+    ) -> Traffic {
         for (binding, resource) in bound.filter(|(b, _)| b.name != NAME) {
             let (unit, all) = match resource {
                 Resource::Buffer(buffer) => (4, buffer.size()),

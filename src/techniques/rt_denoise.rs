@@ -165,7 +165,11 @@ impl RtDenoise {
             raw: Slot::default(),
             moments: Default::default(),
             estimates: Default::default(),
-            dispatch: gpu.buffer("dispatch of tiles", &[0; 16], Use::STORAGE | Use::INDIRECT | Use::COPY_DST | Use::COPY_SRC),
+            dispatch: gpu.buffer(
+                "dispatch of tiles",
+                &[0; 16],
+                Use::STORAGE | Use::INDIRECT | Use::COPY_DST | Use::COPY_SRC,
+            ),
             tiles: None,
             spacings: (0..=MOST_PASSES).map(spacing).collect(),
             of: None,
