@@ -30,7 +30,7 @@ fn adapters_agree() {
     let yard = Arc::new(scene(vec![mesh(&yard(), 0)], vec![material(Vec3::ONE)], view, lights[0]));
     let mut renderers: Vec<Renderer> = names[..2]
         .iter()
-        .map(|name| Renderer::new(Arc::new(Gpu::new(Some(name)).unwrap()), yard.clone()).unwrap())
+        .map(|name| Renderer::new(Arc::new(strict(Gpu::new(Some(name)).unwrap())), yard.clone()).unwrap())
         .collect();
     println!(
         "Left out of the shadow's columns: pixels that show another surface on {} than on {}.\n",
