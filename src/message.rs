@@ -17,14 +17,17 @@ pub fn quoted(text: &str) -> String {
     format!("\"{}\"", shortened(text))
 }
 
-/// On one line and of no more than so many characters.
+/// On one line and of no more than so many characters, those of escapes counted.
 pub fn cut(text: &str, most: usize) -> String {
-    let mut short = String::new();
-    for c in text.chars().take(most) {
+    let (mut short, mut left) = (String::new(), most);
+    for c in text.chars() {
+        let takes = if is_plain(c) { 1 } else { c.escape_default().len() };
+        if takes > left {
+            short.push('…');
+            break;
+        }
+        left -= takes;
         if is_plain(c) { short.push(c) } else { short.extend(c.escape_default()) }
-    }
-    if text.chars().nth(most).is_some() {
-        short.push('…');
     }
     short
 }
@@ -77,6 +80,7 @@ mod tests {
         assert_eq!(shortened("Bob's \"äpfel\""), "Bob's \"äpfel\"");
         assert_eq!(shortened("a\nb\u{1b}[31m\u{202e}"), "a\\nb\\u{1b}[31m\\u{202e}");
         assert_eq!(shortened(&"x".repeat(1 << 20)).chars().count(), SHOWN + 1);
+        assert!(shortened(&"\u{1b}".repeat(1000)).chars().count() <= SHOWN + 1);
         let many = vec!["name"; 1000];
         assert!(list(many).ends_with("name and 980 more"));
         assert_eq!(list(["a", "b"]), "a, b");
