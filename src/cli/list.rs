@@ -16,8 +16,7 @@ pub fn list(what: Listed, json: bool) -> Result<()> {
     };
     let (value, text) = match what {
         Listed::Scenes => {
-            let rows: Vec<_> =
-                builtin::SCENES.par_iter().with_max_len(1).filter_map(|b| Some((b, builtin::build(b.name)?))).collect();
+            let rows: Vec<_> = builtin::SCENES.par_iter().filter_map(|b| Some((b, builtin::build(b.name)?))).collect();
             let value = rows.iter().map(|(b, s)| {
                 serde_json::json!({
                     "name": b.name, "description": b.description, "triangles": s.triangles(),
