@@ -624,7 +624,7 @@ impl Made {
     /// Renders a light's shadow, by an instance that is made if there is none.
     fn render(&mut self, f: &mut Frame, light: usize) -> Result<()> {
         let info = self.info;
-        if let Some(why) = info.lacks(f.values, &f.gpu.abilities()) {
+        if let Some(why) = info.lacks(f.values, &f.gpu.abilities) {
             bail!("{}: {why}", info.title);
         }
         let held = match self.own.entry(light) {

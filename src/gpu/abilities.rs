@@ -1,6 +1,5 @@
 //! What adapters can do, as far as some of what we draw asks for more than others.
 
-use super::Gpu;
 use wgpu::{Features, TextureFormat as Format};
 
 /// What a technique needs of its adapter: more than the least that wgpu knows ([`wgpu::Limits::downlevel_defaults`]), at most what
@@ -18,14 +17,9 @@ pub enum Need {
 pub struct Abilities {
     /// Its adapter's name.
     pub adapter: String,
+    /// Of those that we use ([`super::WANTED`]).
     pub features: Features,
     pub limits: wgpu::Limits,
-}
-
-impl Gpu {
-    pub fn abilities(&self) -> Abilities {
-        Abilities { adapter: self.info.name.clone(), features: self.features, limits: self.device.limits() }
-    }
 }
 
 impl Abilities {

@@ -45,7 +45,7 @@ pub struct Gpu {
     pub queue: wgpu::Queue,
     pub adapter: wgpu::Adapter,
     pub info: wgpu::AdapterInfo,
-    pub features: wgpu::Features,
+    pub abilities: Arc<Abilities>,
     pub shaders: Shaders,
     /// Most work that is submitted at once: pixels, times how often as long as a plain full-screen pass each takes. A weak GPU does this
     /// in some 0.2 s, and Windows resets one that has not answered for 2. Software has no watchdog.
@@ -204,8 +204,9 @@ impl Gpu {
             ..Default::default()
         }))
         .with_context(|| format!("{} refused to open", info.name))?;
+        let abilities = Abilities { adapter: info.name.clone(), features, limits: device.limits() };
         let mut shaders = Shaders::default();
-        shaders.table_bits = Table::bits(&device.limits());
+        shaders.table_bits = Table::bits(&abilities.limits);
         let failure = Arc::new(Mutex::new(None));
         let slot = failure.clone();
         device.on_uncaptured_error(Arc::new(move |e: wgpu::Error| {
@@ -229,8 +230,8 @@ impl Gpu {
             queue,
             adapter: adapter.clone(),
             longest: if info.device_type == wgpu::DeviceType::Cpu { u64::MAX } else { LONGEST },
+            abilities: Arc::new(abilities),
             info,
-            features,
             shaders,
             loaded: Mutex::new(None),
             pipelines: Mutex::default(),
@@ -246,8 +247,8 @@ impl Gpu {
     /// # Errors
     /// An adapter on which vertex shaders cannot count.
     pub fn count_traffic(mut self) -> Result<Gpu> {
-        let can = self.features.contains(wgpu::Features::VERTEX_WRITABLE_STORAGE);
-        anyhow::ensure!(can, "{} cannot count what passes move: its vertex shaders write no buffers", self.info.name);
+        let can = self.abilities.features.contains(wgpu::Features::VERTEX_WRITABLE_STORAGE);
+        ensure!(can, "{} cannot count what passes move: its vertex shaders write no buffers", self.info.name);
         let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST;
         self.traffic = Some(self.room("traffic", traffic::BYTES, usage));
         Ok(self)
@@ -274,7 +275,7 @@ impl Gpu {
 
     /// The format of a picture's depth, with a stencil for techniques that count.
     pub fn depth_stencil(&self) -> wgpu::TextureFormat {
-        match self.features.contains(wgpu::Features::DEPTH32FLOAT_STENCIL8) {
+        match self.abilities.features.contains(wgpu::Features::DEPTH32FLOAT_STENCIL8) {
             true => wgpu::TextureFormat::Depth32FloatStencil8,
             false => wgpu::TextureFormat::Depth24PlusStencil8,
         }
@@ -282,7 +283,7 @@ impl Gpu {
 
     /// The format of sums that are blended: whole numbers are exact up to 16,777,216, or 2048 where 32-bit floats cannot be blended.
     pub fn blended_sums(&self) -> wgpu::TextureFormat {
-        match self.features.contains(wgpu::Features::FLOAT32_BLENDABLE) {
+        match self.abilities.features.contains(wgpu::Features::FLOAT32_BLENDABLE) {
             true => wgpu::TextureFormat::R32Float,
             false => wgpu::TextureFormat::R16Float,
         }

@@ -587,6 +587,11 @@ struct Counting {
     draws: Vec<(Sent, Option<usize>)>,
 }
 
+/// Threads of so many workgroups.
+fn threads(groups: &[u32], pass: &Pass) -> u64 {
+    groups.iter().map(|n| u64::from(*n)).product::<u64>() * pass.made.group
+}
+
 /// One pass being put together.
 pub struct Run<'r, 'a> {
     recorder: &'r mut Recorder<'a>,
@@ -651,14 +656,17 @@ impl Run<'_, '_> {
         self
     }
 
-    /// The picture's rows that each submission covers: the first, and how many, whole workgroups.
+    /// The picture's rows that each submission covers: the first, and how many, whole workgroups. Empty or of one: it needs no bands.
     fn bands(&self) -> Vec<[u32; 2]> {
         let [width, height] = self.recorder.pixels;
         let cost = u64::from(self.cost.unwrap_or_default()) * u64::from(width);
+        let most = self.recorder.gpu.longest.checked_div(cost).unwrap_or(u64::MAX) / 8 * 8;
         // What is counted is drawn at once.
-        let most = if cost == 0 || self.recorder.draws.is_some() { u64::MAX } else { self.recorder.gpu.longest / cost };
-        let most = (most / 8 * 8).clamp(8, height.next_multiple_of(8).max(8).into()) as u32;
-        (0..height.max(1)).step_by(most as usize).map(|first| [first, most.min(height - first)]).collect()
+        if most >= height.into() || self.recorder.draws.is_some() {
+            return Vec::new();
+        }
+        let most = most.max(8) as u32;
+        (0..height).step_by(most as usize).map(|first| [first, most.min(height - first)]).collect()
     }
 
     /// Times it under another name than the pass's own.
@@ -690,8 +698,7 @@ impl Run<'_, '_> {
         for [first, rows] in bands {
             self.recorder.submit();
             gpu.queue.write_buffer(&frame, at, bytemuck::bytes_of(&[first, rows]));
-            self.traffic.threads = u64::from(w) * u64::from(rows.div_ceil(8)) * self.pass.made.group;
-            self.compute(|p| p.dispatch_workgroups(w, rows.div_ceil(8), 1));
+            self.groups([w, rows.div_ceil(8), 1]);
         }
         self.recorder.submit();
         gpu.queue.write_buffer(&frame, at, bytemuck::bytes_of(&[0, self.recorder.pixels[1]]));
@@ -699,7 +706,12 @@ impl Run<'_, '_> {
 
     /// Runs a compute pass of that many workgroups.
     pub fn dispatch(mut self, x: u32, y: u32, z: u32) {
-        self.traffic.threads = [x, y, z].map(u64::from).iter().product::<u64>() * self.pass.made.group;
+        self.groups([x, y, z]);
+    }
+
+    fn groups(&mut self, count: [u32; 3]) {
+        self.traffic.threads = threads(&count, self.pass);
+        let [x, y, z] = count;
         self.compute(|p| p.dispatch_workgroups(x, y, z));
     }
 
@@ -709,10 +721,7 @@ impl Run<'_, '_> {
             // What is recorded so far may write them.
             self.recorder.submit();
             match self.recorder.gpu.read_range(arguments, at, 12) {
-                Ok(groups) => {
-                    let groups = bytemuck::cast_slice::<u8, u32>(&groups).iter().map(|n| u64::from(*n));
-                    self.traffic.threads = groups.product::<u64>() * self.pass.made.group;
-                }
+                Ok(groups) => self.traffic.threads = threads(bytemuck::cast_slice(&groups), self.pass),
                 Err(e) => self.recorder.error = self.recorder.error.take().or(Some(e)),
             }
         }
@@ -745,7 +754,7 @@ impl Run<'_, '_> {
         clear: bool,
         draw: impl Fn(&mut wgpu::RenderPass),
     ) {
-        let bands = if self.cost.is_some() { self.bands() } else { Vec::new() };
+        let bands = self.bands();
         if bands.len() < 2 {
             return self.draw_band(colors, depth, clear, draw);
         }

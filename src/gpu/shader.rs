@@ -74,7 +74,6 @@ const AROUND: usize = 3;
 
 /// A module put together and checked, with what it binds.
 pub struct Program {
-    pub source: String,
     pub module: naga::Module,
     pub info: naga::valid::ModuleInfo,
 }
@@ -236,7 +235,7 @@ impl Shaders {
             let detail: Vec<String> = detail.map(|e| e.to_string()).collect();
             fault(e.location(&source), detail.join(": "))
         })?;
-        Ok(Program { source, module, info })
+        Ok(Program { module, info })
     }
 
     fn include(&self, file: &str, seen: &mut Vec<String>, lines: &mut Vec<(String, usize, String)>) -> Result<()> {

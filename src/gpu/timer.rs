@@ -50,7 +50,7 @@ impl Timer {
     /// The way that can be trusted on the adapter: timestamps, or wall clock on software (lavapipe's compute
     /// timestamps are wrong once a render pass has run) and where there are none.
     pub fn new(gpu: &Gpu) -> Timer {
-        let stamps = gpu.features.contains(wgpu::Features::TIMESTAMP_QUERY) && !gpu.software();
+        let stamps = gpu.abilities.features.contains(wgpu::Features::TIMESTAMP_QUERY) && !gpu.software();
         Timer::with(if stamps { TimerMode::Stamps } else { TimerMode::Wall })
     }
 
@@ -217,7 +217,7 @@ const QUERY: u64 = 24;
 impl DrawCount {
     /// None where the adapter cannot count.
     pub fn new(gpu: &Gpu) -> Option<DrawCount> {
-        gpu.features.contains(wgpu::Features::PIPELINE_STATISTICS_QUERY).then(|| DrawCount {
+        gpu.abilities.features.contains(wgpu::Features::PIPELINE_STATISTICS_QUERY).then(|| DrawCount {
             queries: gpu.device.create_query_set(&wgpu::QuerySetDescriptor {
                 label: Some("draws"),
                 ty: wgpu::QueryType::PipelineStatistics(COUNTED),

@@ -2,7 +2,7 @@
 
 use super::pass::Resource;
 use super::shader::{Binding, Program};
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, anyhow, ensure};
 use wgpu::naga::{
     self, AddressSpace, Arena, AtomicFunction, Block, Expression, Function, GlobalVariable, Handle, Literal, Module,
     Scalar, Span, Statement, StorageAccess, Type, TypeInner, valid::FunctionInfo,
@@ -97,7 +97,7 @@ pub(super) fn counted(program: &Program, capabilities: naga::valid::Capabilities
     let length = (MOST * 2).try_into().context("no counts")?;
     let array = add(TypeInner::Array { base: atomic, size: naga::ArraySize::Constant(length), stride: 4 });
     let next = from.global_variables.iter().filter_map(|(_, g)| Some(g.binding?.binding + 1)).max().unwrap_or(0);
-    anyhow::ensure!(next < MOST, "the shader binds more than {MOST} resources");
+    ensure!(next < MOST, "the shader binds more than {MOST} resources");
     let counts = module.global_variables.append(
         GlobalVariable {
             name: Some(NAME.into()),
@@ -117,8 +117,8 @@ pub(super) fn counted(program: &Program, capabilities: naga::valid::Capabilities
         counter.count(&mut entry.function, program.info.get_entry_point(i));
     }
     let info = naga::valid::Validator::new(naga::valid::ValidationFlags::all(), capabilities).validate(&module);
-    let info = info.map_err(|e| anyhow::anyhow!("counting its traffic: {}", e.emit_to_string("")))?;
-    Ok(Program { source: program.source.clone(), module, info })
+    let info = info.map_err(|e| anyhow!("counting its traffic: {}", e.emit_to_string("")))?;
+    Ok(Program { module, info })
 }
 
 /// Puts counts into functions.

@@ -165,7 +165,7 @@ impl Triangles<'_> {
 /// they lie flat on it (pancaking).
 pub fn vertices(gpu: &Gpu, drawing: Drawing) -> ([&'static str; 2], bool) {
     let straight = matches!(drawing, Drawing::Straight | Drawing::Part);
-    let unclipped_depth = straight && gpu.features.contains(wgpu::Features::DEPTH_CLIP_CONTROL);
+    let unclipped_depth = straight && gpu.abilities.features.contains(wgpu::Features::DEPTH_CLIP_CONTROL);
     let names = match drawing {
         Drawing::Warped => ["warped_caster", "warped_caster"],
         Drawing::Moved => ["moved_corner", "masked_moved_corner"],

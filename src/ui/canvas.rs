@@ -4,7 +4,7 @@
 //! adapters egui's fragments are dear, and a row that lights up under the pointer must not cost a whole window.
 
 use super::stage::Picture;
-use crate::gpu::{Buffer, Gpu, Shaders, Slot};
+use crate::gpu::{Buffer, Gpu, Slot};
 use anyhow::{Context, Result, ensure};
 use bytemuck::{Pod, Zeroable};
 use egui::epaint::{ClippedShape, ImageData, ImageDelta, Shape};
@@ -62,16 +62,12 @@ impl Canvas {
         config.present_mode = wgpu::PresentMode::AutoVsync;
         config.usage |= wgpu::TextureUsages::COPY_DST;
         ensure!(able.usages.contains(config.usage), "the graphics adapter cannot copy pictures into this window");
-        let source = Shaders::load(&gpu.shaders, "blit.wgsl", &[])?.source;
-        let module = gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
-            label: Some("blit"),
-            source: wgpu::ShaderSource::Wgsl(source.into()),
-        });
+        let module = &gpu.shader("blit.wgsl", &[])?.on_device;
         let blit = gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
             label: Some("blit"),
             layout: None,
             vertex: wgpu::VertexState {
-                module: &module,
+                module,
                 entry_point: Some("corner"),
                 compilation_options: Default::default(),
                 buffers: &[],
@@ -80,7 +76,7 @@ impl Canvas {
             depth_stencil: None,
             multisample: Default::default(),
             fragment: Some(wgpu::FragmentState {
-                module: &module,
+                module,
                 entry_point: Some("fill"),
                 compilation_options: Default::default(),
                 targets: &[Some(config.format.into())],

@@ -196,11 +196,10 @@ pub struct Facts {
 impl Facts {
     /// Takes note of the device that the scene is drawn on.
     pub fn know(&mut self, gpu: &Gpu) {
-        let abilities = gpu.abilities();
-        let lacking = techniques::ALL.iter().filter_map(|info| Some((info.id, info.cannot_run(&abilities)?)));
+        let lacking = techniques::ALL.iter().filter_map(|info| Some((info.id, info.cannot_run(&gpu.abilities)?)));
         self.lacking = Arc::new(lacking.collect());
         (self.adapter, self.software) = (gpu.info.name.clone(), gpu.software());
-        self.abilities = Some(Arc::new(abilities));
+        self.abilities = Some(gpu.abilities.clone());
     }
 
     /// Milliseconds of all passes, of all sides.

@@ -89,7 +89,7 @@ fn casters_that_cover_no_texel_are_left_out_and_no_others() {
     let view = |light, center| LightView::whole(&light, bounds(center), SIDE, 0.0).unwrap();
     let slanted = sun(Vec3::new(0.4, 0.8, 0.3).normalize());
     let mut random = Random(3);
-    let unclipped_depth = gpu.features.contains(wgpu::Features::DEPTH_CLIP_CONTROL);
+    let unclipped_depth = gpu.abilities.features.contains(wgpu::Features::DEPTH_CLIP_CONTROL);
     let raster = Raster {
         vertex: if unclipped_depth { "caster" } else { "clamped_caster" },
         unclipped_depth,

@@ -180,7 +180,7 @@ fn a_shader_that_the_driver_refuses_is_told_with_its_technique() {
 /// What an adapter lacks is known without drawing: techniques that it cannot run, and the options of those that it can.
 #[test]
 fn what_an_adapter_lacks_is_known_beforehand() {
-    let all = gpu().abilities();
+    let all = (*gpu().abilities).clone();
     let least =
         gpu::Abilities { features: wgpu::Features::empty(), limits: wgpu::Limits::downlevel_defaults(), ..all.clone() };
     let why = |id: &str, on: &gpu::Abilities| techniques::find(id).unwrap().cannot_run(on);

@@ -372,14 +372,14 @@ fn what_adapters_guarantee_is_enough() {
                 assert!(right || sets == ["precision=16"], "{what}: {e:?}");
                 let ask = Ask { analysis: true, ..untold(&setup) };
                 let mut weak = &mut least;
-                if let Some(why) = info.lacks(setup.values(), &weak.gpu.abilities()) {
+                if let Some(why) = info.lacks(setup.values(), &weak.gpu.abilities) {
                     let told = weak.render(&setup, ask).expect_err(&what).to_string();
                     assert!(told == format!("{}: {why}", info.title), "{what}: {told}");
                     weak.gpu.check().unwrap();
                     refused += 1;
                     weak = &mut guaranteed;
                 }
-                if let Some(why) = info.lacks(setup.values(), &weak.gpu.abilities()) {
+                if let Some(why) = info.lacks(setup.values(), &weak.gpu.abilities) {
                     // Only formats are left to lack.
                     assert!(why.contains("cannot average"), "{what}: {why}");
                     continue;

@@ -187,7 +187,7 @@ fn what_lies_in_shadow_is_dropped() {
 #[test]
 fn clears_are_timed() {
     let (mut r, mut s) = built_in("cubes", [64, 48]);
-    if !r.gpu.features.contains(wgpu::Features::TIMESTAMP_QUERY) {
+    if !r.gpu.abilities.features.contains(wgpu::Features::TIMESTAMP_QUERY) {
         return;
     }
     r.timer = Timer::with(TimerMode::Stamps);

@@ -339,7 +339,7 @@ fn needs_are_counted() {
             let row = row(&mut r, &mut s, technique, &[&set, "fit=scene"]);
             assert_eq!((row.texels, row.rays), (Some(rows * rows), 0));
             assert_eq!((row.views_rendered, row.views_needed), (Some(1), Some(1)));
-            if r.gpu.features.contains(wgpu::Features::PIPELINE_STATISTICS_QUERY) {
+            if r.gpu.abilities.features.contains(wgpu::Features::PIPELINE_STATISTICS_QUERY) {
                 assert_eq!(row.triangles_submitted, Some(4));
                 // Timing may submit every pass alone; the count stays.
                 r.render(&s, Ask { timed: true, ..analysed(&s) }).unwrap();
@@ -363,7 +363,7 @@ fn fragments_are_counted() {
         let view = camera(Vec3::new(1.0, 6.0, 7.0), Vec3::ZERO);
         let (mut r, mut s) = start(scene(vec![mesh(&ground, 0)], vec![masked], view, sun(Vec3::Y)), [64, 48]);
         let row = row(&mut r, &mut s, "shadow-map", &["resolution=64", "fit=scene"]);
-        if r.gpu.features.contains(wgpu::Features::PIPELINE_STATISTICS_QUERY) {
+        if r.gpu.abilities.features.contains(wgpu::Features::PIPELINE_STATISTICS_QUERY) {
             // The floor fills the map but for what is spared around it; rasterisers work in blocks.
             let fragments = row.fragments.unwrap();
             let covered = (60 * 60..=70 * 70).contains(&fragments);

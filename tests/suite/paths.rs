@@ -180,7 +180,7 @@ fn layers_drawn_are_those_that_the_view_needs() {
         let found = along(&mut r, &own(&s), &s, &[technique], 2, true);
         let [ahead, down] = &found.tracks[0].points[..] else { panic!("two frames") };
         let layers = |p: &stability::Point| p.cost.unwrap().layers.map(|l| (l.layers, l.layers_drawn));
-        if !r.gpu.features.contains(wgpu::Features::PIPELINE_STATISTICS_QUERY) {
+        if !r.gpu.abilities.features.contains(wgpu::Features::PIPELINE_STATISTICS_QUERY) {
             assert_eq!((layers(ahead), Figure::Layers.of(down)), (None, None));
             continue;
         }

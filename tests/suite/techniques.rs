@@ -612,7 +612,7 @@ fn rays_that_give_up_are_reported() {
 fn timestamps_arrive_for_every_pass() {
     use shadowscope::gpu::{Pass, Recorder, Slot, Timer, TimerMode};
     let gpu = gpu();
-    if !gpu.features.contains(wgpu::Features::TIMESTAMP_QUERY) {
+    if !gpu.abilities.features.contains(wgpu::Features::TIMESTAMP_QUERY) {
         eprintln!("skipped: {} has no timestamps", gpu.info.name);
         return;
     }
