@@ -123,14 +123,18 @@ pub fn moved(light: &Light, step: Vec3, bounds: [Vec3; 2]) -> Light {
     moved
 }
 
-/// Tells how many receivers, counted in `beyond`, only some of the places' maps reach, or none.
-pub fn tell_reached_in_part(f: &mut Frame, beyond: &Buffer) {
-    f.tell_counted(beyond, |pixels| {
-        format!(
-            "{pixels} pixels lie so far aside that maps from some places of the light do not reach them: they see what the other maps see, \
-             or all of the light where none reaches them."
-        )
-    });
+/// The note of so many pixels that only some of the places' maps reach, or none.
+pub fn reached_in_part(pixels: u32) -> String {
+    format!("{} they see what the other maps see, or all of the light where none reaches them.", aside(pixels))
+}
+
+/// The same where rays decide such pixels.
+pub fn left_to_rays(pixels: u32) -> String {
+    format!("{} rays decide there.", aside(pixels))
+}
+
+fn aside(pixels: u32) -> String {
+    format!("{pixels} pixels lie so far aside that maps from some places of the light do not reach them:")
 }
 
 /// Maps that are looked up together, as `Batch` in `shaders/map/places.wgsl`.
@@ -182,6 +186,8 @@ pub struct PlacedMaps {
     /// Pixels that some place's map does not reach.
     count_beyond: Pass,
     beyond: Buffer,
+    /// The note of their number.
+    pub aside: fn(u32) -> String,
     bounds: Option<((), Bounds)>,
     nearest: Kept<f64>,
     inspect: Option<((), Pass)>,
@@ -211,6 +217,7 @@ impl PlacedMaps {
             add: Pass::compute(gpu, "sum over maps", &file, "add", groups)?,
             count_beyond: Pass::compute(gpu, "receivers beyond maps", &file, "count_beyond", groups)?,
             beyond: gpu.room("receivers beyond maps", 4, Use::STORAGE | Use::COPY_DST | Use::COPY_SRC),
+            aside: reached_in_part,
             file,
             groups,
             bounds: None,
@@ -355,7 +362,7 @@ impl PlacedMaps {
         if matches!(f.light, Light::Spot { .. } | Light::RectArea { .. }) {
             f.clear(&self.beyond);
             f.run(&self.count_beyond).bind_all(&self.seen()).bind("beyond", &self.beyond).of_picture().per_pixel();
-            tell_reached_in_part(f, &self.beyond);
+            f.tell_counted(&self.beyond, self.aside);
         }
         if sets.len() == 1 {
             f.outline_view(&self.first_views);

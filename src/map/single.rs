@@ -58,27 +58,37 @@ impl Fit {
 
     /// The buffer that holds `view`; `narrow`: fitted once more, to the receivers that the camera sees.
     pub fn run(&mut self, f: &mut Frame, view: LightView, narrow: bool) -> Buffer {
-        match narrow {
-            true => self.narrow_first(f, &[view]),
-            false => self.write(f, 0, &[view]),
+        if narrow {
+            return self.narrow_first(f, &[view]);
         }
+        let given = self.write(f, 0, &[view]);
+        if one_sees_not_all(f) {
+            let receivers = self.everywhere.clone();
+            self.find(f, &given, 1, &[("between", (&receivers).into())]);
+            self.tell_beyond(f);
+        }
+        given
     }
 
     /// The buffer that holds the first of some views, fitted once more, to the receivers that the camera sees.
     pub fn narrow_first(&mut self, f: &mut Frame, views: &[LightView]) -> Buffer {
         let whole = self.write(f, 0, views);
-        let counts = matches!(f.light, Light::RectArea { .. });
-        if counts {
-            f.clear(&self.beyond);
-        }
         let (receivers, fitted) = (self.everywhere.clone(), self.fitted.clone());
         self.run_all(f, &whole, 1, &receivers, &fitted);
-        if counts {
-            f.tell_counted(&self.beyond, |pixels| {
-                format!("{pixels} pixels lie more than {WIDEST}° off the light's axis, where no single map reaches: they are lit.")
-            });
+        if one_sees_not_all(f) {
+            self.tell_beyond(f);
         }
         fitted
+    }
+
+    /// Tells how many receivers were found outside the first view.
+    fn tell_beyond(&self, f: &mut Frame) {
+        f.tell_counted(&self.beyond, |pixels| {
+            format!(
+                "{pixels} pixels lie more than {WIDEST}° off the light's axis, where no single map reaches: what hides the light from them \
+                 is missed."
+            )
+        });
     }
 
     /// The buffer that holds these views, up to [`MOST`]. `number`: which of the frame's.
@@ -108,14 +118,7 @@ impl Fit {
         fitted: &Buffer,
         told: &[(&'static str, Resource)],
     ) {
-        let [w, h] = f.size.map(|side| side.div_ceil(64));
-        f.clear(&self.extent);
-        f.run(&self.receivers)
-            .bind("light_views", whole)
-            .bind("extent", &self.extent)
-            .bind("beyond", &self.beyond)
-            .bind_all(told)
-            .dispatch(w, h, count);
+        self.find(f, whole, count, told);
         f.run(&self.narrow)
             .bind("light_views", whole)
             .bind("extent", &self.extent)
@@ -123,11 +126,31 @@ impl Fit {
             .dispatch(1, 1, 1);
     }
 
+    /// Where the receivers lie in `count` views, and how many outside the first.
+    fn find(&mut self, f: &mut Frame, whole: &Buffer, count: u32, told: &[(&'static str, Resource)]) {
+        let [w, h] = f.size.map(|side| side.div_ceil(64));
+        f.clear(&self.extent);
+        if one_sees_not_all(f) {
+            f.clear(&self.beyond);
+        }
+        f.run(&self.receivers)
+            .bind("light_views", whole)
+            .bind("extent", &self.extent)
+            .bind("beyond", &self.beyond)
+            .bind_all(told)
+            .dispatch(w, h, count);
+    }
+
     /// Fits `count` views, each to the receivers in its part of a film (`shaders/map/narrow_parts.wgsl`).
     pub fn run_parts(&mut self, f: &mut Frame, whole: &Buffer, count: u32, parts: &Buffer, fitted: &Buffer) {
         let told = [("between", (&self.everywhere).into()), ("film_parts", parts.into())];
         self.run_taken(f, whole, count, fitted, &told);
     }
+}
+
+/// Whether receivers may face the light that no single view of it sees.
+fn one_sees_not_all(f: &Frame) -> bool {
+    matches!(f.light, Light::RectArea { .. })
 }
 
 /// The receivers from one depth along the camera's axis to another, metres. `told`: those that the view does not reach are counted.

@@ -9,7 +9,7 @@ use crate::map::casters::{Casters, DRAW, Target, Triangles};
 use crate::map::filter::{Reach, alone};
 use crate::map::fit::Scope;
 use crate::map::peel::{Depths, Held, StoredParams};
-use crate::map::places::{PlacesFitParams, moved, on_light, step, tell_reached_in_part};
+use crate::map::places::{PlacesFitParams, moved, on_light, reached_in_part, step};
 use crate::map::single::scope;
 use crate::map::{BiasParams, CasterParams, HardwareParams, MapParams, light_views, whole};
 use crate::params::Params;
@@ -407,7 +407,7 @@ impl Technique for AreaAdaptive {
         if sized {
             f.tell_counted(&self.tree, |maps| format!("{maps} maps were drawn, each from another place of the light."));
         }
-        tell_reached_in_part(f, &self.beyond);
+        f.tell_counted(&self.beyond, reached_in_part);
 
         let (layers, view) = (first.looked_up(), &self.views[0]);
         bound.extend([("shadow_maps", (&layers.all).into()), ("light_views", view.into())]);

@@ -7,7 +7,7 @@ use crate::gpu::{Gpu, Pass};
 use crate::listed_rays::ListedRays;
 use crate::map::filter::{Reach, alone};
 use crate::map::peel::StoredParams;
-use crate::map::places::{PlaceSet, PlacedMaps, PlacesFitParams, Spared};
+use crate::map::places::{PlaceSet, PlacedMaps, PlacesFitParams, Spared, left_to_rays, reached_in_part};
 use crate::map::{BiasParams, CasterParams, HardwareParams, MapParams};
 use crate::params::Params;
 use crate::view::{self, Class, Drawn, Legend, map};
@@ -110,6 +110,7 @@ impl Technique for HybridArea {
         }
         let reach = Reach { texels: 0.5 * p.window as f32, ..Reach::default() };
         let set = PlaceSet { places, side: MapParams::read(f.values).resolution, depths: PlaceSet::ALL };
+        self.maps.aside = if p.rays { left_to_rays } else { reached_in_part };
         let maps = self.maps.draw(f, &[set], 8, Spared::None, 1, reach)?;
         let listed = self.rays.begin(f)?;
         self.maps.resolve(f, &self.decide, &maps, listed.into())?;

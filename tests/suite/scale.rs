@@ -4,8 +4,10 @@ use crate::common::*;
 use crate::laws::in_turn;
 use crate::techniques::cuboid;
 use glam::{Vec2, Vec3};
+use shadowscope::frame::Renderer;
 use shadowscope::light::Light;
 use shadowscope::measure;
+use shadowscope::measure::metrics::FACING;
 use shadowscope::params::Value;
 use shadowscope::scene::{Camera, Scene};
 use shadowscope::setup::Setup;
@@ -80,15 +82,22 @@ fn lengths_that_nobody_chose_follow_the_scene() {
     assert_eq!(bias(&s), Value::Float(0.002));
 }
 
+/// A light in a closed box 1.5 m over a floor of ±6 m.
+fn boxed(lights: &[Light]) -> (Renderer, Setup) {
+    let mut triangles = floor(Vec2::splat(-6.0), Vec2::splat(6.0), 0.0);
+    triangles.extend(cuboid(BOXED - 0.4, BOXED + 0.4));
+    let view = camera(Vec3::new(2.0, 3.0, 3.5), Vec3::ZERO);
+    start(scene(vec![mesh(&triangles, 0)], vec![material(Vec3::ONE)], view, lights[0]), [64, 48])
+}
+
+/// The box's middle.
+const BOXED: Vec3 = Vec3::new(0.3, 1.5, 0.2);
+
 /// A light in a closed box lights nothing outside, whatever draws the box's shadow.
 #[test]
 fn a_light_in_a_box_lights_nothing_outside() {
-    let place = Vec3::new(0.3, 1.5, 0.2);
-    let mut triangles = floor(Vec2::splat(-2.0), Vec2::splat(2.0), 0.0);
-    triangles.extend(cuboid(place - 0.4, place + 0.4));
-    let view = camera(Vec3::new(2.0, 3.0, 3.5), Vec3::ZERO);
-    let lights = [lamp(place), spot(place, Vec3::new(0.2, 0.0, 0.1), 50.0), plate(place, Vec3::ZERO, 0.1)];
-    let (mut r, mut s) = start(scene(vec![mesh(&triangles, 0)], vec![material(Vec3::ONE)], view, lights[0]), [64, 48]);
+    let lights = [lamp(BOXED), spot(BOXED, Vec3::new(0.2, 0.0, 0.1), 50.0), plate(BOXED, Vec3::ZERO, 0.1)];
+    let (mut r, mut s) = boxed(&lights);
     let mut wrong = Vec::new();
     for info in techniques::ALL.iter() {
         let Some(light) = in_turn(info, &lights) else { continue };
@@ -104,4 +113,50 @@ fn a_light_in_a_box_lights_nothing_outside() {
         }
     }
     assert!(wrong.is_empty(), "{wrong:#?}");
+}
+
+/// One map sees no half space: what a rectangle lights farther aside is lit through the box, and a note counts it, whatever the map
+/// is fitted to. Where the camera sees nothing of it there is no note.
+#[test]
+fn what_lies_too_far_aside_for_a_map_is_counted() {
+    let light = plate(BOXED, Vec3::ZERO, 0.1);
+    let Light::RectArea { half_u, half_v, .. } = light else { unreachable!() };
+    let (mut r, near) = boxed(&[light]);
+    let far = Setup { camera: camera(Vec3::new(6.0, 5.0, 9.0), Vec3::new(0.0, 0.5, 0.0)), ..near.clone() };
+    let lit = "is missed";
+    let cases = [
+        ("shadow-map", "fit=receivers", lit),
+        ("shadow-map", "fit=scene", lit),
+        ("pcf", "fit=msf", lit),
+        ("backprojection", "mode=area", lit),
+        ("area-uniform", "side=3", "all of the light"),
+        ("hybrid-area", "rays=false", "all of the light"),
+        ("hybrid-area", "rays=true", "rays decide"),
+    ];
+    for (id, set, told) in cases {
+        for (s, aside) in [(&near, false), (&far, true)] {
+            let mut s = s.clone();
+            choose(&mut s, techniques::find(id).unwrap(), 256, &[set.into()]);
+            let record = measure::accuracy(&mut r, &s, 0).unwrap();
+            let case = format!("{id} {set}: {} wrong of {}; {}", record.lit_incorrect, record.facing, record.notes);
+            let spare = record.facing as f64 / 50.0;
+            if !aside {
+                assert_eq!((record.notes.as_str(), record.lit_incorrect as f64 <= spare), ("", true), "{case}");
+                continue;
+            }
+            let (mask, at) = (r.read_mask().unwrap(), r.read_position().unwrap());
+            let seen = mask.iter().zip(&at).filter(|(m, _)| **m == FACING);
+            let beyond = seen.filter(|(_, p)| {
+                let q = Vec3::new(p[0], p[1], p[2]) - BOXED;
+                let across = [half_u, half_v].map(|side| side.normalize().dot(q).abs());
+                across[0].max(across[1]) > light.axis().dot(q) * 80f32.to_radians().tan()
+            });
+            let beyond = beyond.count() as f64;
+            let counted: f64 = record.notes.split(' ').next().and_then(|n| n.parse().ok()).expect(&case);
+            assert!(beyond > 0.2 * record.facing as f64 && (counted - beyond).abs() < 0.05 * beyond, "{case}, {beyond}");
+            assert!(record.notes.contains(told), "{case}");
+            let excused = if told == "rays decide" { 0.0 } else { counted };
+            assert!(record.lit_incorrect as f64 <= excused + spare, "{case}");
+        }
+    }
 }
