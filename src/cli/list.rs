@@ -7,7 +7,6 @@ use crate::scene::builtin;
 use crate::scene::builtin::cases::CASES;
 use crate::{techniques, view};
 use anyhow::Result;
-use rayon::prelude::*;
 
 pub fn list(what: Listed, json: bool) -> Result<()> {
     let pairs = |rows: Vec<(String, String)>| {
@@ -16,26 +15,21 @@ pub fn list(what: Listed, json: bool) -> Result<()> {
     };
     let (value, text) = match what {
         Listed::Scenes => {
-            let rows: Vec<_> = builtin::SCENES.par_iter().filter_map(|b| Some((b, builtin::build(b.name)?))).collect();
-            let value = rows.iter().map(|(b, s)| {
+            let value = builtin::SCENES.iter().map(|b| {
                 serde_json::json!({
-                    "name": b.name, "description": b.description, "triangles": s.triangles(),
-                    "cameras": s.cameras.iter().map(|c| &c.name).collect::<Vec<_>>(),
-                    "lights": s.lights.iter().map(|l| &l.name).collect::<Vec<_>>(),
+                    "name": b.name, "description": b.description, "triangles": b.triangles, "cameras": b.cameras, "lights": b.lights,
                 })
             });
-            let text = rows.iter().map(|(b, s)| {
-                let cameras: Vec<_> = s.cameras.iter().map(|c| c.name.as_str()).collect();
-                let lights: Vec<_> = s.lights.iter().map(|l| l.name.as_str()).collect();
+            let text = builtin::SCENES.iter().map(|b| {
                 format!(
                     "{:<12} {} triangles. {}\n{:12} cameras: {}\n{:12} lights: {}\n",
                     b.name,
-                    s.triangles(),
+                    b.triangles,
                     b.description,
                     "",
-                    cameras.join(", "),
+                    b.cameras.join(", "),
                     "",
-                    lights.join(", ")
+                    b.lights.join(", ")
                 )
             });
             (value.collect(), text.collect())

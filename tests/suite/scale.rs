@@ -153,7 +153,10 @@ fn what_lies_too_far_aside_for_a_map_is_counted() {
             });
             let beyond = beyond.count() as f64;
             let counted: f64 = record.notes.split(' ').next().and_then(|n| n.parse().ok()).expect(&case);
-            assert!(beyond > 0.2 * record.facing as f64 && (counted - beyond).abs() < 0.05 * beyond, "{case}, {beyond}");
+            assert!(
+                beyond > 0.2 * record.facing as f64 && (counted - beyond).abs() < 0.05 * beyond,
+                "{case}, {beyond}"
+            );
             assert!(record.notes.contains(told), "{case}");
             let excused = if told == "rays decide" { 0.0 } else { counted };
             assert!(record.lit_incorrect as f64 <= excused + spare, "{case}");

@@ -16,11 +16,15 @@ use super::Scene;
 
 use cases::CASES;
 
-/// A generated scene: how it is called, what it shows, what makes it.
+/// A generated scene: how it is called, what it shows and has, what makes it.
 pub struct Builtin {
     pub name: &'static str,
     /// One line.
     pub description: &'static str,
+    /// Drawn triangles, and the names of its cameras and lights: known before it is built.
+    pub triangles: usize,
+    pub cameras: &'static [&'static str],
+    pub lights: &'static [&'static str],
     build: fn() -> Scene,
 }
 
@@ -29,25 +33,75 @@ pub const SCENES: &[Builtin] = &[
     Builtin {
         name: "bench",
         description: "Two trees, a lamp, a flower box and a bench, with the nine views of Morais 2015",
+        triangles: 55_026,
+        cameras: &[
+            "bench-side",
+            "bench-with",
+            "bench-against",
+            "flowers-side",
+            "flowers-with",
+            "flowers-against",
+            "trees-side",
+            "trees-with",
+            "trees-against",
+        ],
+        lights: &["sun", "spot", "lamp"],
         build: bench::build,
     },
     Builtin {
         name: "blocks",
         description: "A half-played tower of bevelled wooden blocks on a table",
+        triangles: 18_054,
+        cameras: &["default", "low", "close", "fallen", "above"],
+        lights: &["sun", "spot", "omni", "window"],
         build: blocks::build,
     },
-    Builtin { name: "arches", description: arches::DESCRIPTION, build: arches::build },
-    Builtin { name: "hall", description: hall::DESCRIPTION, build: hall::build },
-    Builtin { name: "observatory", description: observatory::DESCRIPTION, build: observatory::build },
-    Builtin { name: "pavilion", description: pavilion::DESCRIPTION, build: pavilion::build },
+    Builtin {
+        name: "arches",
+        description: arches::DESCRIPTION,
+        triangles: 262_876,
+        cameras: &["atrium", "gallery", "curtain", "corner", "above"],
+        lights: &["sun", "lantern", "spot", "hemisphere", "skylight"],
+        build: arches::build,
+    },
+    Builtin {
+        name: "hall",
+        description: hall::DESCRIPTION,
+        triangles: 125_502,
+        cameras: &["room", "table", "windows", "counter", "lamp", "beams"],
+        lights: &["sun", "pendant", "cage lamp", "ceiling lamp", "window"],
+        build: hall::build,
+    },
+    Builtin {
+        name: "observatory",
+        description: observatory::DESCRIPTION,
+        triangles: 52_434,
+        cameras: &["path", "terrace", "telescope", "mast", "aerial"],
+        lights: &["evening sun", "noon sun", "dome lamp", "floodlight"],
+        build: observatory::build,
+    },
+    Builtin {
+        name: "pavilion",
+        description: pavilion::DESCRIPTION,
+        triangles: 504_468,
+        cameras: &["plaza", "canopy", "fins", "ramp", "panels", "aerial"],
+        lights: &["sun", "low sun", "floodlight", "canopy lamp"],
+        build: pavilion::build,
+    },
     Builtin {
         name: "cubes",
         description: "Three cubes on a plane, one for each of three cascades",
+        triangles: 778,
+        cameras: &["default", "near", "above"],
+        lights: &["sun", "spot", "omni", "area"],
         build: cubes::build,
     },
     Builtin {
         name: "terrain",
         description: "A village among hills, one kilometre of landscape under a low sun",
+        triangles: 293_392,
+        cameras: &["default", "street", "square", "meadow", "wood", "hill", "bird", "above"],
+        lights: &["sun", "noon", "floodlight", "street lamp"],
         build: terrain::build,
     },
 ];
@@ -97,9 +151,16 @@ mod tests {
     }
 
     #[test]
-    fn every_name_builds_its_scene() {
-        for name in NAMES {
-            assert_eq!(build(name).map(|scene| scene.name).as_deref(), Some(*name));
+    fn every_name_builds_the_scene_that_is_listed() {
+        for listed in SCENES {
+            let scene = build(listed.name).unwrap();
+            assert_eq!((scene.name.as_str(), scene.triangles()), (listed.name, listed.triangles));
+            assert!(
+                scene.cameras.iter().map(|c| c.name.as_str()).eq(listed.cameras.iter().copied()),
+                "{}",
+                listed.name
+            );
+            assert!(scene.lights.iter().map(|l| l.name.as_str()).eq(listed.lights.iter().copied()), "{}", listed.name);
         }
         assert!(build("no such scene").is_none());
     }
