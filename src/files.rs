@@ -1,10 +1,13 @@
 //! The user's files: read without waiting and within bounds, and written whole or not at all.
 
 use anyhow::{Context, Result, bail, ensure};
+use std::collections::BTreeSet;
 use std::ffi::OsStr;
 use std::fs::{File, Metadata};
 use std::io::{self, BufReader, ErrorKind, Read, Write};
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
+use std::time::Duration;
 
 /// Most bytes of a file of text: a set-up, a world, a page.
 pub const MOST_TEXT: u64 = 64 << 20;
@@ -126,8 +129,9 @@ fn replaced(path: &Path, write: impl FnOnce(&mut File) -> io::Result<()>) -> io:
     // A link stays one.
     let place = if path.is_symlink() { path.canonicalize().unwrap_or(path.into()) } else { path.to_path_buf() };
     let folder = place.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    clear_once(folder);
     let mut beside = tempfile::Builder::new();
-    beside.prefix(".shadowscope-");
+    beside.prefix(UNFINISHED[0]).suffix(UNFINISHED[1]);
     #[cfg(unix)]
     {
         use std::os::unix::fs::PermissionsExt;
@@ -136,6 +140,8 @@ fn replaced(path: &Path, write: impl FnOnce(&mut File) -> io::Result<()>) -> io:
     }
     // It goes when it is dropped, with what is half written.
     let mut beside = beside.tempfile_in(folder)?;
+    // Gone with the process, however that ends. Where there are no locks, others leave the file alone.
+    _ = beside.as_file().try_lock();
     write(beside.as_file_mut())?;
     if let Some(held) = held {
         beside.as_file().set_permissions(held.permissions())?;
@@ -144,6 +150,35 @@ fn replaced(path: &Path, write: impl FnOnce(&mut File) -> io::Result<()>) -> io:
     beside.persist(&place).map_err(|error| error.error)?;
     Ok(())
 }
+
+/// What the name of a file begins and ends with that is not yet written whole.
+const UNFINISHED: [&str; 2] = [".shadowscope-", ".part"];
+
+/// Removes what processes that were killed left half written in a folder; the first time that this one writes there. A file that
+/// someone still writes is locked, or so young that it may be about to be.
+fn clear_once(folder: &Path) {
+    static CLEARED: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
+    if !CLEARED.lock().unwrap_or_else(PoisonError::into_inner).insert(folder.to_path_buf()) {
+        return;
+    }
+    for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
+        let name = entry.file_name();
+        let name = name.to_string_lossy();
+        let [begin, end] = UNFINISHED;
+        if !(name.starts_with(begin) && name.ends_with(end)) {
+            continue;
+        }
+        let old = entry.metadata().is_ok_and(|about| {
+            about.is_file() && about.modified().is_ok_and(|at| at.elapsed().is_ok_and(|age| age >= STALE))
+        });
+        if old && File::open(entry.path()).is_ok_and(|file| file.try_lock().is_ok()) {
+            _ = std::fs::remove_file(entry.path());
+        }
+    }
+}
+
+/// Age from which a file that nobody has locked is nobody's.
+const STALE: Duration = Duration::from_secs(60);
 
 /// Makes the folder that a file is to lie in.
 pub fn create_folder(file: &Path) -> Result<()> {

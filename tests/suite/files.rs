@@ -31,6 +31,46 @@ fn held(folder: &Path) -> Vec<String> {
     names
 }
 
+/// What a killed process leaves half written goes with the next file in its folder; what is another's stays.
+#[test]
+fn what_killed_processes_leave_goes_with_the_next_file() {
+    let dir = tempfile::tempdir().unwrap();
+    let made = |name: &str, seconds: u64| {
+        let file = std::fs::File::create(dir.path().join(name)).unwrap();
+        file.set_modified(std::time::SystemTime::now() - std::time::Duration::from_secs(seconds)).unwrap();
+        file
+    };
+    drop(made(".shadowscope-dead.part", 3600));
+    let writing = made(".shadowscope-long.part", 3600);
+    writing.lock().unwrap();
+    drop(made(".shadowscope-young.part", 0));
+    drop(made(".shadowscope-other", 3600));
+    drop(made("own.part", 3600));
+    std::fs::create_dir(dir.path().join(".shadowscope-folder.part")).unwrap();
+    let path = dir.path().join("a.txt");
+    files::replace(&path, |file| {
+        std::io::Write::write_all(file, b"whole")?;
+        let beside = std::fs::read_dir(dir.path())?.flatten().map(|entry| entry.path());
+        // What is being written is known by its name and locked.
+        let known = beside.filter(|p| {
+            p.extension().is_some_and(|end| end == "part") && std::fs::read(p).is_ok_and(|b| b == b"whole")
+        });
+        let locked = known.filter(|p| std::fs::File::open(p).is_ok_and(|file| file.try_lock().is_err()));
+        assert_eq!(locked.count(), 1);
+        Ok(())
+    })
+    .unwrap();
+    let stay = [
+        ".shadowscope-folder.part",
+        ".shadowscope-long.part",
+        ".shadowscope-other",
+        ".shadowscope-young.part",
+        "a.txt",
+        "own.part",
+    ];
+    assert_eq!(held(dir.path()), stay);
+}
+
 #[test]
 fn what_fails_halfway_changes_nothing() {
     let dir = tempfile::tempdir().unwrap();
