@@ -372,6 +372,31 @@ mod tests {
         assert_eq!((e.facing, e.outside, e.shadow_incorrect), (w * h - 3, 1, 3 * h - 1));
     }
 
+    /// Sums over squares are what counting in each square gives, at the picture's edges too.
+    #[test]
+    fn density_equals_brute_force() {
+        let (w, h) = (23usize, 9);
+        let mut seed = 3u32;
+        let mut random = |most: u32| {
+            seed = seed.wrapping_mul(747796405).wrapping_add(2891336453);
+            (seed >> 16) % most
+        };
+        let mask: Vec<u32> = (0..w * h).map(|_| if random(3) == 0 { AWAY } else { FACING }).collect();
+        let [seen, hard] = [0; 2].map(|_| (0..w * h).map(|_| random(2) as f32).collect::<Vec<f32>>());
+        for window in [1, 3, 8] {
+            let found = density(&seen, &hard, &mask, w, window);
+            for i in 0..w * h {
+                let near = |j: &usize| {
+                    (i % w).abs_diff(j % w).max((i / w).abs_diff(j / w)) <= window / 2 && mask[*j] == FACING
+                };
+                let near: Vec<usize> = (0..w * h).filter(near).collect();
+                let wrong = near.iter().filter(|j| seen[**j] != hard[**j]).count();
+                let exact = if mask[i] == FACING { wrong as f32 / near.len() as f32 } else { -1.0 };
+                assert_eq!(found[i], exact, "pixel {i}, window {window}");
+            }
+        }
+    }
+
     /// Labels are judged by the hard truth, sizes by the mean.
     #[test]
     fn sizes_are_of_the_mean() {

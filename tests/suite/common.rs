@@ -260,3 +260,13 @@ impl Random {
         Vec3::new(self.next(), self.next(), self.next()) * 2.0 - 1.0
     }
 }
+
+/// Watches progress: a share of the work, which never falls.
+pub fn rising() -> impl FnMut(f32) -> bool {
+    let mut last = 0.0;
+    move |share| {
+        assert!((last..=1.0).contains(&share), "{share} after {last}");
+        last = share;
+        true
+    }
+}

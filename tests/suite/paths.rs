@@ -1,6 +1,6 @@
 //! Paths of one's own: in files, along them, and what frames cost there.
 
-use crate::common::{built_in, ok, select, shadowscope};
+use crate::common::{built_in, ok, rising, select, shadowscope};
 use glam::Vec3;
 use shadowscope::frame::Renderer;
 use shadowscope::light::Light;
@@ -15,7 +15,7 @@ use std::sync::Arc;
 
 fn along(r: &mut Renderer, route: &Route, s: &Setup, techniques: &[&str], frames: usize, cost: bool) -> Stability {
     let run = Run { techniques: techniques.iter().map(|t| t.to_string()).collect(), frames, cost };
-    stability::run(r, route, s, &run, &mut |_| true).unwrap()
+    stability::run(r, route, s, &run, &mut rising()).unwrap()
 }
 
 fn own(setup: &Setup) -> Route {

@@ -1,9 +1,10 @@
 //! Set-ups: what they keep, and what they say when something is wrong with them.
 
 use shadowscope::light::Light;
-use shadowscope::params::Value;
+use shadowscope::params::{Kind, Value};
 use shadowscope::scene::Clock;
 use shadowscope::setup::{Setup, parse_camera, parse_light};
+use shadowscope::techniques;
 use shadowscope::truth::Samples;
 use std::path::Path;
 
@@ -184,6 +185,62 @@ fn errors_name_the_key_the_value_and_the_range() {
     ] {
         for part in says {
             assert!(text.contains(part), "{part:?} is not in: {text}");
+        }
+    }
+}
+
+/// Of every parameter both ends of its range are taken, and what lies beyond them is not, be it written as a whole number or not.
+#[test]
+fn ranges_are_kept_at_both_ends() {
+    for info in techniques::ALL.iter() {
+        for spec in info.specs() {
+            let taken = |value: Value| {
+                let found = spec.check("key", &value);
+                if let Err(e) = &found {
+                    assert!(format!("{e}").contains(&spec.range()), "{e}");
+                }
+                found.ok()
+            };
+            let at = || format!("{} {}", info.id, spec.name);
+            match spec.kind {
+                Kind::Float { min, max, .. } => {
+                    for end in [min, max] {
+                        assert_eq!(taken(Value::Float(end)), Some(Value::Float(end)), "{}", at());
+                    }
+                    for beyond in [min - 1e-3, max + 1e-3, f64::NAN] {
+                        assert_eq!(taken(Value::Float(beyond)), None, "{} at {beyond}", at());
+                    }
+                    for whole in [min.ceil(), max.floor()] {
+                        let within = (min..=max).contains(&whole).then_some(Value::Float(whole));
+                        assert_eq!(taken(Value::Int(whole as i64)), within, "{} at {whole}", at());
+                    }
+                    for beyond in [min.floor() as i64 - 1, max.ceil() as i64 + 1] {
+                        assert_eq!(taken(Value::Int(beyond)), None, "{} at {beyond}", at());
+                    }
+                }
+                Kind::Int { min, max, step, .. } => {
+                    for end in [min, min + (max - min) / step * step] {
+                        assert_eq!(taken(Value::Int(end)), Some(Value::Int(end)), "{}", at());
+                    }
+                    for beyond in [min - step, max + step] {
+                        assert_eq!(taken(Value::Int(beyond)), None, "{} at {beyond}", at());
+                    }
+                    if step > 1 {
+                        assert_eq!(taken(Value::Int(min + 1)), None, "{} between two steps", at());
+                    }
+                    assert_eq!(taken(Value::Float(min as f64)), None, "{}", at());
+                }
+                Kind::Choice { options, .. } => {
+                    for option in options {
+                        assert!(taken(Value::Text((*option).into())).is_some(), "{} {option}", at());
+                    }
+                    assert_eq!(taken(Value::Text("none such".into())), None, "{}", at());
+                }
+                Kind::Flag { .. } => {
+                    assert_eq!(taken(Value::Bool(true)), Some(Value::Bool(true)));
+                    assert_eq!(taken(Value::Int(1)), None, "{}", at());
+                }
+            }
         }
     }
 }

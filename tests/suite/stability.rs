@@ -1,6 +1,6 @@
 //! The stability cases: that they hold what they promise, and that what is counted along them is right.
 
-use crate::common::shadowscope;
+use crate::common::{rising, shadowscope};
 use glam::Vec3;
 use serde_json::Value;
 use shadowscope::frame::Renderer;
@@ -34,7 +34,7 @@ fn against(id: &str, techniques: &[&str], side: u32, frames: usize, samples: Sam
     setup.truth_samples = samples;
     let techniques: Vec<String> = techniques.iter().map(|t| t.to_string()).collect();
     let run = Run { techniques, frames, cost: false };
-    stability::run(&mut renderer, &case(id).into(), &setup, &run, &mut |_| true).unwrap()
+    stability::run(&mut renderer, &case(id).into(), &setup, &run, &mut rising()).unwrap()
 }
 
 /// Errors of the n-th technique in per cent, a frame each.

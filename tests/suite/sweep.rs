@@ -1,8 +1,8 @@
 //! Sweeps from outside: one order, parts that join, work that is not lost, times that can be believed, advice.
 
-use crate::common::{ok, shadowscope, within};
+use crate::common::{built_in, ok, rising, select, shadowscope, within};
 use serde_json::Value;
-use shadowscope::measure::{self, Record};
+use shadowscope::measure::{self, More, Record, Step};
 use std::path::Path;
 use std::process::Output;
 
@@ -42,6 +42,36 @@ fn still(rows: &[Record]) -> Vec<Record> {
         ..r.clone()
     };
     rows.iter().map(still).collect()
+}
+
+/// What is said of progress never falls, whatever fails on the way, and each configuration ends as a row or as a failure.
+#[test]
+fn progress_rises_to_the_end() {
+    let (mut renderer, setup) = built_in("cubes", [64, 36]);
+    let with = |technique: &str, resolution: i64| {
+        let mut s = setup.clone();
+        select(&mut s, technique, &[&format!("resolution={resolution}")]);
+        (0, s)
+    };
+    // The cube serves no sun.
+    let work = [with("shadow-map", 128), with("cube", 128), with("shadow-map", 256), with("pcf", 128)];
+    let (mut rising, mut last, mut ended) = (rising(), 0.0, Vec::new());
+    measure::run(&mut renderer, &setup, &work, 4, More::default(), &mut |step| {
+        match step {
+            Step::Working(share, _) => {
+                last = share;
+                rising(share);
+            }
+            Step::Row(row) => ended.push(row.technique),
+            Step::Failed(e) => ended.push(format!("{e:#}")),
+        }
+        true
+    })
+    .unwrap();
+    ended.sort();
+    assert!(ended[0].starts_with("cube") && ended[0].contains("directional"), "{ended:?}");
+    assert_eq!(ended[1..], ["pcf", "shadow-map", "shadow-map"]);
+    assert!(last > 0.9, "{last}");
 }
 
 #[test]
