@@ -63,9 +63,9 @@ fn blur_moments(@builtin(global_invocation_id) id: vec3u) {
     var sums = mat4x4f();
     var weight = 0.0;
     for (var i = -radius; i <= radius + 3; i++) {
-        // How far the texel at hand is from each of the strip's.
-        let off = i - vec4i(0, 1, 2, 3);
-        let w = select(vec4f(0.0), exp(narrow * vec4f(off * off)), abs(off) <= vec4i(radius));
+        // Of the texel at hand for each of the strip's.
+        let w = vec4f(blur_weight(i, radius, narrow), blur_weight(i - 1, radius, narrow),
+            blur_weight(i - 2, radius, narrow), blur_weight(i - 3, radius, narrow));
         weight += w.x;
         let m = textureLoad(unfiltered, clamp(start + i * along, vec2i(0), last), 0);
         sums += mat4x4f(weighted(w.x, m), weighted(w.y, m), weighted(w.z, m), weighted(w.w, m));
@@ -75,6 +75,10 @@ fn blur_moments(@builtin(global_invocation_id) id: vec3u) {
     store_within(start + along, sums[1] / weight);
     store_within(start + 2 * along, sums[2] / weight);
     store_within(start + 3 * along, sums[3] / weight);
+}
+
+fn blur_weight(i: i32, radius: i32, narrow: f32) -> f32 {
+    return select(0.0, exp(narrow * f32(i * i)), abs(i) <= radius);
 }
 
 fn store_within(at: vec2i, m: vec4f) {
