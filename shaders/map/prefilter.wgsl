@@ -48,24 +48,48 @@ fn make_moments(@builtin(global_invocation_id) id: vec3u) {
     textureStore(moments_out, id.xy, moments(z, length(vec2f(x, y)), prefiltered.plane));
 }
 
-// Half of a Gaussian whose standard deviation is half the kernel's radius, along x or y.
+// Half of a Gaussian whose standard deviation is half the kernel's radius, along x or y. A thread makes the four texels of a strip, whose
+// kernels share most of what they read.
 @compute @workgroup_size(8, 8)
 fn blur_moments(@builtin(global_invocation_id) id: vec3u) {
-    if any(id.xy >= textureDimensions(moments_out)) {
+    let along = select(vec2i(1, 0), vec2i(0, 1), prefiltered.down == 1u);
+    let start = vec2i(id.xy) * (1 + 3 * along);
+    let last = vec2i(textureDimensions(unfiltered)) - 1;
+    if any(start > last) {
         return;
     }
     let radius = i32(prefiltering.blur_radius);
-    let along = select(vec2i(1, 0), vec2i(0, 1), prefiltered.down == 1u);
-    let last = vec2i(textureDimensions(unfiltered)) - 1;
     let narrow = -2.0 / f32(radius * radius);
-    var sum = vec4f(0.0);
+    var sums = mat4x4f();
     var weight = 0.0;
-    for (var i = -radius; i <= radius; i++) {
-        let w = exp(narrow * f32(i * i));
-        sum += w * textureLoad(unfiltered, clamp(vec2i(id.xy) + i * along, vec2i(0), last), 0);
-        weight += w;
+    for (var i = -radius; i <= radius + 3; i++) {
+        // Of the texel at hand for each of the strip's.
+        let w = vec4f(blur_weight(i, radius, narrow), blur_weight(i - 1, radius, narrow),
+            blur_weight(i - 2, radius, narrow), blur_weight(i - 3, radius, narrow));
+        weight += w.x;
+        let m = textureLoad(unfiltered, clamp(start + i * along, vec2i(0), last), 0);
+        sums += mat4x4f(weighted(w.x, m), weighted(w.y, m), weighted(w.z, m), weighted(w.w, m));
     }
-    textureStore(moments_out, id.xy, sum / weight);
+    // Constant indices leave the sums in registers.
+    store_within(start, sums[0] / weight);
+    store_within(start + along, sums[1] / weight);
+    store_within(start + 2 * along, sums[2] / weight);
+    store_within(start + 3 * along, sums[3] / weight);
+}
+
+fn blur_weight(i: i32, radius: i32, narrow: f32) -> f32 {
+    return select(0.0, exp(narrow * f32(i * i)), abs(i) <= radius);
+}
+
+fn store_within(at: vec2i, m: vec4f) {
+    if all(at < vec2i(textureDimensions(moments_out))) {
+        textureStore(moments_out, at, m);
+    }
+}
+
+// Outside of a kernel moments count for nothing, be they infinite.
+fn weighted(w: f32, m: vec4f) -> vec4f {
+    return select(vec4f(0.0), w * m, w > 0.0);
 }
 
 // A level of detail from the one before.

@@ -25,37 +25,67 @@ fn one() -> f32 {
     return floor(min(4294967040.0 / (widest_box() * widest_box()), 16777216.0));
 }
 
-@compute @workgroup_size(8, 8)
-fn fix_moments(@builtin(global_invocation_id) id: vec3u) {
-    if all(id.xy < vec2u(summed.side)) {
-        let z = depth_share(light_views[summed.layer], textureLoad(layer_depth, id.xy, 0));
-        textureStore(moments_out, id.xy, vec4u(round(one() * moments(z))));
-    }
+// A texel's own moments, fixed.
+fn fixed_moments(at: vec2u) -> vec4u {
+    let z = depth_share(light_views[summed.layer], textureLoad(layer_depth, at, 0));
+    return vec4u(round(one() * moments(z)));
+}
+
+// Prefix sums of a row or column, a workgroup each: threads take pieces one after the other.
+struct Piece {
+    start: u32,
+    end: u32,
+    across: vec2u,
+    along: vec2u,
+}
+
+fn piece_of(line: u32, index: u32) -> Piece {
+    let piece = (summed.side + 63u) / 64u;
+    let start = min(index * piece, summed.side);
+    let along = select(vec2u(1u, 0u), vec2u(0u, 1u), summed.down == 1u);
+    return Piece(start, min(start + piece, summed.side), line * (vec2u(1u) - along), along);
 }
 
 var<workgroup> pieces: array<vec4u, 64>;
 
-// Prefix sums of a row or column, a workgroup each: threads take pieces one after the other.
-@compute @workgroup_size(64)
-fn sum_up(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) index: u32) {
-    let piece = (summed.side + 63u) / 64u;
-    let start = min(index * piece, summed.side);
-    let end = min(start + piece, summed.side);
-    let along = select(vec2u(1u, 0u), vec2u(0u, 1u), summed.down == 1u);
-    let across = group.x * (vec2u(1u) - along);
-    var own = vec4u(0u);
-    for (var i = start; i < end; i++) {
-        own += textureLoad(unsummed, across + i * along, 0);
-    }
+// What the pieces before this thread's sum up to; `own`: its own sum.
+fn before_piece(own: vec4u, index: u32) -> vec4u {
     pieces[index] = own;
     workgroupBarrier();
     var sum = vec4u(0u);
     for (var k = 0u; k < index; k++) {
         sum += pieces[k];
     }
-    for (var i = start; i < end; i++) {
-        sum += textureLoad(unsummed, across + i * along, 0);
-        textureStore(moments_out, across + i * along, sum);
+    return sum;
+}
+
+// Of the map's moments. Making them twice from depths moves a sixth of what keeping them would.
+@compute @workgroup_size(64)
+fn sum_moments(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) index: u32) {
+    let p = piece_of(group.x, index);
+    var own = vec4u(0u);
+    for (var i = p.start; i < p.end; i++) {
+        own += fixed_moments(p.across + i * p.along);
+    }
+    var sum = before_piece(own, index);
+    for (var i = p.start; i < p.end; i++) {
+        sum += fixed_moments(p.across + i * p.along);
+        textureStore(moments_out, p.across + i * p.along, sum);
+    }
+}
+
+// Of sums.
+@compute @workgroup_size(64)
+fn sum_up(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) index: u32) {
+    let p = piece_of(group.x, index);
+    var own = vec4u(0u);
+    for (var i = p.start; i < p.end; i++) {
+        own += textureLoad(unsummed, p.across + i * p.along, 0);
+    }
+    var sum = before_piece(own, index);
+    for (var i = p.start; i < p.end; i++) {
+        sum += textureLoad(unsummed, p.across + i * p.along, 0);
+        textureStore(moments_out, p.across + i * p.along, sum);
     }
 }
 

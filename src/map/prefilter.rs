@@ -80,6 +80,9 @@ impl Moments {
     }
 }
 
+/// Texels that a thread of the blur makes, as in WGSL.
+const STRIP: u32 = 4;
+
 /// As `Prefiltered` in WGSL.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
@@ -156,7 +159,10 @@ impl Prefilter {
         let scratch = &textures.scratch;
         let view_size = size_of::<LightView>() as u64;
         let groups = |level: u32| [(side >> level).max(1).div_ceil(8); 2];
-        let sizes: Vec<[u32; 2]> = (0..levels).map(groups).collect();
+        let (whole, strips) = (side.div_ceil(8), side.div_ceil(8 * STRIP));
+        // Of the blur along x and y, and of each level.
+        let blurred = [[strips, whole], [whole, strips]];
+        let sizes: Vec<[u32; 2]> = (0..levels).map(groups).chain(blurred).collect();
         self.dispatches.plan(f, &maps.bound, &sizes)?;
         for (layer, (depth, map_side)) in maps.layers.each.iter().zip(&maps.sides).enumerate() {
             f.copy(&maps.light_views, layer as u64 * view_size, &self.single[layer], view_size);
@@ -173,10 +179,11 @@ impl Prefilter {
                     .bind("moments_out", &level[0]);
                 self.dispatches.run(run, layer, sizes[0]);
                 if p.blur_radius > 0 {
-                    for (uniform, from, to) in [(&across, &level[0], scratch), (&down, scratch, &level[0])] {
+                    let ways = [(&across, &level[0], scratch), (&down, scratch, &level[0])];
+                    for ((uniform, from, to), size) in ways.into_iter().zip(blurred) {
                         let run = f.run(&self.blur).bind("prefiltered", uniform);
                         let run = run.bind("unfiltered", from).bind("moments_out", to);
-                        self.dispatches.run(run, layer, sizes[0]);
+                        self.dispatches.run(run, layer, size);
                     }
                 }
                 for (pair, size) in level.windows(2).zip(&sizes[1..]) {

@@ -22,8 +22,8 @@ struct Summed {
 
 /// The passes and textures of one filter.
 pub struct Sums {
-    fix: Pass,
-    sum: Pass,
+    across: Pass,
+    down: Pass,
     textures: Option<([u32; 2], Textures)>,
     uniforms: Vec<(Summed, Buffer)>,
     dispatches: Dispatches,
@@ -45,8 +45,8 @@ impl Sums {
     /// Passes that cannot be made.
     pub fn new(gpu: &Gpu, file: &str, groups: &[Group]) -> Result<Sums> {
         Ok(Sums {
-            fix: Pass::compute(gpu, "moments", file, "fix_moments", groups)?,
-            sum: Pass::compute(gpu, "summed-area table", file, "sum_up", groups)?,
+            across: Pass::compute(gpu, "summed-area table", file, "sum_moments", groups)?,
+            down: Pass::compute(gpu, "summed-area table", file, "sum_up", groups)?,
             textures: None,
             uniforms: Vec::new(),
             dispatches: Dispatches::default(),
@@ -59,7 +59,7 @@ impl Sums {
     /// Textures that the adapter cannot hold.
     pub fn run(&mut self, f: &mut Frame, maps: &Maps, of: Moments) -> Result<Vec<(&'static str, Resource)>> {
         let (gpu, size) = (f.gpu, [maps.layers.texture.width(), maps.sides.len() as u32]);
-        let passes = [&self.fix, &self.sum];
+        let passes = [&self.across, &self.down];
         let textures = hold(&mut self.textures, size, |[side, layers]| {
             passes.iter().for_each(|pass| pass.forget());
             let usage = Use::STORAGE_BINDING | Use::TEXTURE_BINDING;
@@ -81,7 +81,7 @@ impl Sums {
             })
         })?;
         let scratch = &textures.scratch;
-        let sizes: Vec<[u32; 2]> = maps.sides.iter().flat_map(|side| [[side.div_ceil(8); 2], [*side, 1]]).collect();
+        let sizes: Vec<[u32; 2]> = maps.sides.iter().map(|side| [*side, 1]).collect();
         self.dispatches.plan(f, &maps.bound, &sizes)?;
         for (layer, (depth, side)) in maps.layers.each.iter().zip(&maps.sides).enumerate() {
             let table = &textures.each[layer];
@@ -90,16 +90,14 @@ impl Sums {
                 uniform_of(&mut self.uniforms, gpu, "summed map", words)
             });
             let run = f
-                .run(&self.fix)
+                .run(&self.across)
                 .bind("summed", &across)
                 .bind("light_views", &maps.light_views)
                 .bind("layer_depth", depth)
-                .bind("moments_out", table);
-            self.dispatches.run(run, layer, [side.div_ceil(8); 2]);
-            for (uniform, from, to) in [(&across, table, scratch), (&down, scratch, table)] {
-                let run = f.run(&self.sum).bind("summed", uniform).bind("unsummed", from).bind("moments_out", to);
-                self.dispatches.run(run, layer, [*side, 1]);
-            }
+                .bind("moments_out", scratch);
+            self.dispatches.run(run, layer, [*side, 1]);
+            let run = f.run(&self.down).bind("summed", &down).bind("unsummed", scratch).bind("moments_out", table);
+            self.dispatches.run(run, layer, [*side, 1]);
         }
         Ok(vec![("sums_map", (&textures.all).into())])
     }

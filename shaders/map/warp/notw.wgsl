@@ -195,20 +195,15 @@ var<storage, read_write> smoothed: array<f32>;
 var<storage, read_write> smoothed_weights: array<f32>;
 var<storage, read> samples_total: u32;
 
-// A line's own warp at an edge, times the line's weight; equation 4.6 with a floor that makes it rise everywhere.
-fn weighted(line: u32, edge: u32) -> f32 {
+// A line's own warp at an edge and 1, both times the line's weight; equation 4.6 with a floor that makes it rise everywhere.
+// `spare`: the floor, view samples a texel.
+fn weighted(line: u32, edge: u32, spare: f32) -> vec2f {
     let n = line_weights[line];
     if n == 0.0 {
-        return 0.0;
+        return vec2f(0.0);
     }
-    let spare = max(notw.floor, 1e-5) * f32(samples_total) / (map_side() * map_side());
     let place = (line_sums[edges_of_layer(arrayLength(&line_sums)) + line * (u32(map_side()) + 1u) + edge] + spare * f32(edge)) / (n + spare * map_side());
-    return select(place, place * n, notw.weighting == weighting_count);
-}
-
-fn weight_of(line: u32) -> f32 {
-    let n = line_weights[line];
-    return select(f32(n > 0.0), n, notw.weighting == weighting_count);
+    return select(vec2f(place, 1.0), vec2f(place * n, n), notw.weighting == weighting_count);
 }
 
 // Half the window across the lines, lines; a tent is a box twice, each of half its width.
@@ -239,6 +234,10 @@ fn smooth_lines(id: vec2u, first: bool, last: bool) {
         return;
     }
     let k = reach();
+    var spare = 0.0;
+    if first {
+        spare = max(notw.floor, 1e-5) * f32(samples_total) / (map_side() * map_side());
+    }
     var sums_of: array<f32, 16>;
     var weights_of: array<f32, 16>;
     // Lines in the windows of all outputs.
@@ -246,7 +245,7 @@ fn smooth_lines(id: vec2u, first: bool, last: bool) {
     let last_shared = start + k;
     var core = vec2f(0.0);
     for (var j = max(first_shared, 0); j <= min(last_shared, side - 1); j++) {
-        core += line_of(u32(j), edge, first);
+        core += line_of(u32(j), edge, first, spare);
     }
     if first_shared <= last_shared {
         var part = core;
@@ -256,14 +255,14 @@ fn smooth_lines(id: vec2u, first: bool, last: bool) {
             // The line that the next output's window has on the left.
             let j = start + m - 1 - k;
             if j >= 0 && j < side {
-                part += line_of(u32(j), edge, first);
+                part += line_of(u32(j), edge, first, spare);
             }
         }
         part = vec2f(0.0);
         for (var m = 1; m < run; m++) {
             let j = start + m + k;
             if j >= 0 && j < side {
-                part += line_of(u32(j), edge, first);
+                part += line_of(u32(j), edge, first, spare);
             }
             sums_of[m] += part.x;
             weights_of[m] += part.y;
@@ -272,7 +271,7 @@ fn smooth_lines(id: vec2u, first: bool, last: bool) {
         for (var m = 0; m < run; m++) {
             var part = vec2f(0.0);
             for (var j = max(start + m - k, 0); j <= min(start + m + k, side - 1); j++) {
-                part += line_of(u32(j), edge, first);
+                part += line_of(u32(j), edge, first, spare);
             }
             sums_of[m] = part.x;
             weights_of[m] = part.y;
@@ -292,9 +291,9 @@ fn smooth_lines(id: vec2u, first: bool, last: bool) {
     }
 }
 
-fn line_of(line: u32, edge: u32, first: bool) -> vec2f {
+fn line_of(line: u32, edge: u32, first: bool, spare: f32) -> vec2f {
     if first {
-        return vec2f(weighted(line, edge), weight_of(line));
+        return weighted(line, edge, spare);
     }
     return vec2f(line_sums[edges_of_layer(arrayLength(&line_sums)) + line * (u32(map_side()) + 1u) + edge], line_weights[line]);
 }
