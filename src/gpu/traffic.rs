@@ -49,7 +49,7 @@ impl Traffic {
         for (binding, resource) in bound.filter(|(b, _)| b.name != NAME) {
             let (unit, all) = match resource {
                 Resource::Buffer(buffer) => (4, buffer.size()),
-                Resource::Texture(view) => (texel(view.texture()), size(view.texture())),
+                Resource::Texture(view) => (texel(view.texture()), size(binding, view.texture())),
                 Resource::Sampler(_) => continue,
             };
             let at = binding.entry.binding as usize * 2;
@@ -78,10 +78,16 @@ fn texel(texture: &wgpu::Texture) -> u64 {
     format.block_copy_size(None).map_or(4 + u64::from(format.has_stencil_aspect()), u64::from)
 }
 
-/// Bytes of the largest level of a texture, all its layers.
-fn size(texture: &wgpu::Texture) -> u64 {
+/// Bytes of the largest level of a texture, of all its layers where the binding takes more than one.
+fn size(binding: &Binding, texture: &wgpu::Texture) -> u64 {
+    use wgpu::TextureViewDimension::{D1, D2};
     let size = texture.size();
-    u64::from(size.width) * u64::from(size.height) * u64::from(size.depth_or_array_layers) * texel(texture)
+    let layers = match binding.entry.ty {
+        wgpu::BindingType::Texture { view_dimension: D1 | D2, .. }
+        | wgpu::BindingType::StorageTexture { view_dimension: D1 | D2, .. } => 1,
+        _ => u64::from(size.depth_or_array_layers),
+    };
+    u64::from(size.width) * u64::from(size.height) * layers * texel(texture)
 }
 
 /// The program with a count behind each of its reads and writes of textures and storage buffers: of texels, and of words.

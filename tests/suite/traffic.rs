@@ -42,4 +42,10 @@ fn counted_bytes_are_those_of_the_picture() {
     assert!(facing > 500 && more % 4 == 0 && more > 0, "{reads:?}");
     // Pixels beyond the map look nothing up.
     assert!(most <= 16 * 4 * facing && most > 8 * 4 * facing, "{reads:?}, {facing} pixels");
+    // Of a map in many layers a blur reads one and writes one at a time: at the least each texel once, and as asked for
+    // what four neighbours share.
+    select(&mut s, "csm-convolution", &["resolution=128", "blur_radius=3"]);
+    let blur = pass(&timing::traffic(&mut counting, &s).unwrap(), "blur");
+    assert_eq!(blur.least, 2 * blur.written, "{blur:?}");
+    assert_eq!(2 * blur.read, 5 * blur.written, "(4 + 2 radius) / 4 texels: {blur:?}");
 }
