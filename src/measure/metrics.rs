@@ -372,6 +372,21 @@ mod tests {
         assert_eq!((e.facing, e.outside, e.shadow_incorrect), (w * h - 3, 1, 3 * h - 1));
     }
 
+    /// Of independent samples a mean m of n is off by √(m(1−m)/n).
+    #[test]
+    fn the_truth_is_off_as_binomial_shares_are() {
+        let frame = |mean: [f32; 4]| Pixels {
+            mean: mean.to_vec(),
+            mask: vec![FACING, FACING, FACING, AWAY],
+            visibility: vec![0.0; 4],
+            hard: vec![0.0; 4],
+        };
+        let frames = [frame([0.5, 0.0, 1.0, 0.5]), frame([0.25, 1.0, 0.0, 0.5])];
+        let exact = ((0.25f64 + 0.1875) / 16.0 / 6.0).sqrt();
+        assert!((truth_error(&frames, 16) - exact).abs() < 1e-9);
+        assert_eq!(truth_error(&[], 16), 0.0);
+    }
+
     /// Sums over squares are what counting in each square gives, at the picture's edges too.
     #[test]
     fn density_equals_brute_force() {

@@ -501,3 +501,42 @@ impl InMap {
         lines
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bytemuck::Zeroable;
+
+    /// A map's next number lies a step farther, of every format and kind of depth.
+    #[test]
+    fn a_step_is_the_distance_of_two_numbers() {
+        let [near, far] = [2.0f64, 50.0];
+        for perspective in [0, 1] {
+            // As `stored_depth` in WGSL, and backwards.
+            let stored = |d: f64| {
+                let even = (far - d) / (far - near);
+                if perspective == 1 { even * near / d } else { even }
+            };
+            let depth = |s: f64| {
+                if perspective == 1 { far * near / (near + s * (far - near)) } else { far - s * (far - near) }
+            };
+            for d in [2.5, 7.0, 20.0, 49.0] {
+                assert!((depth(stored(d)) - d).abs() < 1e-9);
+                let looked =
+                    Looked { near: near as f32, far: far as f32, compared: d as f32, perspective, ..Looked::zeroed() };
+                for (format, next) in [
+                    ("16", 1.0 / 65536.0),
+                    ("24", 1.0 / 16777216.0),
+                    ("32f", f64::from((stored(d) as f32).next_up()) - f64::from(stored(d) as f32)),
+                ] {
+                    let mut setup = Setup::open("cubes").unwrap().0;
+                    setup.select("shadow-map").unwrap();
+                    setup.set(&format!("format={format}"), &["shadow-map".into()]).unwrap();
+                    let exact = (depth(stored(d)) - depth(stored(d) + next)).abs();
+                    let told = f64::from(step(&looked, &setup));
+                    assert!((told / exact - 1.0).abs() < 1e-3, "{perspective} {d} {format}: {told} for {exact}");
+                }
+            }
+        }
+    }
+}

@@ -138,3 +138,84 @@ fn planes(scope: &Scope) -> Vec<DVec4> {
 fn cut(polygon: &[DVec3], plane: DVec4) -> Vec<DVec3> {
     halved(polygon, |p| plane.dot(p.extend(1.0)))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::Camera;
+    use glam::Vec3;
+
+    /// Whatever lies between a place of the light and something seen is on the inner side of all planes, and each plane touches
+    /// something of it.
+    #[test]
+    fn planes_hold_what_lies_before_what_is_seen() {
+        let camera = Camera {
+            position: Vec3::new(1.0, 3.0, 8.0),
+            target: Vec3::new(0.0, 0.5, -1.0),
+            up: Vec3::Y,
+            fov: 40.0,
+            height: None,
+            near: 0.1,
+            far: 100.0,
+        };
+        let (color, range) = (Vec3::ONE, 100.0);
+        let place = Vec3::new(2.0, 9.0, 1.0);
+        let lights = [
+            Light::Directional { to_light: Vec3::new(0.4, 1.0, 0.3), angular_radius: 5.0, color },
+            Light::Spot { position: place, direction: -place, outer_angle: 35.0, range, radius: 0.5, color },
+            Light::RectArea {
+                center: place,
+                half_u: Vec3::new(0.7, 0.0, 0.0),
+                half_v: Vec3::new(0.0, 0.0, 0.4),
+                range,
+                color,
+            },
+        ];
+        for light in lights {
+            let bounds = [Vec3::new(-4.0, 0.0, -5.0), Vec3::new(4.0, 2.0, 5.0)];
+            let scope = Scope { camera, light, bounds, aspect: 1.5, resolution: 512, margin: 2.0 };
+            let (image, seen, planes) = (scope.image(), scope.seen(), planes(&scope));
+            let mut random = {
+                let mut seed = 9u32;
+                move || {
+                    seed = seed.wrapping_mul(747796405).wrapping_add(2891336453);
+                    f64::from(seed >> 8) / f64::from(1 << 24)
+                }
+            };
+            let mut nearest = vec![f64::INFINITY; planes.len()];
+            let [right, up] = [0, 1].map(|k| image.rows[k].truncate().normalize());
+            for n in 0..20_000 {
+                // Every other one at a corner, from the light's border: there planes touch.
+                let mut receiver = seen[n % seen.len()];
+                if n % 2 == 0 {
+                    let other = seen[(random() * seen.len() as f64) as usize % seen.len()];
+                    receiver += (other - receiver) * random();
+                }
+                let (sin, cos) = (random() * std::f64::consts::TAU).sin_cos();
+                let aside = right * cos + up * sin;
+                let caster = match light {
+                    // Directions within the disc in the sky; casters as far away as one likes.
+                    Light::Directional { to_light, .. } => {
+                        let to_light = to_light.as_dvec3().normalize() + aside * f64::from(light.radius());
+                        receiver + to_light * 20.0 * (random() - 0.2).max(0.0)
+                    }
+                    Light::RectArea { center, half_u, half_v, .. } => {
+                        let side = |x: f64| if n % 4 < 2 { x.signum() } else { x };
+                        let from = center.as_dvec3() + half_u.as_dvec3() * side(cos) + half_v.as_dvec3() * side(sin);
+                        from + (receiver - from) * (1.2 * random()).min(1.0)
+                    }
+                    _ => {
+                        let from = place.as_dvec3() + aside * f64::from(light.radius());
+                        from + (receiver - from) * (1.2 * random()).min(1.0)
+                    }
+                };
+                for (plane, nearest) in planes.iter().zip(&mut nearest) {
+                    let height = plane.dot(caster.extend(1.0)) / plane.truncate().length();
+                    assert!(height > -1e-6, "{}: {height} at {caster}", light.kind());
+                    *nearest = nearest.min(height);
+                }
+            }
+            assert!(nearest.iter().all(|height| *height < 0.05), "{}: {nearest:?}", light.kind());
+        }
+    }
+}
