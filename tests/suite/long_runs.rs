@@ -546,9 +546,9 @@ impl Day {
     }
 }
 
-/// What the process may have grown by after warming up, bytes: what allocators and the driver's compiler keep for themselves comes and
-/// goes by as much.
-const RESIDENT: u64 = 1 << 30;
+/// What the process may have grown by after warming up, bytes. Of software adapters llvmpipe keeps up to 1024 variants of shaders, each
+/// compiled for other kinds of textures, before it lets go of those that were used longest ago: 2 to 3 MiB each.
+const RESIDENT: u64 = 3 << 30;
 /// The same of Rust's own heap, which undo's steps and measured rows fill: 200 of the ones, and of the others as many as were measured.
 const HEAP_MORE: u64 = 24 << 20;
 /// The same of the device, and of its objects: with the same picture drawn they are the same, but for textures that round up.
