@@ -10,7 +10,8 @@ use std::sync::Arc;
 
 #[derive(clap::Args)]
 pub struct Output {
-    /// Bytes that the GPU's memory moves in a second, in GB; without it those that this adapter copies.
+    /// GB that a GPU's memory moves in a second; without it those that this adapter reads and writes as it copies. With it and a software
+    /// adapter no times are compared: they are no GPU's.
     #[arg(long, value_name = "GB/S")]
     bandwidth: Option<f64>,
     /// As JSON.
@@ -30,6 +31,20 @@ struct Row {
     /// What it moves at the least takes so long at the bandwidth, milliseconds.
     bound_ms: f64,
 }
+
+/// What is told: how it was got, and every pass.
+#[derive(serde::Serialize)]
+struct Profile<'a> {
+    adapter: &'a str,
+    /// Of the picture, pixels.
+    size: [u32; 2],
+    /// Bytes a second, read and written, that bounds are at, in GB.
+    bandwidth_gb_s: f64,
+    passes: &'a [Row],
+}
+
+/// Bytes below which a pass waits for nothing that it moves.
+const LITTLE: u64 = 100_000;
 
 /// Columns: what a thread reads and writes is a pixel's or a texel's, as the pass goes through one or the other.
 const HEAD: &str = "| technique | pass | ms | threads | bytes read a thread | written a thread | MB moved | MB at the least | bound, ms | time / bound |\n\
@@ -72,11 +87,16 @@ pub fn run(wanted: Wanted, ids: &[String], output: &Output, adapter: Option<&str
         }
     }
     bar.finish_and_clear();
+    let adapter = renderer.gpu.info.name.as_str();
     if output.json {
-        print(&(serde_json::to_string_pretty(&rows)? + "\n"))?;
+        let bandwidth_gb_s = bandwidth / 1e9;
+        let told = Profile { adapter, size: setup.size, bandwidth_gb_s, passes: &rows };
+        print(&(serde_json::to_string_pretty(&told)? + "\n"))?;
     } else {
-        let info = &renderer.gpu.info;
-        let mut text = format!("{}, bounds at {:.1} GB/s.\n\n{HEAD}", info.name, bandwidth / 1e9);
+        let [w, h] = setup.size;
+        let mut text = format!("{adapter}, {w} × {h} pixels, bounds at {:.1} GB/s.\n\n{HEAD}", bandwidth / 1e9);
+        // Times of one machine tell nothing of another one's memory.
+        let comparable = !(renderer.gpu.software() && output.bandwidth.is_some());
         for r in &rows {
             let a_thread = |bytes: u64| match r.moved.threads {
                 0 => String::new(),
@@ -84,7 +104,10 @@ pub fn run(wanted: Wanted, ids: &[String], output: &Output, adapter: Option<&str
             };
             let (read, written) = (a_thread(r.moved.read), a_thread(r.moved.written));
             let threads = if r.moved.threads == 0 { "draw".into() } else { r.moved.threads.to_string() };
-            let ratio = if r.bound_ms > 0.0 { format!("{:.0}", r.ms / r.bound_ms) } else { String::new() };
+            let ratio = match comparable && r.moved.least >= LITTLE {
+                true => format!("{:.0}", r.ms / r.bound_ms),
+                false => String::new(),
+            };
             let [moved, least] = [r.moved.read + r.moved.written, r.moved.least].map(|bytes| bytes as f64 / 1e6);
             writeln!(
                 text,

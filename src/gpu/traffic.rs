@@ -23,9 +23,8 @@ pub struct Traffic {
     /// What shaders ask for and hand over, a filtered sample as one texel.
     pub read: u64,
     pub written: u64,
-    /// What of that has to come from memory and go there if a cache without bounds lies between: of each resource no more than it
-    /// holds. With what draws clear, each texel of it once. Depth and colours that are drawn over others, and fetched vertices, are
-    /// not counted.
+    /// The same, but in each dispatch or draw of each resource no more than it holds: what a cache without bounds leaves at the most. With
+    /// what draws clear, each texel of it once. Depth and colours that are drawn over others, and fetched vertices, are not counted.
     pub least: u64,
 }
 

@@ -323,7 +323,7 @@ impl Left {
         let when = ago(SystemTime::now().duration_since(at).unwrap_or_default());
         let (layout, told) = match read {
             Ok(layout) => {
-                let how = if layout.closed { "closed" } else { "ended unexpectedly" };
+                let how = if layout.closed { "closed" } else { "ended unexpectedly, last changed" };
                 let rows = match layout.rows {
                     0 => String::new(),
                     1 => ", with one measured row".into(),

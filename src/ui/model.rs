@@ -146,6 +146,8 @@ const MOST_NOTES: usize = 12;
 /// How long what is said stays, and what went wrong.
 const SAID: Duration = Duration::from_secs(6);
 const FAILED: Duration = Duration::from_secs(12);
+/// How it begins that a lost device was opened anew.
+const GOES_ON: &str = "All goes on";
 
 /// How far the truth of the picture is known.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -763,8 +765,14 @@ impl Model {
 
     /// Says that the driver had dropped a device, and that all goes on.
     pub fn reopened(&mut self, why: &anyhow::Error) {
-        let text = format!("All goes on: {}, and it was opened anew.", lost::why(why));
-        self.warn(Note { text, code: None, error: true, until: Some(Instant::now() + FAILED), opening: false });
+        let text = format!("{GOES_ON}: {}, and it was opened anew.", lost::why(why));
+        self.warn(Note { text, code: None, error: false, until: Some(Instant::now() + FAILED), opening: false });
+    }
+
+    /// The scene's device is lost for good: an adapter is asked for.
+    pub fn lose(&mut self, lost: Lost) {
+        self.notes.retain(|n| !n.text.starts_with(GOES_ON));
+        self.lost = Some(lost);
     }
 
     fn warn(&mut self, note: Note) {

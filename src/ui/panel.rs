@@ -305,7 +305,10 @@ fn technique(ui: &mut Ui, m: &mut Model, room: f32) {
             }
             let refused = m.refusal(info);
             let is_chosen = chosen.is_some_and(|c| c.id == info.id);
-            let button = Button::selectable(is_chosen, info.title).min_size(vec2(ui.available_width(), HEIGHT));
+            // The list's end fades too, but stands upright.
+            let title = RichText::new(info.title);
+            let title = if refused.is_some() { title.italics() } else { title };
+            let button = Button::selectable(is_chosen, title).min_size(vec2(ui.available_width(), HEIGHT));
             let button = ui.add_enabled(refused.is_none(), button);
             // Chosen elsewhere, as by a file, it may lie out of sight.
             if is_chosen && m.listed.replace(info.id) != Some(info.id) && !ui.clip_rect().contains_rect(button.rect) {

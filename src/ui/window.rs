@@ -421,7 +421,7 @@ impl Open {
                     m.stop(&e);
                 }
                 Done::Reopened(e) => m.reopened(&e),
-                Done::Lost(e, adapters) => m.lost = Some(Lost { why: lost::why(&e), adapters }),
+                Done::Lost(e, adapters) => m.lose(Lost { why: lost::why(&e), adapters }),
                 Done::Failed(e) => m.stop(&e),
                 Done::Broken(e) => {
                     m.loading = None;
@@ -762,7 +762,7 @@ impl Open {
     fn found_left(&mut self, left: Vec<Left>) {
         match &mut self.model {
             Some(m) => offer(m, left),
-            None => self.left = left,
+            None => self.left.extend(left),
         }
     }
 

@@ -198,6 +198,8 @@ struct Watch {
 const GLANCE: Duration = Duration::from_millis(500);
 /// Between two words on the progress: each draws the window anew, on the device that is being timed.
 const PAUSE: Duration = Duration::from_millis(300);
+/// A window that is torn away lets go of what it holds within this time.
+const GOING: Duration = Duration::from_secs(3);
 
 impl Watch {
     fn tell(&self, done: Done) -> bool {
@@ -299,9 +301,13 @@ impl Desk {
         });
     }
 
-    /// Finds out what windows that are gone have left in a folder.
+    /// Finds out what windows that are gone have left in a folder, and once more for one that is still going.
     pub fn find_left(&self, folder: PathBuf) {
-        self.start(move |post| post.send(Done::Left(journal::left(&folder))));
+        self.start(move |post| {
+            post.send(Done::Left(journal::left(&folder)));
+            std::thread::sleep(GOING);
+            post.send(Done::Left(journal::left(&folder)));
+        });
     }
 
     /// Opens what one of them has left.

@@ -64,7 +64,7 @@ fn what_a_window_had_open_outlives_it() {
     assert_eq!(found.len(), 1);
     assert!(left(&base).is_empty(), "one window offers it");
     assert_eq!((found[0].title.as_str(), found[0].closed), ("cubes, pcf", false));
-    assert_eq!(found[0].told, Ok("ended unexpectedly just now, with one measured row".into()));
+    assert_eq!(found[0].told, Ok("ended unexpectedly, last changed just now, with one measured row".into()));
 
     // The start screen offers it.
     let mut next = harness("bench", 800.0);
