@@ -273,6 +273,26 @@ mod tests {
         }
     }
 
+    /// Points lie where the true ramp passes through a half, between pixels, and look from dark to light.
+    #[test]
+    fn points_lie_where_half_is_lit() {
+        let (mean, position) = (ramp(|_| 1.0 / 40.0, 0.3), floor());
+        let held = pixels(mean.clone(), mean);
+        let picture = Picture { pixels: &held, position: &position, width: SIZE.0 };
+        let found: Vec<Point> = (0..SIZE.0 * SIZE.1)
+            .filter_map(|i| picture.point((i % SIZE.0) as i32, (i / SIZE.0) as i32, 1, 0))
+            .collect();
+        assert!(found.len() > 60, "{}", found.len());
+        let (sin, cos) = 0.3f32.sin_cos();
+        for p in found {
+            let off = (p.at[0] - 60.0) * cos + (p.at[1] - 40.0) * sin;
+            assert!(off.abs() < 1e-3, "{:?} lies {off} pixels aside", p.at);
+            assert!((p.across[0] - cos).abs() < 1e-3 && (p.across[1] - sin).abs() < 1e-3, "{:?}", p.across);
+            let there = 0.1 + 0.001 * p.at[1];
+            assert!((p.plane[0] - there).abs() < 1e-5, "{} for {there}", p.plane[0]);
+        }
+    }
+
     #[test]
     fn hardening_is_told_from_one_blur() {
         let growing = |y: usize| 1.0 / (10.0 + 0.3 * y as f32);

@@ -60,7 +60,7 @@ const TILES: &[Class] =
 pub static INFO: Info = Info {
     id: "imperfect-sm",
     title: "Imperfect shadow maps",
-    paper: "Ritschel et al. 2008",
+    paper: "Keller 1997; Ritschel et al. 2008",
     family: "Indirect light",
     mark: 29,
     doc: "Light that surfaces throw back once: hundreds of points stand for the lit surfaces (instant radiosity), and each \

@@ -175,6 +175,11 @@ fn the_largest_plane_is_found() {
     let close = camera(Vec3::new(0.0, 3.0, 1.0), Vec3::new(0.0, 3.0, -2.0));
     let upright = found(close);
     assert!((upright.normal.z.abs() - 1.0).abs() < 1e-9 && (upright.distance * upright.normal.z + 2.0).abs() < 1e-6);
+    // What a spot's cone does not reach counts for nothing, however large it is in the picture.
+    let light = spot(Vec3::new(0.0, 3.0, 4.0), Vec3::new(0.0, 3.0, -2.0), 20.0);
+    let s = Scope { camera: view, light, bounds: geometry.bounds, aspect: 4.0 / 3.0, resolution: 256, margin: 1.0 };
+    let lit = lixel::largest(&s, &geometry, 0.01).unwrap();
+    assert!((lit.normal.z.abs() - 1.0).abs() < 1e-9, "{lit:?}");
     // The truth of the look: the surface in the middle of the picture is the plane that a pick finds there.
     let (mut r, mut s) = start(world, [80, 60]);
     s.camera = close;
