@@ -264,6 +264,28 @@ mod tests {
         (lines, samples)
     }
 
+    /// Where errors halve and costs double with each step, what is not measured is predicted exactly: between measured places, beyond
+    /// them, on a line of the family with one measured place, and on one with none, as the others' mean.
+    #[test]
+    fn even_falls_are_predicted_exactly() {
+        let lines = (0..3).map(|l| Line { family: 0, configurations: (0..5).map(|k| 5 * l + k).collect() }).collect();
+        let mut search = Search::new(lines, 15);
+        let exact = |l: usize, k: usize| {
+            let step = 2f64.powi(k as i32);
+            Sample { error: 0.1 * [1.0, 4.0, 2.0][l] / step, cost: [1.0, 9.0, 3.0][l] * step }
+        };
+        for (l, k) in [(0, 1), (0, 3), (1, 2)] {
+            search.samples[5 * l + k] = Some(exact(l, k));
+        }
+        for l in 0..3 {
+            for k in 0..5 {
+                let (told, exact) = (search.predict(&search.lines[l], k), exact(l, k));
+                let off = (told.error / exact.error - 1.0).abs().max((told.cost / exact.cost - 1.0).abs());
+                assert!(off < 1e-9, "line {l}, place {k}: {told:?} for {exact:?}");
+            }
+        }
+    }
+
     #[test]
     fn a_third_of_the_configurations_finds_an_answer_within_a_tenth_of_the_best() {
         let (mut good, mut all) = (0, 0);

@@ -396,3 +396,41 @@ pub fn parts(
 
 /// Beyond all places of a film.
 const FAR: f64 = 1e30;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sample(place: DVec2, moves: DMat2) -> Sample {
+        Sample { point: DVec3::ZERO, place, moves, half: DVec2::splat(0.01) }
+    }
+
+    /// A film leans so far that of all that is seen the nearest to its horizon is left 1 - tanh |s| of what the middle has; one that does
+    /// not lean stands at right angles to the middle.
+    #[test]
+    fn films_lean_as_far_as_told() {
+        let places = [(-0.4, -0.1), (0.9, 0.2), (0.3, 1.1), (0.1, -0.5), (0.5, 0.3)];
+        let samples = places.map(|p| sample(p.into(), DMat2::IDENTITY));
+        let films = Films::new(&samples, &[], Metric::L2, true).unwrap();
+        let seen = middle(&films.hull);
+        for lean in [DVec2::ZERO, DVec2::new(0.8, 0.0), DVec2::new(-0.3, 0.5), DVec2::new(0.0, -1.5)] {
+            let film = films.film(lean).unwrap();
+            let normal = DVec3::new(film.warp.x_axis.z, film.warp.y_axis.z, film.warp.z_axis.z);
+            let near = films.hull.iter().map(|p| p.extend(1.0)).map(|p| normal.dot(p) / p.dot(seen) / normal.dot(seen));
+            let (near, told) = (near.fold(f64::INFINITY, f64::min), 1.0 - lean.length().tanh());
+            assert!((near - told).abs() < 1e-6, "{lean}: {near} for {told}");
+            if lean == DVec2::ZERO {
+                assert!(normal.normalize().dot(seen) > 1.0 - 1e-12, "{normal} beside {seen}");
+            }
+        }
+    }
+
+    /// Where a step in the picture moves a texel's place by a and b along its sides, a texel is 1/a by 1/b in the picture.
+    #[test]
+    fn metrics_are_those_of_a_stretched_texel() {
+        let samples = [sample(DVec2::ZERO, DMat2::from_diagonal(DVec2::new(0.5, 4.0)))];
+        let of = |metric| error(&samples, metric, &DMat3::IDENTITY, DVec2::ONE);
+        assert!((of(Metric::L2) - (4.0 + 0.0625)).abs() < 1e-12);
+        assert!((of(Metric::Max) - 2.0).abs() < 1e-12);
+    }
+}
