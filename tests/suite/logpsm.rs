@@ -277,7 +277,10 @@ fn sides_are_warped_along_their_faces() {
         let mut slanted = 0;
         for side in sides.iter().filter(|side| side.face > 1) {
             let plane = eye.planes()[side.face].truncate();
-            assert!(plane.dot(side.along).abs() < 1e-12 && (side.along.dot(eye.forward) - 1.0).abs() < 1e-12, "{side:?}");
+            assert!(
+                plane.dot(side.along).abs() < 1e-12 && (side.along.dot(eye.forward) - 1.0).abs() < 1e-12,
+                "{side:?}"
+            );
             let w = |z: f64| warped(&side.warp, image.at(eye.position + side.along * z)).1;
             for z in [1.0, 7.0, 50.0] {
                 assert!((w(z) / w(1.0) / z - 1.0).abs() < 1e-9, "{to_light}, face {}: {}", side.face, w(z) / w(1.0));
