@@ -38,7 +38,11 @@ fn check_contents(about: &Metadata, most: u64) -> io::Result<()> {
     Ok(())
 }
 
-fn kind(about: &Metadata) -> &'static str {
+/// What something is that is no file with contents.
+pub fn kind(about: &Metadata) -> &'static str {
+    if about.is_symlink() {
+        return "a link";
+    }
     #[cfg(unix)]
     {
         use std::os::unix::fs::FileTypeExt;
@@ -127,7 +131,7 @@ fn replaced(path: &Path, write: impl FnOnce(&mut File) -> io::Result<()>) -> io:
         return write(&mut File::options().write(true).open(path)?);
     }
     // A link stays one.
-    let place = if path.is_symlink() { path.canonicalize().unwrap_or(path.into()) } else { path.to_path_buf() };
+    let place = end_of(path);
     let folder = place.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     clear_once(folder);
     let mut beside = tempfile::Builder::new();
@@ -150,6 +154,22 @@ fn replaced(path: &Path, write: impl FnOnce(&mut File) -> io::Result<()>) -> io:
     beside.persist(&place).map_err(|error| error.error)?;
     Ok(())
 }
+
+/// Where links lead, to a file that may not be there yet.
+fn end_of(path: &Path) -> PathBuf {
+    let mut place = path.to_path_buf();
+    for _ in 0..LINKS {
+        match std::fs::read_link(&place) {
+            Ok(next) => place = place.parent().unwrap_or(Path::new("")).join(next),
+            Err(_) => return place,
+        }
+    }
+    // A ring of links leads nowhere: a file takes the place of the first.
+    path.to_path_buf()
+}
+
+/// Links in a row that are followed, as many as Linux does.
+const LINKS: usize = 40;
 
 /// What the name of a file begins and ends with that is not yet written whole.
 const UNFINISHED: [&str; 2] = [".shadowscope-", ".part"];

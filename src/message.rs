@@ -1,5 +1,15 @@
 //! Text from files and users in messages and lists: on one line, of bounded length, without control characters.
 
+/// Says something on standard error, as `eprintln!` does; where nobody listens any more, or the disk that it goes to is full, it is not
+/// said, and the work goes on.
+macro_rules! tell {
+    ($($said:tt)*) => {{
+        use std::io::Write as _;
+        _ = writeln!(std::io::stderr(), $($said)*);
+    }};
+}
+pub(crate) use tell;
+
 /// Characters of a name that are shown.
 const SHOWN: usize = 80;
 /// Names of a list that are shown.

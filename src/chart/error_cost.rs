@@ -23,6 +23,17 @@ const MOST_LABELS: usize = 12;
 /// With more labelled lines than this the values at their ends are written only where there is ample room.
 const MOST_NUMBERED: usize = 8;
 
+/// With more points than this those within a point of another one of their line are one for labels.
+const MANY: usize = 1000;
+/// Places beside which a label is tried, and numbers that stand on a line, at most.
+const MOST_PLACES: usize = 48;
+
+/// At most [`MOST_PLACES`] of a range, evenly, the first and the last among them.
+fn spread(of: std::ops::Range<usize>) -> impl DoubleEndedIterator<Item = usize> {
+    let count = of.len().min(MOST_PLACES);
+    (0..count).map(move |n| of.start + n * (of.len() - 1) / (count - 1).max(1))
+}
+
 /// A label that has found its place.
 struct Label {
     found: Found,
@@ -201,6 +212,12 @@ impl Layout {
             room.markers.extend(line.points.iter().map(|p| (self.points[*p], i)));
             room.segments.extend(line.points.windows(2).map(|p| (self.points[p[0]], self.points[p[1]], 1.2)));
         }
+        // Of very many in one place labels need keep off few.
+        if room.markers.len() > MANY {
+            let mut places = BTreeSet::new();
+            room.markers.retain(|((x, y), i)| places.insert((*i, x.round() as i64, y.round() as i64)));
+            room.segments.retain(|(a, b, _)| (a.0 - b.0).hypot(a.1 - b.1) > 1.0);
+        }
         room.segments.extend(self.front.windows(2).map(|p| (p[0], p[1], 0.25)));
         for (i, _, [a, b]) in self.whiskers(rows, x) {
             room.segments.push(((a, self.points[i].1), (b, self.points[i].1), 1.2));
@@ -220,7 +237,7 @@ impl Layout {
                     3.0
                 }
             };
-            let beside = at.iter().enumerate().rev().map(|(n, p)| (self.points[*p], price(n))).collect();
+            let beside = spread(0..at.len()).rev().map(|n| (self.points[at[n]], price(n))).collect();
             wishes.push(Wish { owner: *i, size: text_size(label), beside, reach: 90.0 });
             texts.push(label.clone());
         }
@@ -258,8 +275,9 @@ impl Layout {
         // A name far away hangs on a thread, which the other numbers keep off too.
         room.segments.extend(out.iter().filter_map(Label::thread).map(|(a, b)| (a, b, 1.2)));
         for i in named {
-            for p in lines[*i].points.iter().skip(1).rev().skip(1) {
-                let Some((wish, text)) = number(*i, *p, 5.0) else { continue };
+            let at = &lines[*i].points;
+            for n in spread(1..at.len().saturating_sub(1)).rev() {
+                let Some((wish, text)) = number(*i, at[n], 5.0) else { continue };
                 let f = room.find(&wish);
                 if f.cost < 3.0 {
                     room.taken.push(f.rect);
@@ -267,7 +285,7 @@ impl Layout {
                 }
             }
         }
-        let corners = self.front.iter().map(|p| (*p, 0.0)).collect();
+        let corners = spread(0..self.front.len()).map(|n| (self.front[n], 0.0)).collect();
         let f = room.find(&Wish { owner: usize::MAX, size: text_size(FRONT), beside: corners, reach: 5.0 });
         if f.cost < 12.0 && !self.front.is_empty() {
             out.push(Label { found: f, class: "value", color: GREY.into(), text: FRONT.into() });

@@ -62,8 +62,8 @@ impl Room {
                 ];
                 for (dx, dy, side) in places {
                     let rect = [p.0 + dx, p.1 + dy, p.0 + dx + w, p.1 + dy + h];
-                    let cost = price + side + 0.35 * (d - DISTANCES[0]) + self.cost(&rect, wish.owner);
-                    if cost < best.cost {
+                    let cost = price + side + 0.35 * (d - DISTANCES[0]);
+                    if let Some(cost) = self.cost(&rect, wish.owner, cost, best.cost) {
                         best = Found { rect, beside: *p, cost };
                     }
                 }
@@ -72,10 +72,11 @@ impl Room {
         best
     }
 
-    fn cost(&self, r: &Rect, owner: usize) -> f64 {
+    /// What a place costs beside what it costs anyway; None if that is no less than `best`, which soon shows where it is crowded.
+    fn cost(&self, r: &Rect, owner: usize, anyway: f64, best: f64) -> Option<f64> {
         let b = &self.bounds;
         let outside = (b[0] - r[0]).max(b[1] - r[1]).max(r[2] - b[2]).max(r[3] - b[3]).max(0.0);
-        let mut cost = if outside > 0.0 { CROWDED * (1.0 + outside) } else { 0.0 };
+        let mut cost = anyway + if outside > 0.0 { CROWDED * (1.0 + outside) } else { 0.0 };
         for t in &self.taken {
             if overlap(r, t, 0.8) {
                 cost += CROWDED;
@@ -90,11 +91,17 @@ impl Room {
                 // It would seem to name another line.
                 cost += 3.0;
             }
+            if cost >= best {
+                return None;
+            }
         }
         for (from, to, weight) in &self.segments {
             cost += weight * inside(r, *from, *to);
+            if cost >= best {
+                return None;
+            }
         }
-        cost
+        (cost < best).then_some(cost)
     }
 }
 

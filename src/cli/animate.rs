@@ -2,6 +2,7 @@
 
 use super::{Picture, check_target, interrupt, progress, renderer, show};
 use crate::files;
+use crate::message::tell;
 use crate::sequence::{self, Along, FRAMES, Sequence};
 use anyhow::{Context, Result, bail};
 use std::path::{Path, PathBuf};
@@ -75,15 +76,15 @@ pub fn run(wanted: Wanted, adapter: Option<&str>) -> Result<()> {
         _ => "nothing is written".into(),
     });
     for note in written? {
-        eprintln!("{note}");
+        tell!("{note}");
     }
     let told = |path: &Path| path.display().to_string();
     match numbered {
         true => {
             let [first, last] = [0, sequence.frames - 1].map(|frame| told(&sequence::numbered(&output, frame)));
-            eprintln!("wrote {first} to {last}");
+            tell!("wrote {first} to {last}");
         }
-        false => eprintln!("wrote {}: {} frames, {} a second", told(&output), sequence.frames, sequence.fps),
+        false => tell!("wrote {}: {} frames, {} a second", told(&output), sequence.frames, sequence.fps),
     }
     Ok(())
 }

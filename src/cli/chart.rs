@@ -3,6 +3,7 @@
 use crate::chart::{self, Axis, COSTS, ERRORS};
 use crate::files;
 use crate::measure::{self, Record};
+use crate::message::tell;
 use anyhow::{Result, bail, ensure};
 use std::path::PathBuf;
 
@@ -48,7 +49,7 @@ pub fn run(wanted: &Wanted) -> Result<()> {
         if missing > 0 {
             let why = why_missing(axis);
             ensure!(missing < rows.len(), "there is nothing to draw: no row has a value for {}; {why}", axis.id);
-            eprintln!("left out: {missing} of {} rows, which have no value for {}; {why}", rows.len(), axis.id);
+            tell!("left out: {missing} of {} rows, which have no value for {}; {why}", rows.len(), axis.id);
         }
     }
     let svg = match wanted.fronts {
@@ -57,7 +58,7 @@ pub fn run(wanted: &Wanted) -> Result<()> {
     };
     let bytes = if ends("png") { chart::png(&svg, wanted.width)? } else { svg.into_bytes() };
     files::save(&wanted.output, &bytes)?;
-    eprintln!("wrote {name}");
+    tell!("wrote {name}");
     Ok(())
 }
 

@@ -3,6 +3,7 @@
 use super::{check_folder, interrupt, name, progress, show};
 use crate::figure::{self, Axis, Format, Kind, Spec};
 use crate::files;
+use crate::message::tell;
 use crate::scene::builtin;
 use crate::setup::Side;
 use crate::techniques;
@@ -87,14 +88,14 @@ fn draw(spec: &Spec, folder: &Path, name: &str, formats: &[Format], adapter: Opt
     });
     bar.finish_and_clear();
     let sheet = sheet?;
-    sheet.notes.iter().for_each(|note| eprintln!("{note}"));
+    sheet.notes.iter().for_each(|note| tell!("{note}"));
     let written = figure::write(&sheet, folder, name, formats)?;
     let (sheets, cells) = written.split_at(formats.len().min(written.len()));
     for path in sheets {
-        eprintln!("wrote {}", path.display());
+        tell!("wrote {}", path.display());
     }
     if !cells.is_empty() {
-        eprintln!("and {} captures beside it", cells.len());
+        tell!("and {} captures beside it", cells.len());
     }
     Ok(())
 }

@@ -1,7 +1,8 @@
-//! Ctrl-C while something is measured or drawn: it ends at its next step, what there is stays, and the program says what that is.
+//! Ctrl-C, or a closed terminal, while something is measured or drawn: it ends at its next step, what there is stays, and the program says what that is.
 
 use crate::gpu::{GivenUp, Gpu};
 use crate::measure::STOPPED;
+use crate::message::tell;
 use anyhow::{Context, Error, Result};
 use std::fmt;
 use std::process::ExitCode;
@@ -69,8 +70,8 @@ pub fn told(error: &Error) -> Option<ExitCode> {
         return None;
     }
     match error.downcast_ref::<Stopped>() {
-        Some(stopped) => eprintln!("{stopped}"),
-        None => eprintln!("{}", Stopped("nothing is written".into())),
+        Some(stopped) => tell!("{stopped}"),
+        None => tell!("{}", Stopped("nothing is written".into())),
     }
     Some(ExitCode::from(INTERRUPTED))
 }

@@ -20,6 +20,7 @@ mod tables;
 use crate::frame::Renderer;
 use crate::gpu::{self, Gpu};
 use crate::measure::{Axis, STOPPED, reproduce};
+use crate::message::tell;
 use crate::scene::{Clock, Scene, builtin};
 use crate::setup::{self, Arrange, Overlay, Setup, Side};
 use crate::truth::Samples;
@@ -429,7 +430,7 @@ pub fn main(own: &'static [techniques::Own]) -> ExitCode {
     give_runtime_folder();
     techniques::add(own).and_then(|()| run()).unwrap_or_else(|error| {
         interrupt::told(&error).unwrap_or_else(|| {
-            eprintln!("shadowscope: {}", message::sentence(&error));
+            tell!("shadowscope: {}", message::sentence(&error));
             ExitCode::FAILURE
         })
     })
@@ -476,9 +477,9 @@ fn run() -> Result<ExitCode> {
             let (setup, scene) = picture.open()?;
             let mut renderer = renderer(Gpu::new(adapter)?, scene)?;
             for note in capture::capture(&mut renderer, &setup, &output)? {
-                eprintln!("{note}");
+                tell!("{note}");
             }
-            eprintln!("wrote {}", output.display());
+            tell!("wrote {}", output.display());
             Ok(())
         }
         Some(Command::Animate(wanted)) => animate::run(wanted, adapter),
@@ -499,9 +500,9 @@ fn run() -> Result<ExitCode> {
         Some(Command::Shaders { output }) => {
             check_folder(&output)?;
             for name in gpu::write_files(&output)? {
-                eprintln!("{} stays as it is: it differs from ours.", output.join(name).display());
+                tell!("{} stays as it is: it differs from ours.", output.join(name).display());
             }
-            eprintln!("wrote the shaders; try them with `shadowscope --shaders {}`", output.display());
+            tell!("wrote the shaders; try them with `shadowscope --shaders {}`", output.display());
             Ok(())
         }
         Some(Command::Lesson { id, setup }) => lessons::lesson(&id, setup, adapter),
@@ -530,7 +531,7 @@ impl Wanted {
             true => Setup::open(&self.setup)?,
             false => Setup::open_for(&self.setup, &techniques.iter().map(String::as_str).collect::<Vec<_>>())?,
         };
-        eprint!("{}", scene.report());
+        tell!("{}", scene.report().trim_end());
         let animation = self.animation.as_ref().map(|name| scene.animation(name)).transpose()?;
         let now = setup.clock();
         let clock = Clock { time: self.time.unwrap_or(now.time), animation: animation.unwrap_or(now.animation) };
@@ -574,7 +575,7 @@ fn open(what: Option<&str>, adapter: Option<&str>) -> Result<()> {
                 bail!("there is no display to open {what} on ({reason}); use `shadowscope capture {what} -o FILE.png`")
             }
             None => {
-                eprintln!("There is no display ({reason}), so the tour is written into out/ instead.");
+                tell!("There is no display ({reason}), so the tour is written into out/ instead.");
                 figure::tour(&figure::Tour::default(), adapter)
             }
         },
@@ -620,7 +621,7 @@ fn chosen(ids: &[String], setup: &Setup) -> Result<(Vec<String>, Vec<String>)> {
     let (mut out, mut refused) = (Vec::new(), Vec::new());
     for id in named(ids) {
         match setup.unmeasurable(techniques::find_or_say(&id)?) {
-            Some(reason) if all => eprintln!("left out: {reason}"),
+            Some(reason) if all => tell!("left out: {reason}"),
             Some(reason) => refused.push(reason),
             None => out.push(id),
         }
@@ -642,7 +643,7 @@ fn failures(failed: &[String], of: usize) -> Result<()> {
         [] => Ok(()),
         [one] => bail!("{one}"),
         all => {
-            all.iter().for_each(|why| eprintln!("{why}"));
+            all.iter().for_each(|why| tell!("{why}"));
             bail!("{} of {of} configurations could not be measured", all.len())
         }
     }
@@ -681,14 +682,14 @@ fn check_target(path: &Path) -> Result<()> {
     if path.as_os_str() != "-"
         && let Some(note) = files::check_target(path)?
     {
-        eprintln!("{note}");
+        tell!("{note}");
     }
     Ok(())
 }
 
 /// The same for a folder.
 fn check_folder(folder: &Path) -> Result<()> {
-    files::check_folder(folder)?.iter().for_each(|note| eprintln!("{note}"));
+    files::check_folder(folder)?.iter().for_each(|note| tell!("{note}"));
     Ok(())
 }
 
@@ -725,7 +726,7 @@ fn show(progress: &Progress, done: f32, what: String) {
     let due = progress.elapsed().as_secs() / LINE;
     if progress.is_hidden() && due > progress.lines.get() {
         progress.lines.set(due);
-        eprintln!("{:3.0} %  {what}", done * 100.0);
+        tell!("{:3.0} %  {what}", done * 100.0);
     }
     progress.set_position((done * 1000.0) as u64);
     progress.set_message(what);
@@ -741,7 +742,7 @@ pub fn progress_bar(steps: u64) -> ProgressBar {
 fn renderer(gpu: Gpu, scene: Scene) -> Result<Renderer> {
     let renderer = Renderer::new(Arc::new(gpu), Arc::new(scene))?;
     if let Some(note) = renderer.scene_note() {
-        eprintln!("  {note}");
+        tell!("  {note}");
     }
     Ok(renderer)
 }

@@ -7,11 +7,13 @@ use crate::files;
 use crate::frame::Renderer;
 use crate::measure::{self, Record, Shard, Step};
 use crate::message::shortened;
+use crate::message::tell;
 use crate::setup::Setup;
 use anyhow::{Context, Result, bail, ensure};
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::fs::{File, TryLockError};
+use std::io::BufRead;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -53,6 +55,15 @@ pub fn run(mut wanted: Wanted, ids: Vec<String>, output: Output, adapter: Option
     let mut path = output.output.clone().into_os_string();
     path.push(".partial");
     let partial = PathBuf::from(path);
+    // It is put there by us, or by nobody.
+    let about = partial.symlink_metadata().ok();
+    if let Some(about) = about.as_ref().filter(|about| !about.is_file()) {
+        bail!(
+            "{} is {}, and rows would be kept there until all are measured; remove it or write into another file",
+            partial.display(),
+            files::kind(about)
+        );
+    }
     // Whoever writes it holds it. What another one is writing is not to be taken away under it.
     let free = |file: &File| {
         let taken = matches!(file.try_lock(), Err(TryLockError::WouldBlock));
@@ -80,7 +91,7 @@ pub fn run(mut wanted: Wanted, ids: Vec<String>, output: Output, adapter: Option
     let missing: Vec<(u64, Setup)> =
         work.iter().filter(|(i, _)| !rows.contains_key(i)).map(|(i, s)| (*i, s.clone())).collect();
     if !rows.is_empty() {
-        eprintln!("{} of {} configurations are measured already", rows.len(), work.len());
+        tell!("{} of {} configurations are measured already", rows.len(), work.len());
     }
     let gpu = Arc::new(interrupt::device(adapter)?);
     ensure!(
@@ -137,10 +148,10 @@ pub fn run(mut wanted: Wanted, ids: Vec<String>, output: Output, adapter: Option
     if rows.is_empty() {
         return failures(&refused, refused.len());
     }
-    eprintln!("{} holds {} rows", output.output.display(), rows.len());
+    tell!("{} holds {} rows", output.output.display(), rows.len());
     if let Some(folder) = &output.report {
         measure::report::write(&rows, &format!("Sweep of {}", setup.scene), folder, &mut renderer)?;
-        eprintln!("wrote {}", folder.join("index.html").display());
+        tell!("wrote {}", folder.join("index.html").display());
     }
     failures(&refused, rows.len() + refused.len())
 }
@@ -190,7 +201,7 @@ pub fn merge(parts: &[PathBuf], output: &Path) -> Result<()> {
     measure::write(&rows, output, json)?;
     if !missing.is_empty() {
         let named = if missing.len() > 20 { format!("{} …", missing[..20].join(", ")) } else { missing.join(", ") };
-        eprintln!("{} of {total} configurations are missing: {named}", missing.len());
+        tell!("{} of {total} configurations are missing: {named}", missing.len());
     }
     print(&format!("{} rows in {}\n", rows.len(), output.display()))?;
     ensure!(missing.is_empty(), "the sweep is not complete");
@@ -208,11 +219,20 @@ pub fn is_json(path: &Path) -> Result<bool> {
 
 /// The rows of a file that may end in the middle of one.
 fn readable(path: &Path) -> Result<Vec<Record>> {
-    let file = files::open(path, files::MOST_DATA).with_context(|| format!("{} cannot be read", path.display()))?;
+    let mut file = files::open(path, files::MOST_DATA).with_context(|| format!("{} cannot be read", path.display()))?;
+    let begins = file.fill_buf().with_context(|| format!("{} cannot be read", path.display()))?;
+    ensure!(
+        begins.iter().zip(BEGINS).all(|(is, should)| is == should),
+        "{} holds no rows of a sweep; remove it or write into another file",
+        path.display()
+    );
     let mut reader = csv::Reader::from_reader(file);
     let whole = |row: Result<Record, csv::Error>| row.ok().filter(|r| r.setup().is_ok());
     Ok(reader.deserialize().map_while(whole).collect())
 }
+
+/// What a file of rows begins with.
+const BEGINS: &[u8] = b"index,";
 
 /// Makes sure that rows are of these configurations.
 fn agree(rows: &[Record], work: &BTreeMap<u64, Setup>, total: u64) -> Result<()> {

@@ -5,6 +5,7 @@ use crate::files;
 use crate::frame::Renderer;
 use crate::gpu::Gpu;
 use crate::measure::{self, Column, Record, Step, table};
+use crate::message::tell;
 use crate::setup::Setup;
 use crate::{scene::Scene, techniques};
 use anyhow::{Context, Result, bail, ensure};
@@ -104,7 +105,7 @@ pub fn refresh(pages: &[PathBuf], adapter: Option<&str>) -> Result<()> {
         );
         files::save(path, out.as_bytes())?;
         written += 1;
-        bar.suspend(|| eprintln!("wrote {}", path.display()));
+        bar.suspend(|| tell!("wrote {}", path.display()));
     }
     bar.finish_and_clear();
     Ok(())

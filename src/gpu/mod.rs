@@ -8,6 +8,7 @@ mod table;
 mod timer;
 mod traffic;
 
+use crate::message::tell;
 pub use abilities::{Abilities, Need};
 pub use memory::{Account, Buffer, Counted, Texture};
 pub use pass::{Pass, Raster, Recorder, Resource, Run, Unfit, Watch};
@@ -432,7 +433,7 @@ impl Drop for Gpu {
     /// What the device reported and nobody asked about is said at last.
     fn drop(&mut self) {
         if let Err(e) = self.check() {
-            eprintln!("shadowscope: {e}");
+            tell!("shadowscope: {e}");
         }
     }
 }

@@ -46,7 +46,12 @@ pub struct Arrays {
 impl Arrays {
     /// Each image keeps its texels where the adapter has room; else the larger array's sides are halved until there is.
     pub fn of(textures: &[Texture], limits: Limits) -> Arrays {
-        let side = |t: &Texture| t.width.max(t.height).next_power_of_two().min(limits.side);
+        // Layers are square: what is much longer than wide has no more than sixteen times its texels.
+        let square = |t: &Texture| {
+            let room = (16.0 * f64::from(t.width) * f64::from(t.height)).sqrt() as u32;
+            room.next_power_of_two().max(SMALL)
+        };
+        let side = |t: &Texture| t.width.max(t.height).next_power_of_two().min(square(t)).min(limits.side);
         let (mut sides, mut counts) = ([1; 2], [0; 2]);
         let place = |t: &Texture| {
             let array = usize::from(side(t) > SMALL);
@@ -246,6 +251,9 @@ mod tests {
         assert_eq!(arrays.sides, [1024, 2048]);
         assert_eq!(arrays.reduced(&images), Some((40, 2048)));
         assert_eq!(arrays.kept(&images, 0), [2048; 2]);
+        // Of thin ones a square of their longer side would be nearly empty.
+        let arrays = Arrays::of(&textures(&[[65500, 1], [8192, 64]]), LIMITS);
+        assert_eq!(arrays.sides, [1024, 4096]);
         // The adapter's own limit.
         assert_eq!(Arrays::of(&textures(&[[16384, 16384]]), LIMITS).sides, [1, 8192]);
     }

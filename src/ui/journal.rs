@@ -310,6 +310,8 @@ pub fn left(base: &Path) -> Vec<Left> {
 impl Left {
     /// What is in a window's folder, if that window is gone.
     fn find(folder: PathBuf) -> Option<(SystemTime, Left)> {
+        // Opening a pipe would wait for someone.
+        folder.join(LOCK).symlink_metadata().ok().filter(|about| about.is_file())?;
         let lock = File::options().write(true).open(folder.join(LOCK)).ok()?;
         if let Err(TryLockError::WouldBlock) = lock.try_lock() {
             return None;

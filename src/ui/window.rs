@@ -16,7 +16,7 @@ use crate::files;
 use crate::flatland::Flatland;
 use crate::gallery;
 use crate::gpu::{self, Failure, Gpu};
-use crate::message;
+use crate::message::{self, tell};
 use crate::scene::builtin;
 use crate::scene::geometry::Room;
 use crate::setup::Setup;
@@ -771,7 +771,7 @@ impl Open {
         if let (Some(journal), Some(m)) = (&mut self.journal, &mut self.model) {
             let mut older = std::mem::take(&mut m.start.left);
             if let Err(e) = journal.close(m, &mut older) {
-                eprintln!("shadowscope: what was open is not kept for the next time: {}", message::sentence(&e));
+                tell!("shadowscope: what was open is not kept for the next time: {}", message::sentence(&e));
             }
         }
     }

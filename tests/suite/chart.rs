@@ -336,6 +336,22 @@ fn labels_do_not_lie_on_each_other() {
     }
 }
 
+/// Thousands of rows that share their parameters, as results of many views do: a line of them all, in time that grows as they do.
+#[test]
+fn thousands_of_points_on_a_line_are_drawn() {
+    let mut random = Random(11);
+    let rows: Vec<Record> = (0..6000)
+        .map(|i| {
+            let technique = ["shadow-map", "pcf"][i % 2];
+            record(technique, "resolution=1024", 0.1 + random.next() as f64, 0.01 + 0.1 * random.next() as f64)
+        })
+        .collect();
+    let svg = draw(&rows);
+    let document = Document::parse(&svg).unwrap();
+    assert_eq!(of_class(&document, "point").len(), rows.len());
+    assert!(of_class(&document, "label").len() >= 2);
+}
+
 #[test]
 fn the_same_rows_give_the_same_picture_in_any_order() {
     let mut rows = sweep();

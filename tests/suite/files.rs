@@ -107,6 +107,59 @@ fn what_is_replaced_stays_a_link_and_keeps_its_mode() {
     assert_eq!((std::fs::read(&file).unwrap(), mode()), (b"2".to_vec(), 0o600));
 }
 
+/// A link to a file that is not there yet leads to it.
+#[cfg(unix)]
+#[test]
+fn links_are_followed_to_new_files() {
+    let dir = tempfile::tempdir().unwrap();
+    std::fs::create_dir(dir.path().join("sub")).unwrap();
+    std::os::unix::fs::symlink("sub/b", dir.path().join("a")).unwrap();
+    std::os::unix::fs::symlink("c", dir.path().join("sub/b")).unwrap();
+    files::save(&dir.path().join("a"), b"1").unwrap();
+    assert_eq!(std::fs::read(dir.path().join("sub/c")).unwrap(), b"1");
+    assert!(dir.path().join("a").is_symlink() && dir.path().join("sub/b").is_symlink());
+    std::os::unix::fs::symlink("ring", dir.path().join("ring")).unwrap();
+    files::save(&dir.path().join("ring"), b"2").unwrap();
+    assert_eq!(std::fs::read(dir.path().join("ring")).unwrap(), b"2");
+}
+
+/// What is none of ours where a sweep keeps its rows is neither waited for nor overwritten.
+#[cfg(unix)]
+#[test]
+fn what_is_in_the_way_of_a_sweep_is_told() {
+    let dir = tempfile::tempdir().unwrap();
+    let there = dir.path().join("a.csv.partial");
+    std::fs::write(dir.path().join("own"), b"mine").unwrap();
+    let args = ["sweep", "cubes", "--size=32x18", "--techniques=shadow-map", "--set=resolution=64,128", "-o", "a.csv"];
+    let refused = |says: &str| {
+        let last = self::refused(dir.path(), &args);
+        assert!(last.contains("a.csv.partial") && last.contains(says), "{last}");
+    };
+    assert!(Command::new("mkfifo").arg(&there).status().unwrap().success());
+    refused("is a pipe");
+    std::fs::remove_file(&there).unwrap();
+    std::os::unix::fs::symlink("own", &there).unwrap();
+    refused("is a link");
+    std::fs::remove_file(&there).unwrap();
+    std::fs::write(&there, b"mine").unwrap();
+    refused("holds no rows of a sweep");
+    assert_eq!(std::fs::read(&there).unwrap(), b"mine");
+    assert_eq!(std::fs::read(dir.path().join("own")).unwrap(), b"mine");
+}
+
+/// Where what is said cannot be said, the work goes on.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_for_messages_stops_nothing() {
+    let dir = tempfile::tempdir().unwrap();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_shadowscope"));
+    command.args(["capture", "cubes", "--size", "32x18", "-o", "a.png"]).current_dir(dir.path());
+    let full = std::fs::File::options().write(true).open("/dev/full").unwrap();
+    let status = command.stderr(full).status().unwrap();
+    assert!(status.success(), "{status}");
+    assert!(dir.path().join("a.png").exists());
+}
+
 /// Files that may be no larger than a few KiB: for the program the same as a full disk.
 #[cfg(unix)]
 #[test]

@@ -28,12 +28,12 @@ fn wait_until(child: &mut Child, what: &str, holds: impl Fn() -> bool) {
     }
 }
 
-/// Whether a program has asked to be told of Ctrl-C.
+/// Whether a program has asked to be told of Ctrl-C and of what else ends programs.
 fn listens(pid: u32) -> bool {
     let status = std::fs::read_to_string(format!("/proc/{pid}/status")).unwrap_or_default();
     let caught = status.lines().find_map(|line| line.strip_prefix("SigCgt:")).map(str::trim);
     let caught = caught.and_then(|mask| u64::from_str_radix(mask, 16).ok()).unwrap_or(0);
-    caught & 1 << (Signal::INT.as_raw() - 1) != 0
+    [Signal::INT, Signal::TERM, Signal::HUP].iter().all(|signal| caught & 1 << (signal.as_raw() - 1) != 0)
 }
 
 fn signal(child: &Child, signal: Signal) {
@@ -108,7 +108,7 @@ fn a_sweep_outlives_ctrl_c_and_kill() {
     assert_eq!(names(folder), ["a.csv"]);
 }
 
-/// All that takes long ends at Ctrl-C with a sentence, and leaves nothing half done.
+/// All that takes long ends at Ctrl-C, or as a terminal is closed or a system shut down, with a sentence, and leaves nothing half done.
 #[test]
 fn what_takes_long_ends_at_ctrl_c() {
     let dir = tempfile::tempdir().unwrap();
@@ -119,15 +119,16 @@ fn what_takes_long_ends_at_ctrl_c() {
         folder
     };
     std::fs::write(folder("tables").join("page.md"), TABLE).unwrap();
-    let commands: [(&str, &[&str], &str); 5] = [
-        ("measure", &["measure", "cubes", "--csv", "a.csv"], "nothing is measured yet"),
-        ("advise", &["advise", "cubes", "--by", "rmse", "--max-error", "0", "-o", "a.csv"], "no advice yet"),
-        ("stability", &["stability", "st-wire", "--json", "a.json"], "no path is complete yet"),
-        ("animate", &["animate", "cubes", "--turntable=5000", "-o", "a.webp"], "nothing is written"),
-        ("tables", &["tables", "page.md"], "0 of 1 pages are written"),
+    let advise = ["advise", "cubes", "--by", "rmse", "--max-error", "0", "-o", "a.csv"];
+    let commands: [(&str, Signal, &[&str], &str); 5] = [
+        ("measure", Signal::INT, &["measure", "cubes", "--csv", "a.csv"], "nothing is measured yet"),
+        ("advise", Signal::TERM, &advise, "no advice yet"),
+        ("stability", Signal::HUP, &["stability", "st-wire", "--json", "a.json"], "no path is complete yet"),
+        ("animate", Signal::INT, &["animate", "cubes", "--turntable=5000", "-o", "a.webp"], "nothing is written"),
+        ("tables", Signal::TERM, &["tables", "page.md"], "0 of 1 pages are written"),
     ];
     let running: Vec<_> = commands
-        .map(|(name, args, says)| {
+        .map(|(name, sent, args, says)| {
             let sized = name != "tables";
             let args = [args, if sized { &small } else { &[] }].concat();
             let folder = dir.path().join(name);
@@ -135,7 +136,7 @@ fn what_takes_long_ends_at_ctrl_c() {
             let mut child = start(&folder, &args);
             let pid = child.id();
             wait_until(&mut child, "its device", || listens(pid));
-            signal(&child, Signal::INT);
+            signal(&child, sent);
             (folder, child, args, says)
         })
         .into_iter()
