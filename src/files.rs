@@ -13,6 +13,8 @@ use std::time::Duration;
 pub const MOST_TEXT: u64 = 64 << 20;
 /// Most bytes of any other: what the 32 bits of a .glb file can count.
 pub const MOST_DATA: u64 = u32::MAX as u64;
+/// Of a file of rows: 100,000 of them have a third of that, and all are held in memory, where they take several times as much.
+pub const MOST_ROWS: u64 = 1 << 30;
 
 /// Opens a file with contents of its own. A pipe or a device may have none yet, and none ever. What is read of it ends one byte
 /// behind `most`, however it grows meanwhile.

@@ -219,7 +219,7 @@ pub fn is_json(path: &Path) -> Result<bool> {
 
 /// The rows of a file that may end in the middle of one.
 fn readable(path: &Path) -> Result<Vec<Record>> {
-    let mut file = files::open(path, files::MOST_DATA).with_context(|| format!("{} cannot be read", path.display()))?;
+    let mut file = files::open(path, files::MOST_ROWS).with_context(|| format!("{} cannot be read", path.display()))?;
     let begins = file.fill_buf().with_context(|| format!("{} cannot be read", path.display()))?;
     ensure!(
         begins.iter().zip(BEGINS).all(|(is, should)| is == should),

@@ -315,7 +315,7 @@ pub fn read_json(from: impl std::io::Read) -> Result<Vec<Record>> {
 pub fn read(path: &Path) -> Result<Vec<Record>> {
     let name = path.display();
     let file =
-        files::open(path, files::MOST_DATA).map_err(|e| anyhow!("{name} cannot be read: {}", files::reason(&e)))?;
+        files::open(path, files::MOST_ROWS).map_err(|e| anyhow!("{name} cannot be read: {}", files::reason(&e)))?;
     let json = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json"));
     let rows = if json { read_json(file) } else { read_csv(file) };
     let rows: Vec<Record> = rows.with_context(|| format!("{name} does not hold measured rows"))?;

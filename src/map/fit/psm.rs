@@ -163,3 +163,41 @@ fn perspective(scope: &Scope, image: &LightImage, seen: &[DVec3], delta: f64, [n
     let plane = gaze.z.abs().min(1.0).acos();
     Some(Psm { warp: h * (1.0 / least), case: Some(case), delta, light, receivers, plane: Some(plane) })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::Camera;
+    use glam::Vec3;
+
+    /// After the perspective depth runs from 0 at the near plane to 1 at the last receiver, wherever the eye was slid; with its near
+    /// plane pushed on from 0 at the first one.
+    #[test]
+    fn receivers_fill_the_depth_after_the_perspective() {
+        let camera = Camera {
+            position: Vec3::new(0.0, 2.0, 12.0),
+            target: Vec3::new(0.0, 1.0, 0.0),
+            up: Vec3::Y,
+            fov: 50.0,
+            height: None,
+            near: 0.5,
+            far: 100.0,
+        };
+        let bounds = [Vec3::new(-5.0, 0.0, -5.0), Vec3::new(5.0, 2.0, 5.0)];
+        for to_light in [Vec3::new(0.3, 1.0, 0.2), Vec3::new(0.2, 0.4, 1.0), Vec3::new(0.2, 0.4, -1.0)] {
+            let light = Light::Directional { to_light, angular_radius: 0.0, color: Vec3::ONE };
+            let scope = Scope { camera, light, bounds, aspect: 1.5, resolution: 512, margin: 1.0 };
+            for (delta, push) in [(0.0, true), (3.0, true), (3.0, false), (20.0, false)] {
+                let slide = Slide { fixed: Some(delta), least_near: 0.01, push };
+                let psm = fit(&scope, &scope.image(), &scope.seen(), slide);
+                if psm.case.is_none() {
+                    continue;
+                }
+                let [first, last] = hull::extent(psm.receivers.iter().map(|p| DVec2::splat(p.z))).map(|e| e.x);
+                assert!((last - 1.0).abs() < 1e-9, "{to_light} {delta} {push}: up to {last}");
+                assert!(if push { first.abs() < 1e-9 } else { first > 0.0 }, "{to_light} {delta} {push}: from {first}");
+                assert_eq!(psm.delta, delta);
+            }
+        }
+    }
+}
