@@ -291,8 +291,8 @@ fn turns(light: Light, row: Vec<usize>) -> Vec<(&'static Info, Vec<String>, Vec<
     all
 }
 
-/// Every view of every technique, its filter's among them, shows more than one colour on a scene with shadows, finite values that the
-/// view before it has not left there, and the same visibility; where nothing is in view it draws too. Each technique under one of the lights that it serves.
+/// Every view of every technique, its filter's among them, shows more than one colour on a scene with shadows, finite values
+/// and the same visibility; where nothing is in view it draws too. Each technique under one of the lights that it serves.
 #[test]
 fn every_view_of_half_the_techniques_shows_something() {
     every_view_shows_something(|k| k % 2 == 0);
@@ -313,7 +313,6 @@ fn every_view_shows_something(those: impl Fn(usize) -> bool) {
         plate(Vec3::new(-0.5, 5.0, 2.0), Vec3::ZERO, 0.5),
     ];
     let (mut r, mut s) = start(lit(&yard(), view, lights[0]), [96, 72]);
-    let mut before = Vec::new();
     for (_, info) in techniques::ALL.iter().enumerate().filter(|(k, _)| those(*k)) {
         let light = in_turn(info, &lights).unwrap_or_else(|| panic!("{} serves none", info.id));
         s.light = light;
@@ -329,10 +328,7 @@ fn every_view_shows_something(those: impl Fn(usize) -> bool) {
                 let picture = r.read_picture().unwrap();
                 let constant = picture.chunks(4).all(|p| p == &picture[..4]);
                 assert!(!constant, "{what}");
-                let shown = r.read_map().unwrap();
-                assert!(shown.iter().all(|v| v.is_finite()), "{what}");
-                assert!(shown != before, "{what}: what was there before");
-                before = shown;
+                assert!(r.read_map().unwrap().iter().all(|v| v.is_finite()), "{what}");
                 is_a_share(&mut r, &what);
             }
             s.view = "shaded".into();
