@@ -62,7 +62,7 @@ const LINES: View = view::map(
 pub static INFO: Info = Info {
     id: "shadow-volume",
     title: "Shadow volumes",
-    paper: "Crow 1977; Heidmann 1991; Everitt, Kilgard 2002; Kim, Kim, Turk 2008",
+    paper: "Crow 1977; Heidmann 1991; Kim, Kim, Turk 2008",
     family: "Volumes",
     mark: 33,
     doc: "The space that triangles hide from the light, drawn as polygons and counted at each pixel. No map, no resolution \
