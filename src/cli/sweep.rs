@@ -56,12 +56,12 @@ pub fn run(mut wanted: Wanted, ids: Vec<String>, output: Output, adapter: Option
     path.push(".partial");
     let partial = PathBuf::from(path);
     // It is put there by us, or by nobody.
-    let about = partial.symlink_metadata().ok();
-    if let Some(about) = about.as_ref().filter(|about| !about.is_file()) {
-        bail!(
+    if let Ok(about) = partial.symlink_metadata() {
+        ensure!(
+            about.is_file(),
             "{} is {}, and rows would be kept there until all are measured; remove it or write into another file",
             partial.display(),
-            files::kind(about)
+            files::kind(&about)
         );
     }
     // Whoever writes it holds it. What another one is writing is not to be taken away under it.

@@ -308,15 +308,19 @@ fn envelope(f: impl ExactSizeIterator<Item = f64>) -> Vec<f64> {
 mod tests {
     use super::*;
 
+    /// Whole numbers below 256 that look random.
+    fn bytes(mut seed: u32) -> impl FnMut() -> u32 {
+        move || {
+            seed = seed.wrapping_mul(747796405).wrapping_add(2891336453);
+            seed >> 24
+        }
+    }
+
     #[test]
     fn distances_equal_brute_force() {
         let (w, h) = (23, 17);
-        let mut seed = 7u32;
-        let mut marked = vec![false; w * h];
-        for m in &mut marked {
-            seed = seed.wrapping_mul(747796405).wrapping_add(2891336453);
-            *m = seed >> 24 < 12;
-        }
+        let mut byte = bytes(7);
+        let marked: Vec<bool> = (0..w * h).map(|_| byte() < 12).collect();
         let fast = distance_to(&marked, w);
         for (i, fast) in fast.into_iter().enumerate() {
             let near = (0..w * h).filter(|j| marked[*j]).map(|j| {
@@ -391,13 +395,9 @@ mod tests {
     #[test]
     fn density_equals_brute_force() {
         let (w, h) = (23usize, 9);
-        let mut seed = 3u32;
-        let mut random = |most: u32| {
-            seed = seed.wrapping_mul(747796405).wrapping_add(2891336453);
-            (seed >> 16) % most
-        };
-        let mask: Vec<u32> = (0..w * h).map(|_| if random(3) == 0 { AWAY } else { FACING }).collect();
-        let [seen, hard] = [0; 2].map(|_| (0..w * h).map(|_| random(2) as f32).collect::<Vec<f32>>());
+        let mut byte = bytes(3);
+        let mask: Vec<u32> = (0..w * h).map(|_| if byte() % 3 == 0 { AWAY } else { FACING }).collect();
+        let [seen, hard] = [0; 2].map(|_| (0..w * h).map(|_| (byte() % 2) as f32).collect::<Vec<f32>>());
         for window in [1, 3, 8] {
             let found = density(&seen, &hard, &mask, w, window);
             for i in 0..w * h {
