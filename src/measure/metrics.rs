@@ -396,7 +396,7 @@ mod tests {
     fn density_equals_brute_force() {
         let (w, h) = (23usize, 9);
         let mut byte = bytes(3);
-        let mask: Vec<u32> = (0..w * h).map(|_| if byte() % 3 == 0 { AWAY } else { FACING }).collect();
+        let mask: Vec<u32> = (0..w * h).map(|_| if byte() < 85 { AWAY } else { FACING }).collect();
         let [seen, hard] = [0; 2].map(|_| (0..w * h).map(|_| (byte() % 2) as f32).collect::<Vec<f32>>());
         for window in [1, 3, 8] {
             let found = density(&seen, &hard, &mask, w, window);
