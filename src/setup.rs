@@ -19,6 +19,7 @@ use crate::light::{KINDS, Light, MAX_RADIUS};
 use crate::message;
 use crate::params::{Kind, Value, Values};
 use crate::path::{self, OwnPath};
+use crate::scene::camera::FARTHEST;
 use crate::scene::{Camera, Clock, NamedLight, Scene, builtin, formats};
 use crate::techniques::{self, Info};
 use crate::truth::Samples;
@@ -822,13 +823,13 @@ fn in_range(key: &str, value: f32, min: f32, max: f32, unit: &str) -> Result<()>
     Ok(())
 }
 
-/// Refuses places whose squared distances leave the range of 32-bit floats.
+/// Refuses places farther than [`FARTHEST`].
 pub(crate) fn check_place(key: &str, value: Vec3) -> Result<()> {
     let given = short_all(value);
     ensure!(value.is_finite(), "{key} = {given} is not allowed; it takes three finite numbers");
     ensure!(
-        value.abs().max_element() <= 1e18,
-        "{key} = {given} is not allowed; it takes three numbers from -1e18 to 1e18"
+        value.abs().max_element() <= FARTHEST,
+        "{key} = {given} is not allowed; it takes three numbers from -{FARTHEST:e} to {FARTHEST:e}"
     );
     Ok(())
 }

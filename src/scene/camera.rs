@@ -4,6 +4,10 @@ use super::settled;
 use glam::{DVec3, Mat4, Vec3, Vec4};
 use serde::{Deserialize, Serialize};
 
+/// Farthest from zero that a camera or a light may stand along each axis, in metres: beyond, squared distances leave the range of
+/// 32-bit floats.
+pub(crate) const FARTHEST: f32 = 1e18;
+
 /// A camera in scene space. Metres and degrees.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]

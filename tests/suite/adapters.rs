@@ -6,7 +6,8 @@ use glam::Vec3;
 use shadowscope::frame::{Ask, Renderer};
 use shadowscope::gpu::{self, Gpu};
 use shadowscope::measure::metrics::FACING;
-use shadowscope::techniques;
+use shadowscope::setup::Setup;
+use shadowscope::techniques::{self, Info};
 use std::sync::Arc;
 
 /// What an adapter makes of a set-up: the classes of its pixels, where they lie, their visibility and the picture.
@@ -28,10 +29,33 @@ fn adapters_agree() {
     let lights = [sun(Vec3::new(0.8, 0.6, 0.3)), lamp(Vec3::new(-0.5, 3.0, 2.0)), plate];
     let view = camera(Vec3::new(2.0, 3.0, 4.0), Vec3::ZERO);
     let yard = Arc::new(scene(vec![mesh(&yard(), 0)], vec![material(Vec3::ONE)], view, lights[0]));
-    let mut renderers: Vec<Renderer> = names[..2]
+    let setups: Vec<(&Info, Setup)> = techniques::ALL
         .iter()
-        .map(|name| Renderer::new(Arc::new(strict(Gpu::new(Some(name)).unwrap())), yard.clone()).unwrap())
+        .map(|&info| {
+            let mut s = Setup::new("test", &yard).unwrap();
+            s.size = [128, 96];
+            s.light = in_turn(info, &lights).expect("a light for each technique");
+            choose(&mut s, info, 256, &[]);
+            (info, s)
+        })
         .collect();
+    // Both draw at once.
+    let draw = |name: &str| -> Vec<Seen> {
+        let mut r = Renderer::new(Arc::new(strict(Gpu::new(Some(name)).unwrap())), yard.clone()).unwrap();
+        let draw = |(info, s): &(&Info, Setup)| {
+            r.render(s, Ask { fresh: true, ..ask(s) }).unwrap_or_else(|e| panic!("{}: {e:#}", info.id));
+            Seen {
+                mask: r.read_mask().unwrap(),
+                position: r.read_position().unwrap(),
+                visibility: r.read_visibility().unwrap(),
+                picture: r.read_picture().unwrap(),
+            }
+        };
+        setups.iter().map(draw).collect()
+    };
+    let [first, second] = std::thread::scope(|scope| {
+        [&names[0], &names[1]].map(|name| scope.spawn(|| draw(name))).map(|drawing| drawing.join().unwrap())
+    });
     println!(
         "Left out of the shadow's columns: pixels that show another surface on {} than on {}.\n",
         names[0], names[1]
@@ -40,22 +64,7 @@ fn adapters_agree() {
         "| technique | light | other surface, % | shadow differs, % | mean difference | greatest | picture differs, % |"
     );
     println!("|---|---|---|---|---|---|---|");
-    for info in techniques::ALL.iter() {
-        let light = in_turn(info, &lights).expect("a light for each technique");
-        let mut s = shadowscope::setup::Setup::new("test", &yard).unwrap();
-        s.size = [128, 96];
-        s.light = light;
-        choose(&mut s, info, 256, &[]);
-        let mut seen = renderers.iter_mut().map(|r| {
-            r.render(&s, Ask { fresh: true, ..ask(&s) }).unwrap_or_else(|e| panic!("{}: {e:#}", info.id));
-            Seen {
-                mask: r.read_mask().unwrap(),
-                position: r.read_position().unwrap(),
-                visibility: r.read_visibility().unwrap(),
-                picture: r.read_picture().unwrap(),
-            }
-        });
-        let (a, b) = (seen.next().unwrap(), seen.next().unwrap());
+    for ((info, s), (a, b)) in setups.iter().zip(first.iter().zip(&second)) {
         let ([mut other, mut facing, mut differ], mut sum, mut greatest) = ([0_usize; 3], 0.0, 0.0_f32);
         for i in 0..a.mask.len() {
             let [p, q] = [&a, &b].map(|x| Vec3::from_slice(&x.position[i]));
@@ -76,7 +85,7 @@ fn adapters_agree() {
         println!(
             "| `{}` | {} | {:.3} | {:.3} | {mean:.6} | {greatest:.4} | {:.3} |",
             info.id,
-            light.kind(),
+            s.light.kind(),
             percent(other, pixels),
             percent(differ, facing),
             percent(pictures, pixels),

@@ -1,4 +1,4 @@
-//! What the tests share: one device, and scenes made by hand.
+//! What the tests share: devices, and scenes made by hand.
 
 use glam::{DMat4, Vec2, Vec3};
 use shadowscope::frame::{Ask, Renderer, Truth};
@@ -11,7 +11,7 @@ use shadowscope::setup::Setup;
 use shadowscope::techniques::Info;
 use std::path::Path;
 use std::process::{Command, Output};
-use std::sync::{Arc, OnceLock};
+use std::sync::{Arc, Mutex};
 
 /// Runs the program in a folder, without a display; it times as few frames as it may.
 pub fn shadowscope(folder: &Path, args: &[&str]) -> Output {
@@ -40,11 +40,25 @@ pub fn ok(folder: &Path, args: &[&str]) -> Output {
     out
 }
 
-/// The device that all tests of a file use.
+/// A device that no other test uses at the same time, and that later ones use again: a driver that is a program works off all
+/// that one device is given in one thread, where tests would wait for each other.
 pub fn gpu() -> Arc<Gpu> {
-    static GPU: OnceLock<Arc<Gpu>> = OnceLock::new();
-    GPU.get_or_init(|| Arc::new(strict(Gpu::new(None).expect("these tests need a Vulkan driver; run ./setup.sh"))))
-        .clone()
+    static IDLE: Mutex<Vec<Arc<Gpu>>> = Mutex::new(Vec::new());
+    struct Lease(Arc<Gpu>);
+    impl Drop for Lease {
+        fn drop(&mut self) {
+            IDLE.lock().unwrap().push(self.0.clone());
+        }
+    }
+    // A test has a thread of its own, and the device is free when that ends.
+    thread_local! {
+        static LEASE: Lease = Lease({
+            let idle = IDLE.lock().unwrap().pop();
+            let new = || strict(Gpu::new(None).expect("these tests need a Vulkan driver; run ./setup.sh"));
+            idle.unwrap_or_else(|| Arc::new(new()))
+        });
+    }
+    LEASE.with(|lease| lease.0.clone())
 }
 
 /// A device whose errors fail the test that makes them, where they are made, whether anybody asks for them or not.

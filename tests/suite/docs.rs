@@ -203,7 +203,7 @@ fn smaller(mut words: Vec<String>) -> Vec<String> {
             let (w, h) = words[i + 1].split_once('x').unwrap();
             words[i + 1] = format!("{}x{}", side(w), side(h));
         }
-        None => words.extend(["--size".into(), "160x90".into()]),
+        None => words.extend(["--size".into(), "96x54".into()]),
     }
     if words[1] == "animate" {
         for option in ["--turntable", "--frames"] {

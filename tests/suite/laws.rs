@@ -90,29 +90,33 @@ fn a_lit_floor_is_lit() {
     let ground = floor(Vec2::splat(-40.0), Vec2::splat(40.0), 0.0);
     let p = |x: f32, y: f32, z: f32| Vec3::new(x, y, z);
     let view = camera(p(0.0, 1.5, 12.0), p(0.0, 0.0, 2.0));
-    let mut acne = vec![0; techniques::ALL.len()];
     // Filters are chosen where it is hardest, under the low sun and the spot that grazes.
     let low = sun(p(1.0, 0.2, 0.0));
-    for (light, grazes) in [
+    let mut floors: Vec<_> = [
         (sun(p(0.9, 1.0, 0.3)), false),
         (low, true),
         (spot(p(-9.0, 4.0, 1.0), p(2.0, 0.0, 2.0), 30.0), true),
         (spot(p(2.0, 5.0, 18.0), p(0.0, 0.0, 2.0), 35.0), false),
         (lamp(p(-2.0, 3.0, 1.0)), false),
         (plate(p(-2.0, 3.0, 1.0), p(2.0, 0.0, 1.0), 0.03), false),
-    ] {
-        let (mut r, mut s) = start(lit(&ground, view, light), [120, 90]);
-        for (i, info) in techniques::ALL.iter().enumerate().filter(|(_, i)| i.refuses(&light).is_none()) {
+    ]
+    .into_iter()
+    .map(|(light, grazes)| (start(lit(&ground, view, light), [120, 90]), grazes))
+    .collect();
+    for info in techniques::ALL.iter() {
+        let mut acne = 0;
+        for ((r, s), grazes) in floors.iter_mut().filter(|((_, s), _)| info.refuses(&s.light).is_none()) {
+            let light = s.light;
             // Under one of the two, where it serves both: every other technique under the spot.
             let both = info.lights.contains(&"directional") && info.lights.contains(&"spot");
             let turn = !both || (info.mark % 2 == 0) == (light == low);
-            let filters = if grazes && turn { filters(info) } else { vec![] };
+            let filters = if *grazes && turn { filters(info) } else { vec![] };
             let filters = filters.into_iter().map(|f| (Some(f), vec![format!("filter={}", f.id)]));
             let own = (info.filter, vec![]);
             let exact = exact(info).into_iter().map(|sets| (info.filter, sets));
             for (filter, sets) in filters.chain([own]).chain(exact) {
-                choose(&mut s, info, 256, &sets);
-                let e = shadowscope::measure::errors(&mut r, &s).unwrap();
+                choose(s, info, 256, &sets);
+                let e = shadowscope::measure::errors(r, s).unwrap();
                 let bound = if filter.is_some_and(|f| f.moments.is_some()) { 0.12 } else { 0.0 };
                 assert!(e.rmse <= bound && e.facing > 2000, "{} {sets:?} {light:?}: {e:?}", info.id);
             }
@@ -120,12 +124,10 @@ fn a_lit_floor_is_lit() {
                 // A wider window brings a greater bias with it.
                 let one = ["area-uniform", "area-adaptive", "cssm"].contains(&info.id).then(|| "kernel=1".into());
                 let sets: Vec<String> = ["bias=0".into(), "slope_bias=0.35".into()].into_iter().chain(one).collect();
-                choose(&mut s, info, 64, &sets);
-                acne[i] += shadowscope::measure::errors(&mut r, &s).unwrap().shadow_incorrect;
+                choose(s, info, 64, &sets);
+                acne += shadowscope::measure::errors(r, s).unwrap().shadow_incorrect;
             }
         }
-    }
-    for (info, acne) in techniques::ALL.iter().zip(acne) {
         // Where texels disagree rays put acne right.
         let compares = info.filter.is_none_or(|f| f.id == "nearest") && info.specs().any(|s| s.name == "slope_bias");
         let compares = compares && info.specs().all(|s| s.name != "rays");
@@ -148,30 +150,28 @@ fn every_view_sample_has_a_texel() {
     let plates = [Vec3::new(0.5, 3.0, 2.0), Vec3::new(0.0, 30.0, 0.0)];
     scenes
         .push(over_the_yard(plates.map(|at| ("a plate", view, plate(at, at * Vec3::new(1.0, 0.0, 1.0), 0.3))).into()));
-    for (k, (r, places)) in scenes.iter_mut().enumerate() {
-        let rows = (0..places.len()).map(|at| if k == 1 { k } else { at }).collect();
-        for (info, sets, turn) in turns(places[0].1.light, rows) {
-            // No filter moves a texel.
-            let sets: Vec<String> = sets.into_iter().filter(|set| !set.starts_with("filter=")).collect();
-            for at in turn {
-                let (place, s) = &mut places[at];
-                s.size = [96, 72];
-                choose(s, info, 256, &sets);
-                if !info.specs().any(|s| s.name == "resolution") {
-                    continue;
-                }
-                let what = format!("{place}, {} {sets:?}", info.id);
-                let counted = counted(r, s);
-                let [sure, most] = match s.light {
-                    Light::Spot { .. } => in_cone(r, &s.light),
-                    _ => [facing(r); 2],
-                };
-                assert!(sure > 200 && (sure..=most).contains(&counted), "{what}: {counted}, {sure} to {most}");
-                is_a_share(r, &what);
-                if sets.is_empty() && matches!(s.light, Light::Spot { .. }) {
-                    let e = shadowscope::measure::errors(r, s).unwrap();
-                    assert!(e.rmse < 0.25, "{what}: {e:?}");
-                }
+    for (info, sets, turn, k) in turns(&scenes, |k, at| if k == 1 { k } else { at }) {
+        let (r, places) = &mut scenes[k];
+        // No filter moves a texel.
+        let sets: Vec<String> = sets.into_iter().filter(|set| !set.starts_with("filter=")).collect();
+        for at in turn {
+            let (place, s) = &mut places[at];
+            s.size = [96, 72];
+            choose(s, info, 256, &sets);
+            if !info.specs().any(|s| s.name == "resolution") {
+                continue;
+            }
+            let what = format!("{place}, {} {sets:?}", info.id);
+            let counted = counted(r, s);
+            let [sure, most] = match s.light {
+                Light::Spot { .. } => in_cone(r, &s.light),
+                _ => [facing(r); 2],
+            };
+            assert!(sure > 200 && (sure..=most).contains(&counted), "{what}: {counted}, {sure} to {most}");
+            is_a_share(r, &what);
+            if sets.is_empty() && matches!(s.light, Light::Spot { .. }) {
+                let e = shadowscope::measure::errors(r, s).unwrap();
+                assert!(e.rmse < 0.25, "{what}: {e:?}");
             }
         }
     }
@@ -243,18 +243,16 @@ fn nothing_breaks() {
     let (r, s) = start(lit(&wall, camera(p(0.0, 0.0, 3.0), Vec3::ZERO), sun(p(0.3, 0.4, 1.0))), [48, 48]);
     let away = Setup { camera: camera(p(0.0, 0.0, 3.0), p(0.0, 0.0, 9.0)), ..s.clone() };
     scenes.push((r, vec![("a wall".into(), s), ("the sky".into(), away)]));
-    for (k, (r, places)) in scenes.iter_mut().enumerate() {
-        let rows = (0..places.len()).map(|at| if k == 0 { at } else { k }).collect();
-        for (info, sets, turn) in turns(places[0].1.light, rows) {
-            for at in turn {
-                let (place, s) = &mut places[at];
-                choose(s, info, 128, &sets);
-                let what = format!("{place}, {} {sets:?}", info.id);
-                r.render(s, untold(s)).unwrap_or_else(|e| panic!("{what}: {e:#}"));
-                is_a_share(r, &what);
-                if *place == "the sky" {
-                    assert_eq!(facing(r), 0);
-                }
+    for (info, sets, turn, k) in turns(&scenes, |k, at| if k == 0 { at } else { k }) {
+        let (r, places) = &mut scenes[k];
+        for at in turn {
+            let (place, s) = &mut places[at];
+            choose(s, info, 128, &sets);
+            let what = format!("{place}, {} {sets:?}", info.id);
+            r.render(s, untold(s)).unwrap_or_else(|e| panic!("{what}: {e:#}"));
+            is_a_share(r, &what);
+            if *place == "the sky" {
+                assert_eq!(facing(r), 0);
             }
         }
     }
@@ -268,26 +266,31 @@ fn over_the_yard(spots: Vec<(&str, Camera, Light)>) -> (Renderer, Vec<(String, S
     (r, spots.into_iter().map(place).collect())
 }
 
-/// Every technique that serves a light, with its defaults at every other of many places, and at the rest (at each, of few) with one of its
-/// [`rows`], of which `row` gives the number; places with the same settings follow one another, so that pipelines are made once.
-fn turns(light: Light, row: Vec<usize>) -> Vec<(&'static Info, Vec<String>, Vec<usize>)> {
+/// Scenes with their places.
+type Placed = [(Renderer, Vec<(String, Setup)>)];
+
+/// Every technique that serves a scene's light, with its defaults at every other of many places, and at the rest (at each, of few) with
+/// one of its [`rows`], of which `row` gives the number for the scene and the place; what has the same settings in all the scenes follows one
+/// another, so that pipelines are made once. The last number is the scene's.
+fn turns(scenes: &Placed, row: impl Fn(usize, usize) -> usize) -> Vec<(&'static Info, Vec<String>, Vec<usize>, usize)> {
     let mut all = Vec::new();
-    for info in serving(light) {
-        if row.len() > 2 {
-            // The others are left to the techniques whose marks are odd.
-            all.push((info, vec![], (info.mark % 2..row.len()).step_by(2).collect()));
-        }
-        let rows = rows(info);
-        let n = rows.len();
-        for (i, sets) in rows.into_iter().enumerate() {
-            let rest = |at: &usize| row.len() <= 2 || (at + info.mark) % 2 == 1;
-            all.push((
-                info,
-                sets,
-                (0..row.len()).filter(rest).filter(|at| (row[*at] / 2 + info.mark) % n == i).collect(),
-            ));
+    for (k, (_, places)) in scenes.iter().enumerate() {
+        let row: Vec<usize> = (0..places.len()).map(|at| row(k, at)).collect();
+        for info in serving(places[0].1.light) {
+            if row.len() > 2 {
+                // The others are left to the techniques whose marks are odd.
+                all.push((info, vec![], (info.mark % 2..row.len()).step_by(2).collect(), k));
+            }
+            let rows = rows(info);
+            let n = rows.len();
+            for (i, sets) in rows.into_iter().enumerate() {
+                let rest = |at: &usize| row.len() <= 2 || (at + info.mark) % 2 == 1;
+                let turn = (0..row.len()).filter(rest).filter(|at| (row[*at] / 2 + info.mark) % n == i).collect();
+                all.push((info, sets, turn, k));
+            }
         }
     }
+    all.sort_by(|a, b| (a.0.id, &a.1).cmp(&(b.0.id, &b.1)));
     all
 }
 

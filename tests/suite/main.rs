@@ -1,4 +1,4 @@
-//! All tests but that of the real window, in one program: it is linked once, and they share a device.
+//! All tests but that of the real window, in one program: it is linked once, and they share devices.
 
 mod adapters;
 mod adaptive;

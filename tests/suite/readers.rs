@@ -195,8 +195,10 @@ pub fn figure(bytes: &[u8]) {
     let Ok(text) = str::from_utf8(bytes) else { return };
     let path = Path::new("/nowhere/input.toml");
     let Some(spec) = taken(Spec::from_toml(text, path)) else { return };
-    let again = spec.to_toml(path).expect("what was read can be written");
-    assert_eq!(Spec::from_toml(&again, path).expect("what was written can be read"), spec, "{again}");
+    let text = spec.to_toml(path).expect("what was read can be written");
+    let again = Spec::from_toml(&text, path).expect("what was written can be read");
+    // What is no number, and differs from itself, is refused with the cells.
+    assert_eq!(again.to_toml(path).expect("what was read can be written"), text);
     let Some(rows) = taken(spec.changes(&spec.rows, cubes())) else { return };
     let Some(columns) = taken(spec.changes(&spec.columns, cubes())) else { return };
     for (row, column) in rows.iter().take(4).flat_map(|row| columns.iter().take(4).map(move |column| (row, column))) {

@@ -4,6 +4,7 @@ use super::hierarchy::{Hierarchy, label};
 use super::{broken, few, get};
 use crate::light::Light;
 use crate::message::{counted, quoted};
+use crate::scene::camera::FARTHEST;
 use crate::scene::pose::{moving, world_matrices};
 use crate::scene::presets::{Bounds, add_camera, add_light};
 use crate::scene::{Camera, Scene};
@@ -18,7 +19,7 @@ const MOST: usize = 1000;
 
 /// Adds the cameras and lights of the scene's nodes, where they are at the clock's start.
 pub fn add(root: &Root, hierarchy: &Hierarchy, bounds: Bounds, scene: &mut Scene) -> Result<()> {
-    let (mut lights, mut dark, mut beyond) = (0, 0, 0);
+    let (mut lights, mut dark, mut beyond, mut far) = (0, 0, 0, 0);
     let mut told = Vec::new();
     let worlds = world_matrices(scene, Some(0), 0.0);
     let moving = moving(scene);
@@ -28,6 +29,11 @@ pub fn add(root: &Root, hierarchy: &Hierarchy, bounds: Bounds, scene: &mut Scene
         let world = world.as_mat4();
         let owner = label(root, index);
         let moved = moving[place as usize].then_some(place);
+        let extension = node.extensions.as_ref().and_then(|e| e.khr_lights_punctual.as_ref());
+        if world.w_axis.truncate().abs().max_element() > FARTHEST {
+            far += usize::from(node.camera.is_some()) + usize::from(extension.is_some());
+            continue;
+        }
         if let Some(camera) = node.camera {
             let file = get(&root.cameras, camera, "camera", &owner)?;
             if scene.cameras.len() < MOST {
@@ -38,7 +44,6 @@ pub fn add(root: &Root, hierarchy: &Hierarchy, bounds: Bounds, scene: &mut Scene
                 beyond += 1;
             }
         }
-        let extension = node.extensions.as_ref().and_then(|e| e.khr_lights_punctual.as_ref());
         if let Some(extension) = extension {
             let file = get(AsRef::<[khr::Light]>::as_ref(root), extension.light, "light", &owner)?;
             if lights == MOST {
@@ -57,6 +62,11 @@ pub fn add(root: &Root, hierarchy: &Hierarchy, bounds: Bounds, scene: &mut Scene
         beyond,
         &format!("camera or light beyond the first {MOST} of its kind is left out."),
         &format!("cameras and lights beyond the first {MOST} of their kind are left out."),
+    ));
+    scene.notes.extend(counted(
+        far,
+        &format!("camera or light lies farther than {FARTHEST:e} m from zero and is left out."),
+        &format!("cameras and lights lie farther than {FARTHEST:e} m from zero and are left out."),
     ));
     scene.notes.extend(counted(
         lights,
