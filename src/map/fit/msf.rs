@@ -1,7 +1,7 @@
 //! The minimal shadow frustum (Navratil 2015, algorithm 5): the smallest frustum that sees all receivers in view.
 
 use super::hull::Polyhedron;
-use super::{LightImage, Scope, hull, warped};
+use super::{LightImage, Scope, hull};
 use crate::light::{Light, LightView};
 use glam::{DMat3, DVec2, DVec3, DVec4};
 
@@ -68,10 +68,4 @@ fn casting(scope: &Scope, scene: &Polyhedron, seen: &[DVec3]) -> Polyhedron {
 pub fn turned(points: &[DVec2]) -> Option<DMat3> {
     let e = hull::least_rectangle(&hull::hull(points))?;
     Some(DMat3::from_cols(DVec3::new(e.x, -e.y, 0.0), DVec3::new(e.y, e.x, 0.0), DVec3::Z))
-}
-
-/// Area of the box around points after a warp.
-pub fn area(h: &DMat3, points: &[DVec2]) -> f64 {
-    let [low, high] = hull::extent(points.iter().map(|p| warped(h, *p).0));
-    (high - low).element_product()
 }
