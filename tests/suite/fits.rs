@@ -7,7 +7,9 @@ use shadowscope::map::fit::crop::{Extent, crop};
 use shadowscope::map::fit::faces::{Around, Face};
 use shadowscope::map::fit::hull::extent;
 use shadowscope::map::fit::lispsm::{self, Strength};
+use shadowscope::map::fit::quickhull::convex_hull;
 use shadowscope::map::fit::{Eye, Scope, casting, logpsm, msf, part, warped};
+use shadowscope::scene::Camera;
 use shadowscope::scene::geometry::Geometry;
 
 /// Triangles a tenth of a millimetre wide, anywhere in a box 20 m wide and 6 m high, and where they lie.
@@ -63,7 +65,7 @@ fn a_crop_is_that_of_what_is_there() {
                 w(p) > margin.max(1e-6) && free > margin && all.deepest - depth(p) > margin
             };
             let [low, high] = extent(seen.iter().map(|p| image.at(*p)));
-            let nearest = at.iter().filter(over).map(|p| depth(p)).fold(f64::INFINITY, f64::min);
+            let nearest = at.iter().filter(over).map(depth).fold(f64::INFINITY, f64::min);
             (
                 seen.len(),
                 Extent { low, high, nearest, deepest: seen.iter().map(depth).fold(f64::NEG_INFINITY, f64::max) },
@@ -158,6 +160,32 @@ fn casting_is_that_of_what_is_there() {
     assert!(drawn > 60, "{drawn}");
 }
 
+/// From a disc 2 m wide 10 m above, a caster counts as far aside as rays from the disc's near edge to what is seen.
+#[test]
+fn casters_of_a_wide_lamp_lie_between_it_and_what_is_seen() {
+    let nearest = |x: f32| {
+        let p = |x: f32, y: f32, z: f32| [Vec3::X, Vec3::Y, Vec3::Z].map(|a| Vec3::new(x, y, z) + a * 1e-4);
+        let triangles = [p(x, 5.0, 0.0), p(0.0, 3.0, 0.0), p(-7.0, 0.0, -2.0), p(7.0, 0.0, 2.0)];
+        let mut view = camera(Vec3::new(0.0, 0.0, 20.0), Vec3::ZERO);
+        view.height = Some(1.0);
+        let built = scene(vec![mesh(&triangles, 0)], vec![material(Vec3::ONE)], view, sun(Vec3::Y));
+        let geometry = Geometry::new(&built, 0, 0.0).unwrap();
+        let mut light = spot(Vec3::Y * 10.0, Vec3::ZERO, 60.0);
+        if let Light::Spot { radius, .. } = &mut light {
+            *radius = 1.0;
+        }
+        // 10 m wide, half a metre up and down.
+        let bounds = geometry.bounds;
+        let scope = Scope { camera: view, light, bounds, aspect: 10.0, resolution: 512, margin: 1.0 };
+        casting::nearest(&scope, &geometry, scope.image().depth)
+    };
+    // The ray from 1 m to the left of the lamp to the highest place seen on the left: at half way 1 + (5 - 1) · 5 / 9.5 aside.
+    let limit = 1.0 + 4.0 * 5.0 / 9.5;
+    for (x, depth) in [(0.99 * limit, 5.0), (1.01 * limit, 7.0), (-0.99 * limit, 5.0), (-1.01 * limit, 7.0)] {
+        assert!((nearest(x) - depth).abs() < 1e-3, "{x}: {}", nearest(x));
+    }
+}
+
 /// A place in a view's map, texels, and the depth along its axis.
 fn place(v: &LightView, p: DVec3) -> (DVec2, f64) {
     let dot = |row: Vec4| row.as_dvec4().dot(p.extend(1.0));
@@ -240,6 +268,21 @@ fn the_minimal_frustum_leaves_a_filters_reach() {
     assert!(of.iter().all(|n| *n > 15), "{of:?}");
 }
 
+/// Of a wedge that rises to the right only what stands over what is seen moves the minimal frustum's beginning.
+#[test]
+fn the_minimal_frustum_begins_over_what_is_seen() {
+    let corner = |x: f64, y: f64| [-5.0, 5.0].map(|z| DVec3::new(x, y, z));
+    let wedge = convex_hull([corner(0.0, 0.0), corner(10.0, 0.0), corner(10.0, 10.0)].into_iter().flatten());
+    // Straight down from half a metre, as wide: what is seen lies from 2 to 3 m, above which the wedge is 3 m high at most.
+    let view = Camera::new(Vec3::new(2.5, 0.5, 0.0), Vec3::new(2.5, 0.0, -1e-3), 90.0, 0.01, 100.0);
+    let bounds = [Vec3::new(0.0, 0.0, -5.0), Vec3::new(10.0, 10.0, 5.0)];
+    let scope = Scope { camera: view, light: sun(Vec3::Y), bounds, aspect: 1.0, resolution: 512, margin: 1.0 };
+    let view = msf::view(&scope, &wedge, 0.0).unwrap();
+    let (_, first) = place(&view, DVec3::new(3.0, 3.0, 0.0));
+    assert!((view.near as f64 - first).abs() < 0.01, "{} {first}", view.near);
+    assert!((view.far - view.near - 3.0).abs() < 0.02, "{} to {}", view.near, view.far);
+}
+
 /// Under any sun the perspective's middle line goes through the eye, along the gaze; w is 1 at the near face; its strength and
 /// its fading multiply n.
 #[test]
@@ -314,13 +357,18 @@ fn the_perspective_follows_the_gaze() {
     };
     let fit = lispsm::fit(&s, &s.image(), &s.seen(), Strength { strength: 1e6, fade: 1.0 });
     assert!((fit.n - s.eye().near).abs() < 1e-9, "{}", fit.n);
+    // A hair off the light's own direction there is none to warp along.
+    let down = camera(Vec3::Y * 5.0, Vec3::X * 1e-4);
+    let s = Scope { camera: down, ..s };
+    let fit = lispsm::fit(&s, &s.image(), &s.seen(), Strength { strength: 1.0, fade: 1.0 });
+    assert!(s.image().along(s.eye().forward).length() > 1e-5 && fit.n == f64::INFINITY, "{}", fit.n);
     // Closed forms of the logarithm's n: 1 gives d / (z₁/z₀ - 1), a half n_opt, and f/n has an end.
     let optimal: f64 = lispsm::optimal(30.0, 2.0, 32.0);
     assert!((optimal - 10.0).abs() < 1e-12);
     assert!((logpsm::parameter(30.0, optimal, 1.0) - 2.0).abs() < 1e-12);
     assert!((logpsm::parameter(30.0, optimal, 0.5) - optimal).abs() < 1e-12);
     assert!((30.0 / logpsm::parameter(30.0, 1e-9, 1.0) + 1.0 - logpsm::DEEPEST).abs() < 1e-4);
-    assert_eq!(logpsm::parameter(30.0, f64::INFINITY, 1.0), f64::INFINITY);
+    assert_eq!([(30.0, f64::INFINITY), (0.0, 5.0)].map(|(d, n)| logpsm::parameter(d, n, 1.0)), [f64::INFINITY; 2]);
     assert_eq!([lispsm::optimal(3.0, 0.0, 2.0), lispsm::optimal(3.0, 2.0, 2.0)], [f64::INFINITY; 2]);
 }
 

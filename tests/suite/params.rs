@@ -105,6 +105,10 @@ fn words_are_read_as_their_kind_has_them() {
         assert_eq!(spec(name).parse("key", &value.to_string()).expect(text), value);
     }
     assert_eq!([Value::Float(3.0), Value::Int(3), Value::Bool(true)].map(|v| v.to_string()), ["3.0", "3", "true"]);
+    // Steps count from the least.
+    let odd = Spec::blank("", Kind::Int { default: 1, min: 1, max: 10, step: 3 });
+    let taken: Vec<i64> = (0..12).filter(|v| odd.check("key", &Value::Int(*v)).is_ok()).collect();
+    assert_eq!(taken, [1, 4, 7, 10]);
     for (name, text, allowed) in [
         ("on", "1", "true or false"),
         ("count", "4", "1 to 9 taps in steps of 2"),

@@ -33,11 +33,11 @@ pub fn view(scope: &Scope, scene: &Polyhedron, reach: f32) -> Option<LightView> 
         _ => turned(&points)?,
     };
     let nearest = scope.nearest(&image, &casting.corners());
-    // As far as a filter reaches on each corner's plane.
+    // As far as a filter reaches on each corner's plane: two ends of a diagonal, around which the box lies.
     let around = |p: &DVec3| {
         let (at, out) = (image.at(*p), reach as f64 / image.rows[2].dot(p.extend(1.0)));
-        let step = |x: f64, y: f64| at + (turn.transpose() * DVec3::new(x * out, y * out, 0.0)).truncate();
-        [step(-1.0, -1.0), step(1.0, -1.0), step(1.0, 1.0), step(-1.0, 1.0)]
+        let aside = (turn.transpose() * DVec3::new(out, out, 0.0)).truncate();
+        [at - aside, at + aside]
     };
     let points: Vec<DVec2> = corners.iter().flat_map(around).collect();
     scope.view_between(&image, &turn, &points, Some(nearest), scope.deepest(&image, &corners))
