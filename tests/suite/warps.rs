@@ -44,6 +44,10 @@ fn a_trapezoid_becomes_the_square() {
             let (at, w) = warped(&t.warp, *c);
             assert!(at.abs().max_element() < 1.0 + 1e-6 && w > 0.0, "frustum {i}: the hull leaves the map at {at}");
         }
+        // Under the sun the focus is the image of a place on the view's axis.
+        let eye = s.eye();
+        let on_axis = s.image().at(eye.position + eye.forward * (0.8 * eye.near + 0.2 * eye.far));
+        assert!(t.focus.distance(on_axis) < 1e-6 * t.focus.length().max(1.0), "frustum {i}: {} {on_axis}", t.focus);
         // The share p of the map lies between the top line and the focus.
         let (focus, _) = warped(&t.warp, t.focus);
         assert!((focus.y - (1.0 - 2.0 * p)).abs() < 1e-6, "frustum {i}: the focus lands at {}", focus.y);
