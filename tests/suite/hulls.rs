@@ -2,6 +2,7 @@
 
 use glam::{DVec3, Vec3};
 use robust::{Coord3D, orient3d};
+use shadowscope::map::fit::hull::Polyhedron;
 use shadowscope::map::fit::quickhull::convex_hull;
 
 /// Above 0: `d` lies outside the plane through `a`, `b`, `c`, which run counter-clockwise from there. Its sign is exact.
@@ -94,4 +95,21 @@ fn flat_and_thin_things_have_hulls() {
     }
     let triangle = [p(0.0, 0.0, 0.0), p(5.0, 0.0, 1.0), p(0.0, 2.0, 9.0)];
     assert_eq!(convex_hull(triangle).faces().len(), 2);
+}
+
+/// The edges of a box are its twelve, however its sides are cut into triangles; cut across a corner it has three more.
+#[test]
+fn edges_are_where_faces_meet() {
+    let (low, high) = (DVec3::new(-1.0, 0.0, 2.0), DVec3::new(1.0, 3.0, 7.0));
+    let mut body = Polyhedron::cuboid(low, high);
+    for of in [&body, &convex_hull(body.corners())] {
+        let edges = of.edges();
+        let lengths: f64 = edges.iter().map(|[a, b]| a.distance(*b)).sum();
+        assert!(edges.len() == 12 && (lengths - 4.0 * (2.0 + 3.0 + 5.0)).abs() < 1e-9, "{edges:?}");
+    }
+    // The plane half a metre from the corner along each edge.
+    body.clip((-DVec3::ONE).extend(high.element_sum() - 0.5), 1e-9);
+    let edges = body.edges();
+    let lengths: f64 = edges.iter().map(|[a, b]| a.distance(*b)).sum();
+    assert!(edges.len() == 15 && (lengths - 40.0 + 1.5 - 1.5 * 2f64.sqrt()).abs() < 1e-9, "{lengths}: {edges:?}");
 }
