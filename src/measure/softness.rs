@@ -302,6 +302,23 @@ mod tests {
         assert!((slope(&same) - 1.0).abs() < 1e-6 && slope(&blur).abs() < 0.05, "{} {}", slope(&same), slope(&blur));
     }
 
+    /// Near a pixel the widths are those on the line across the contour's nearest point.
+    #[test]
+    fn widths_near_a_pixel_are_those_beside_it() {
+        // The true ramp is 10 + 0.3 y pixels wide, the technique's half of that.
+        let wide = |y: usize| 10.0 + 0.3 * y as f32;
+        let held = pixels(ramp(|y| 2.0 / wide(y), 0.0), ramp(|y| 1.0 / wide(y), 0.0));
+        for y in [20, 40, 60] {
+            let found = penumbra_near(&held, &floor(), SIZE.0, [62, y], 6);
+            let Some((Some(width), truth)) = found else { panic!("{found:?}") };
+            let exact = 0.8 * wide(y as usize);
+            assert!((truth - exact).abs() < 0.2 && (width - exact / 2.0).abs() < 0.2, "{y}: {width} {truth} {exact}");
+        }
+        // No farther off than told: there the contour lies between two pixels of the row.
+        assert!([59, 60].iter().any(|x| penumbra_near(&held, &floor(), SIZE.0, [*x, 40], 0).is_some()));
+        assert_eq!(penumbra_near(&held, &floor(), SIZE.0, [70, 40], 6), None);
+    }
+
     #[test]
     fn no_line_leaves_its_surface() {
         // The right half lies far behind: the left one's penumbra ends where it does.

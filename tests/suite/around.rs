@@ -132,6 +132,29 @@ fn texels_are_as_large_as_published() {
     assert!(octahedron[1] < cube[1] && cube[1] < tetrahedron[1]);
 }
 
+/// No texel is seen under a larger angle than its face says, and one nearly is.
+#[test]
+fn texels_are_seen_under_the_angle_that_is_told() {
+    let a = around(512.0, 4.0);
+    for (name, faces) in solids(&a) {
+        for face in &faces {
+            let mut widest = 0f64;
+            for direction in directions(6000).into_iter().filter(|d| face_of(&faces, *d).axis == face.axis) {
+                let t = direction.any_orthonormal_vector();
+                let step = |t: DVec3| {
+                    let at = |s: f64| place(&face.view, a.light, (direction + t * s).normalize()).unwrap();
+                    (at(1e-5) - at(-1e-5)) / 2e-5
+                };
+                let (x, y) = (step(t), step(direction.cross(t)));
+                let longest = 0.5 * ((x.x + y.y).hypot(x.y - y.x) + (x.x - y.y).hypot(x.y + y.x));
+                widest = widest.max(longest / (x.x * y.y - x.y * y.x).abs());
+            }
+            let told = face.texel_angle();
+            assert!(widest < 1.001 * told && widest > 0.9 * told, "{name}: {widest} of {told}");
+        }
+    }
+}
+
 /// Navratil 2015, section 4.1.4: with a cut angle a the favoured rim has (1 + sin a) / (1 - sin a) times as many texels per solid angle
 /// as a plain paraboloid's, and the opposite rim the inverse.
 #[test]

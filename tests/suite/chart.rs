@@ -568,6 +568,18 @@ fn a_report_is_one_page_that_holds_everything() {
     let front = html.split("The cheapest for each error").nth(1).unwrap().split("</table>").next().unwrap();
     assert_eq!(front.matches("<tr><td>").count(), 3);
     assert!(!front.contains("pcf"));
+    // Every cell stands under a heading.
+    for table in html.split("<table").skip(1).filter(|t| t.contains("<thead>")) {
+        let (head, body) = table.split_once("</thead>").unwrap();
+        for row in body.split("<tr>").skip(1).filter_map(|r| r.split("</tr>").next()) {
+            assert_eq!(
+                head.matches("<th").count() - head.matches("<thead").count(),
+                row.matches("<td").count(),
+                "{row}"
+            );
+        }
+    }
+    assert!(front.contains(">error, %</th>") && front.contains(">GPU ms</th>"), "{front}");
     // The command measures these rows again: the set-up beside it holds what does not vary.
     for said in
         ["--techniques shadow-map,pcf,rt-hard", "--set shadow-map.resolution=256,512", "--set pcf.resolution=256,512"]

@@ -2,6 +2,7 @@
 
 use glam::{DVec3, Vec3};
 use robust::{Coord3D, orient3d};
+use shadowscope::map::fit::hull::Polyhedron;
 use shadowscope::map::fit::quickhull::convex_hull;
 
 /// Above 0: `d` lies outside the plane through `a`, `b`, `c`, which run counter-clockwise from there. Its sign is exact.
@@ -79,9 +80,12 @@ fn flat_and_thin_things_have_hulls() {
     assert_eq!(convex_hull([p(1.0, 2.0, 3.0); 5]).faces(), [[p(1.0, 2.0, 3.0); 3]]);
     let line: Vec<DVec3> = (0..9).map(|i| p(0.5, 1.0, 7.0) * ((i * 4) % 9) as f64).collect();
     assert_eq!(convex_hull(line.iter().copied()).faces(), [[line[0], line[2], line[2]]]);
-    // In the planes x = 3, y = 3, z = 3 and one aslant, with points inside, on edges and twice.
+    // In the planes x = 3, y = 3, z = 3 and one aslant, with points inside, on edges and twice, in no order.
+    let mut seed = 3;
     for axis in 0..4 {
-        let square = (0..50).map(|i| {
+        let mut order: Vec<usize> = (0..50).collect();
+        order.sort_by_cached_key(|_| random(&mut seed).to_bits());
+        let square = order.iter().map(|i| {
             let (a, b) = ((i % 5) as f64, (i / 5 % 5) as f64);
             [p(3.0, a, b), p(b, 3.0, a), p(a, b, 3.0), p(a, b, a + 2.0 * b)][axis]
         });
@@ -91,4 +95,21 @@ fn flat_and_thin_things_have_hulls() {
     }
     let triangle = [p(0.0, 0.0, 0.0), p(5.0, 0.0, 1.0), p(0.0, 2.0, 9.0)];
     assert_eq!(convex_hull(triangle).faces().len(), 2);
+}
+
+/// The edges of a box are its twelve, however its sides are cut into triangles; cut across a corner it has three more.
+#[test]
+fn edges_are_where_faces_meet() {
+    let (low, high) = (DVec3::new(-1.0, 0.0, 2.0), DVec3::new(1.0, 3.0, 7.0));
+    let mut body = Polyhedron::cuboid(low, high);
+    for of in [&body, &convex_hull(body.corners())] {
+        let edges = of.edges();
+        let lengths: f64 = edges.iter().map(|[a, b]| a.distance(*b)).sum();
+        assert!(edges.len() == 12 && (lengths - 4.0 * (2.0 + 3.0 + 5.0)).abs() < 1e-9, "{edges:?}");
+    }
+    // The plane half a metre from the corner along each edge.
+    body.clip((-DVec3::ONE).extend(high.element_sum() - 0.5), 1e-9);
+    let edges = body.edges();
+    let lengths: f64 = edges.iter().map(|[a, b]| a.distance(*b)).sum();
+    assert!(edges.len() == 15 && (lengths - 40.0 + 1.5 - 1.5 * 2f64.sqrt()).abs() < 1e-9, "{lengths}: {edges:?}");
 }

@@ -5,6 +5,7 @@ use glam::Vec2;
 use shadowscope::measure::analysis::{Aliasing, Counts};
 use shadowscope::measure::contour;
 use shadowscope::measure::metrics::{self, AWAY, BACKGROUND, FACING};
+use shadowscope::measure::{Column, Record};
 
 /// m's mean, quantiles and shares equal their definitions.
 #[test]
@@ -135,4 +136,69 @@ fn flip_of_greys_is_its_closed_form() {
         assert!(if step == 0 { found == 0.0 } else { found > last }, "{step}: {found} after {last}");
         last = found;
     }
+}
+
+/// Shares of a row are shown in percent, memory in MiB, and of nothing there is no share.
+#[test]
+fn columns_show_shares_in_percent() {
+    let shown = |id: &str, row: &Record| (Column::find(id).unwrap().get)(row);
+    let row = Record {
+        error_share: 0.25,
+        acne_share: 0.25,
+        detachment_share: 0.25,
+        leak_share: 0.25,
+        missing_caster_share: 0.25,
+        stairs_share: 0.25,
+        beyond_tolerance: 0.25,
+        power_16px: Some(0.25),
+        power_8px: Some(0.25),
+        power_4px: Some(0.25),
+        power_2px: Some(0.25),
+        flicker: Some(0.25),
+        label_flicker: Some(0.25),
+        covered_share: Some(0.25),
+        utilisation: Some(0.25),
+        contact_right: Some(1),
+        contact_hits: Some(4),
+        contact_repaired: Some(2),
+        contact_detached: Some(8),
+        gpu_bytes: 3 << 20,
+        ..Record::default()
+    };
+    let columns = [
+        "error_share",
+        "acne_share",
+        "detachment_share",
+        "leak_share",
+        "missing_caster_share",
+        "stairs_share",
+        "beyond_tolerance",
+        "power_16px",
+        "power_8px",
+        "power_4px",
+        "power_2px",
+        "flicker",
+        "label_flicker",
+        "covered_share",
+        "utilisation",
+        "contact_right",
+        "contact_repaired",
+    ];
+    for id in columns {
+        assert_eq!(shown(id, &row), Some(25.0), "{id}");
+        assert_eq!(Column::find(id).unwrap().unit(), "%", "{id}");
+    }
+    assert_eq!(shown("gpu_bytes", &row), Some(3.0));
+    let none = Record { contact_right: Some(0), contact_hits: Some(0), contact_detached: Some(3), ..row };
+    assert_eq!(shown("contact_right", &none), None);
+    assert_eq!(shown("contact_repaired", &Record { contact_repaired: None, ..none }), None);
+}
+
+/// The root mean square over the pixels that face the light.
+#[test]
+fn differences_are_averaged_where_pixels_can_be_wrong() {
+    let mask = [FACING, AWAY, FACING, BACKGROUND, FACING, FACING];
+    let found = metrics::rms(&[1.0, 1.0, 0.5, 1.0, 0.0, 0.25], &[0.0, 0.0, 0.5, 0.0, 0.5, 0.25], &mask);
+    assert!((found - (1.25f64 / 4.0).sqrt()).abs() < 1e-12, "{found}");
+    assert_eq!(metrics::rms(&[1.0], &[0.0], &[AWAY]), 0.0);
 }

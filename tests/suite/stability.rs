@@ -378,3 +378,20 @@ fn cases_are_known_by_name_everywhere() {
     let (setup, _) = Setup::open(dir.path().join("a.png").to_str().unwrap()).unwrap();
     assert_eq!(setup.scene, "st-fence");
 }
+
+/// Mean, largest and worst of a track are over the frames that have the figure; of none there is nothing.
+#[test]
+fn figures_of_a_track_leave_out_frames_without_them() {
+    let point = |flicker: Option<f64>, error_share: f64| Point {
+        error_share,
+        change: flicker.map(|flicker| Change { flicker, ..Change::default() }),
+        ..Point::default()
+    };
+    let points = vec![point(None, 0.5), point(Some(1.0), 0.1), point(Some(4.0), 0.75), point(Some(1.0), 0.75)];
+    let track = Track { points, ..Track::default() };
+    assert_eq!([track.mean(Point::flicker), track.max(Point::flicker)], [Some(2.0), Some(4.0)]);
+    assert_eq!(track.worst(), Some(&track.points[2]));
+    let first = Track { points: track.points[..1].to_vec(), ..Track::default() };
+    assert_eq!([first.mean(Point::flicker), first.max(Point::flicker)], [None, None]);
+    assert_eq!(Track::default().worst(), None);
+}

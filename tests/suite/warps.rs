@@ -44,6 +44,10 @@ fn a_trapezoid_becomes_the_square() {
             let (at, w) = warped(&t.warp, *c);
             assert!(at.abs().max_element() < 1.0 + 1e-6 && w > 0.0, "frustum {i}: the hull leaves the map at {at}");
         }
+        // Under the sun the focus is the image of a place on the view's axis.
+        let eye = s.eye();
+        let on_axis = s.image().at(eye.position + eye.forward * (0.8 * eye.near + 0.2 * eye.far));
+        assert!(t.focus.distance(on_axis) < 1e-6 * t.focus.length().max(1.0), "frustum {i}: {} {on_axis}", t.focus);
         // The share p of the map lies between the top line and the focus.
         let (focus, _) = warped(&t.warp, t.focus);
         assert!((focus.y - (1.0 - 2.0 * p)).abs() < 1e-6, "frustum {i}: the focus lands at {}", focus.y);
@@ -95,6 +99,12 @@ fn n_opt_balances_near_and_far() {
     assert_eq!(lispsm::fit(&s, &image, &body, off).n, f64::INFINITY);
 }
 
+/// Area of the box around points after a warp.
+fn area(h: &DMat3, points: &[DVec2]) -> f64 {
+    let [low, high] = hull::extent(points.iter().map(|p| warped(h, *p).0));
+    (high - low).element_product()
+}
+
 /// The rectangle of rotating calipers is the smallest of 3600 turned ones, and holds every point.
 #[test]
 fn calipers_find_the_least_rectangle() {
@@ -104,11 +114,11 @@ fn calipers_find_the_least_rectangle() {
         let s = random(&mut r);
         let points: Vec<DVec2> = s.seen().iter().map(|p| s.image().at(*p)).collect();
         let Some(turn) = msf::turned(&points) else { continue };
-        let least = msf::area(&turn, &points);
+        let least = area(&turn, &points);
         let turned = |angle: f64| {
             let (sin, cos) = angle.sin_cos();
             let h = DMat3::from_cols(DVec3::new(cos, -sin, 0.0), DVec3::new(sin, cos, 0.0), DVec3::Z);
-            msf::area(&h, &points)
+            area(&h, &points)
         };
         let brute = (0..3600).map(|k| turned(k as f64 * std::f64::consts::FRAC_PI_2 / 3600.0)).fold(f64::MAX, f64::min);
         assert!(least <= brute * (1.0 + 1e-9) && least >= brute * 0.999, "frustum {i}: {least}, {brute}");

@@ -55,9 +55,9 @@ impl Extent {
     }
 }
 
-/// The part of the light's image in which things cast on others in the camera's view between these depths, and the depths
-/// from the first such caster to the last receiver. `all`: around that part of the view. Objects are triangles, as far as
-/// the BVH need be opened. None if nothing receives there, or nothing casts.
+/// The part of the light's image in which something lies in the camera's view between these depths, and the depths from the
+/// first thing that may cast there to the last receiver. `all`: around that part of the view. Objects are triangles, as far as
+/// the BVH need be opened. None if nothing receives there.
 pub fn crop(scope: &Scope, geometry: &Geometry, [near, far]: [f64; 2], all: &Extent) -> Option<Extent> {
     let (image, eps) = (scope.image(), scope.eps());
     let eye = Eye { near, far, ..scope.eye() };
@@ -78,9 +78,8 @@ pub fn crop(scope: &Scope, geometry: &Geometry, [near, far]: [f64; 2], all: &Ext
         }
         Extent::of(&image, points, eps).within(&swept)
     });
-    let across = Extent { nearest: f64::NEG_INFINITY, deepest: f64::INFINITY, ..cast };
-    let cut = Extent { nearest: cast.nearest, ..received.within(&across) };
-    (!received.is_empty() && !cut.is_empty()).then_some(cut)
+    // What receives casts too, if only on itself.
+    (!received.is_empty()).then_some(Extent { nearest: cast.nearest, ..received })
 }
 
 /// The union of what `measure` says of each triangle, which for more points may only say more. What would add nothing is

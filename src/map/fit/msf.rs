@@ -1,7 +1,7 @@
 //! The minimal shadow frustum (Navratil 2015, algorithm 5): the smallest frustum that sees all receivers in view.
 
 use super::hull::Polyhedron;
-use super::{LightImage, Scope, hull, warped};
+use super::{LightImage, Scope, hull};
 use crate::light::{Light, LightView};
 use glam::{DMat3, DVec2, DVec3, DVec4};
 
@@ -33,11 +33,11 @@ pub fn view(scope: &Scope, scene: &Polyhedron, reach: f32) -> Option<LightView> 
         _ => turned(&points)?,
     };
     let nearest = scope.nearest(&image, &casting.corners());
-    // As far as a filter reaches on each corner's plane.
+    // As far as a filter reaches on each corner's plane: two ends of a diagonal, around which the box lies.
     let around = |p: &DVec3| {
         let (at, out) = (image.at(*p), reach as f64 / image.rows[2].dot(p.extend(1.0)));
-        let step = |x: f64, y: f64| at + (turn.transpose() * DVec3::new(x * out, y * out, 0.0)).truncate();
-        [step(-1.0, -1.0), step(1.0, -1.0), step(1.0, 1.0), step(-1.0, 1.0)]
+        let aside = (turn.transpose() * DVec3::new(out, out, 0.0)).truncate();
+        [at - aside, at + aside]
     };
     let points: Vec<DVec2> = corners.iter().flat_map(around).collect();
     scope.view_between(&image, &turn, &points, Some(nearest), scope.deepest(&image, &corners))
@@ -68,10 +68,4 @@ fn casting(scope: &Scope, scene: &Polyhedron, seen: &[DVec3]) -> Polyhedron {
 pub fn turned(points: &[DVec2]) -> Option<DMat3> {
     let e = hull::least_rectangle(&hull::hull(points))?;
     Some(DMat3::from_cols(DVec3::new(e.x, -e.y, 0.0), DVec3::new(e.y, e.x, 0.0), DVec3::Z))
-}
-
-/// Area of the box around points after a warp.
-pub fn area(h: &DMat3, points: &[DVec2]) -> f64 {
-    let [low, high] = hull::extent(points.iter().map(|p| warped(h, *p).0));
-    (high - low).element_product()
 }

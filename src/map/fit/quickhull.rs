@@ -145,7 +145,8 @@ fn facets(points: &[DVec3], first: [DVec3; 4]) -> Vec<[usize; 3]> {
         for ((from, to, next), f) in rim.into_iter().zip(new.clone()) {
             all.push(facet([from, to, top], [next, starts[&to], ends[&from]]));
             let other = &mut all[next];
-            if let Some(edge) = (0..3).find(|e| other.corners[*e] == to && other.corners[(*e + 1) % 3] == from) {
+            // Its edge there runs the other way.
+            if let Some(edge) = other.corners.iter().position(|c| *c == to) {
                 other.beyond[edge] = f;
             }
         }
