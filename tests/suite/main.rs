@@ -18,6 +18,7 @@ mod contact;
 mod corpus;
 mod culling;
 mod denoise;
+mod diagnosis;
 mod docs;
 mod driver;
 mod edges;
