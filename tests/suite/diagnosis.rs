@@ -52,17 +52,23 @@ impl Case {
 
     /// The truth of each pixel by its column and row, which the technique meets.
     fn truth(mut self, of: impl Fn(i32, i32) -> f32) -> Case {
-        let at = |i: usize| [(i % SIDE) as i32, (i / SIDE) as i32];
         let p = &mut self.seen.pixels;
-        p.mean = (0..SIDE * SIDE).map(|i| of(at(i)[0], at(i)[1])).collect();
+        p.mean = (0..SIDE * SIDE).map(|i| of((i % SIDE) as i32, (i / SIDE) as i32)).collect();
         p.hard = p.mean.iter().map(|v| (*v >= 0.5) as u32 as f32).collect();
         p.visibility = p.mean.clone();
-        let p = &self.seen.pixels;
+        let hard = &p.hard;
         self.seen.to = [false, true].map(|lit| {
-            let there: Vec<[i32; 2]> = (0..p.hard.len()).filter(|i| (p.hard[*i] >= 0.5) == lit).map(at).collect();
-            let away = |[x, y]: [i32; 2]| move |[u, v]: &[i32; 2]| (u - x).pow(2) + (v - y).pow(2);
-            let nearest = |i| there.iter().map(away(at(i))).min().map_or(f32::INFINITY, |d| (d as f32).sqrt());
-            (0..p.hard.len()).map(nearest).collect()
+            // First along each row, then over all rows.
+            let row = |x: usize, y: usize| {
+                let there = (0..SIDE).filter(|u| (hard[y * SIDE + u] >= 0.5) == lit);
+                there.map(|u| u.abs_diff(x).pow(2)).min()
+            };
+            let rows: Vec<Option<usize>> = (0..SIDE * SIDE).map(|i| row(i % SIDE, i / SIDE)).collect();
+            let nearest = |i: usize| {
+                let over = |y: usize| Some(rows[y * SIDE + i % SIDE]? + y.abs_diff(i / SIDE).pow(2));
+                (0..SIDE).filter_map(over).min().map_or(f32::INFINITY, |d| (d as f32).sqrt())
+            };
+            (0..SIDE * SIDE).map(nearest).collect()
         });
         self
     }
