@@ -9,7 +9,6 @@ use shadowscope::measure::metrics::{FACING, Pixels};
 use shadowscope::measure::story::Seen;
 use shadowscope::params::Value;
 use shadowscope::setup::Setup;
-use std::sync::LazyLock;
 
 const SIDE: usize = 65;
 const MIDDLE: usize = SIDE / 2;
@@ -26,8 +25,9 @@ struct Case {
 
 impl Case {
     fn new(technique: &str, sets: &[&str]) -> Case {
-        static BENCH: LazyLock<Setup> = LazyLock::new(|| Setup::open("bench").unwrap().0);
-        let mut setup = BENCH.clone();
+        let floor = mesh(&floor(Vec2::splat(-8.0), Vec2::splat(8.0), 0.0), 0);
+        let view = camera(Vec3::new(0.0, 4.0, 9.0), Vec3::ZERO);
+        let mut setup = Setup::new("test", &scene(vec![floor], vec![material(Vec3::ONE)], view, sun(Vec3::Y))).unwrap();
         select(&mut setup, technique, sets);
         let all = |value: f32| vec![value; SIDE * SIDE];
         let pixels = Pixels { visibility: all(1.0), hard: all(1.0), mean: all(1.0), mask: vec![FACING; SIDE * SIDE] };
