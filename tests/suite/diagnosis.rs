@@ -505,6 +505,63 @@ fn noise_is_what_neighbours_do_not_share() {
     assert!(told.contains("on average beyond what the pixels around share, the truth by 0"), "{told}");
 }
 
+/// Of pixels that alternate by 0.15 above and below the truth each is 0.3 off the mean of the four beside; of independent noise that
+/// would be √1.25 times its deviation. Two levels are noise where four in ten pixels are so, four levels anyway.
+#[test]
+fn grain_is_measured_and_counted() {
+    let lamp = plate(Vec3::Y * 5.0, Vec3::ZERO, 0.5);
+    let rows = |number: i32, second: f32| {
+        let mut case = Case::new("pcf", &[]).truth(|_, _| 0.6).says(move |x, y| {
+            let (row, sign) = (y - MIDDLE as i32, if (x + y) % 2 == 0 { 1.0 } else { -1.0 });
+            match row {
+                _ if row.abs() > number / 2 || row == number / 2 && number % 2 == 0 => 0.6,
+                0 => 0.6 - 0.15 * sign,
+                _ => 0.6 - second * sign,
+            }
+        });
+        case.setup.light = lamp.clone();
+        case.here(0.45)
+    };
+    let told = rows(99, 0.15).told().unwrap();
+    assert_eq!(told.artefact, "noise");
+    assert!(told.text().contains("changes by 0.268 on average"), "{}", told.text());
+    assert!(told.text().contains("the truth by 0."), "{}", told.text());
+    assert_eq!(rows(3, 0.15).named(), "noise");
+    assert_ne!(rows(2, 0.15).named(), "noise");
+    assert_eq!(rows(2, 0.14).named(), "noise");
+    // What the truth shares is half as rough as what is drawn, or rougher.
+    let shared = |part: f32| {
+        let mut case = rows(99, 0.15);
+        let p = &mut case.seen.pixels;
+        p.mean = p.visibility.iter().map(|v| 0.6 + part * (v - 0.6)).collect();
+        p.mean[I] = 0.6;
+        case.named()
+    };
+    assert_eq!(shared(0.45), "noise");
+    assert_ne!(shared(0.55), "noise");
+}
+
+/// Where no edge of the truth is near, penumbrae are told by how far both run over the pixels around: nine across.
+#[test]
+fn slopes_tell_penumbrae_without_an_edge() {
+    let case = |truth: f32, own: f32| {
+        let from = |x: i32| (x - MIDDLE as i32) as f32;
+        let mut case = Case::new("pcf", &[])
+            .truth(move |x, _| (0.8 + truth * from(x)).clamp(0.6, 0.95))
+            .says(move |x, _| (0.65 + own * from(x)).clamp(0.55, 0.95));
+        case.setup.light = plate(Vec3::Y * 5.0, Vec3::ZERO, 0.5);
+        case
+    };
+    assert_eq!(case(0.02, 0.01).named(), "blur-wide");
+    assert_eq!(case(0.01, 0.02).named(), "blur-narrow");
+    assert_eq!(case(0.02, 0.02).named(), "penumbra-off");
+    assert_eq!(case(0.005, 0.001).named(), "penumbra-off", "neither runs over a tenth");
+    let told = case(0.02, 0.01).told().unwrap().text();
+    assert!(told.contains("visibility runs over 0.08, the truth over 0.16."), "{told}");
+    let flat = case(0.02, 0.0).told().unwrap();
+    assert_eq!(flat.artefact, "blur-wide", "{}", flat.text());
+}
+
 /// Ramps of one width beside a truth of another.
 #[test]
 fn penumbrae_are_told_by_their_widths() {
