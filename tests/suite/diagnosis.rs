@@ -491,7 +491,7 @@ fn noise_is_what_neighbours_do_not_share() {
     };
     let lamp = plate(Vec3::Y * 5.0, Vec3::ZERO, 0.5);
     let soft = |mut c: Case| {
-        c.setup.light = lamp.clone();
+        c.setup.light = lamp;
         c
     };
     assert_eq!(soft(case("pcf", 0.5, 16)).named(), "noise");
@@ -519,7 +519,7 @@ fn grain_is_measured_and_counted() {
                 _ => 0.6 - second * sign,
             }
         });
-        case.setup.light = lamp.clone();
+        case.setup.light = lamp;
         case.here(0.45)
     };
     let told = rows(99, 0.15).told().unwrap();
