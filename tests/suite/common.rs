@@ -41,17 +41,13 @@ pub fn ok(folder: &Path, args: &[&str]) -> Output {
 }
 
 /// A device that no other test uses at the same time, and that later ones use again: a driver that is a program works off all
-/// that one device is given in one thread, where tests would wait for each other. What it keeps of one device's pipelines grows
-/// with each test, and goes with the device.
+/// that one device is given in one thread, where tests would wait for each other.
 pub fn gpu() -> Arc<Gpu> {
-    const TESTS: u32 = 32;
-    static IDLE: Mutex<Vec<(Arc<Gpu>, u32)>> = Mutex::new(Vec::new());
-    struct Lease(Arc<Gpu>, u32);
+    static IDLE: Mutex<Vec<Arc<Gpu>>> = Mutex::new(Vec::new());
+    struct Lease(Arc<Gpu>);
     impl Drop for Lease {
         fn drop(&mut self) {
-            if self.1 < TESTS {
-                IDLE.lock().unwrap().push((self.0.clone(), self.1));
-            }
+            IDLE.lock().unwrap().push(self.0.clone());
         }
     }
     // A test has a thread of its own, and the device is free when that ends.
@@ -59,8 +55,7 @@ pub fn gpu() -> Arc<Gpu> {
         static LEASE: Lease = {
             let idle = IDLE.lock().unwrap().pop();
             let new = || strict(Gpu::new(None).expect("these tests need a Vulkan driver; run ./setup.sh"));
-            let (gpu, tests) = idle.unwrap_or_else(|| (Arc::new(new()), 0));
-            Lease(gpu, tests + 1)
+            Lease(idle.unwrap_or_else(|| Arc::new(new())))
         };
     }
     LEASE.with(|lease| lease.0.clone())
